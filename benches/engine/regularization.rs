@@ -2,12 +2,14 @@
 //! same flank, so that what differs is the regularisation; the default (spectral, min_mse) is the
 //! yardstick.
 
+use std::sync::Arc;
+
 use divan::Bencher;
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
     spec::{
-        Attraction, Criterion, Degree, JamesStein, Knots, Model, Parameter, PolynomialBasis, Regularization,
-        ShrinkageFactor, Terms, Tikhonov,
+        Attraction, Chain, Criterion, Degree, Earlier, JamesStein, Knots, Model, Moves, Parameter, PolynomialBasis,
+        Prior, Regularization, ShrinkageFactor, Terms, Tikhonov, Which,
     },
 };
 
@@ -74,4 +76,23 @@ fn splines(bencher: Bencher, name: &str) {
 #[divan::bench(args = ["spectral", "tikhonov"], max_time = 6, sample_count = 3, sample_size = 1)]
 fn many_splines(bencher: Bencher, name: &str) {
     run(bencher, Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(12), weights: None }, 225, name);
+}
+
+/// 9 coefficients with the prior of so many earlier iterations over the same nodes, their moves
+/// estimated.
+#[divan::bench(args = [1, 5, 20], max_time = 3)]
+fn prior(bencher: Bencher, iterations: u32) {
+    let (basis, terms) = (PolynomialBasis::Chebyshev, Terms::Tensor);
+    let nodes = nodes();
+    let of =
+        |number| Earlier { number, fit_id: String::new(), nodes: Arc::new(nodes.clone()), corrections: Vec::new() };
+    let earlier = Some((1..=iterations).map(of).collect());
+    let chain = Chain { which: Which::Previous, moves: Moves::Estimated, correction: true, earlier };
+    let spec = FitSpec {
+        regularization: Regularization::None,
+        prior: Some(Prior::Iterations(chain)),
+        ..FitSpec::new(Model::Polynomial { degree: Degree::Both(2), basis, terms })
+    };
+    fit(&nodes, &spec).expect("the case is well posed");
+    bencher.bench_local(|| fit(divan::black_box(&nodes), divan::black_box(&spec)));
 }

@@ -13,12 +13,14 @@ use uuid::Uuid;
 use super::{
     accept::Format,
     body::Payload,
+    budget::WithPermit,
     chunked,
     compute::read_fit_and,
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf},
     fits::json,
     idempotency::{IdempotencyKey, idempotent},
+    prior,
     state::AppState,
     stored,
 };
@@ -27,13 +29,15 @@ use crate::{
         fits::{nodes_text, spec::nodes::NodesBody},
         jobs::{
             fits,
-            iteration_requests::{IterationForm, IterationPatchBody, IterationRequest, Measurement},
+            iteration_requests::{
+                IterationForm, IterationPatchBody, IterationRequest, Measurement, MeasurementDetailsBody,
+            },
             iterations::{self, IterationBody, NewIterationBody},
             problem::of_measured,
         },
         problem::Problem,
     },
-    jobs::{Answer, Iteration, IterationDraft, NewIteration, Stored},
+    jobs::{Answer, Computed, Iteration, IterationDraft, Measurand, NewIteration, Stored},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
 
@@ -76,9 +80,19 @@ async fn create_iteration(
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
         state.jobs.check_exists(job).await?;
         let plans = state.plans.clone();
-        let work = move |nodes, spec, measurement| draft(nodes, &spec, measurement, &plans);
+        let work = move |nodes, spec, measurement| draft(nodes, spec, measurement, &plans);
         // the permit for the nodes is held until they are stored
-        let (draft, _permit) = read_fit_and(&state, payload, work).await?.into_parts();
+        let (draft, permit) = read_fit_and(&state, payload, work).await?.into_parts();
+        let (draft, _permit) = match draft {
+            Drafted::Made(draft) => (draft, permit),
+            Drafted::Waiting(waiting) => {
+                let Waiting { nodes, spec, measurand, details } = *waiting;
+                let nodes = WithPermit::new(nodes, permit);
+                let (computed, nodes) = prior::compute(&state, job, None, &measurand, (nodes, spec)).await?;
+                let (nodes, permit) = nodes.into_parts();
+                (of_parts(nodes, measurand, details, computed), permit)
+            }
+        };
         let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
@@ -88,18 +102,38 @@ async fn create_iteration(
 }
 
 /// Fits. Processor work.
-fn draft(nodes: Nodes, spec: &FitSpec, measurement: Measurement, plans: &Plans) -> Result<IterationDraft, Problem> {
+fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -> Result<Drafted, Problem> {
     let Measurement { measurand, details } = measurement;
     let measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
-    let computed = fits::compute(&nodes, spec, plans)?;
-    Ok(IterationDraft {
+    if prior::asked(&spec).is_some() {
+        return Ok(Drafted::Waiting(Box::new(Waiting { nodes, spec, measurand, details })));
+    }
+    let computed = fits::compute(&nodes, &spec, plans)?;
+    Ok(Drafted::Made(of_parts(nodes, measurand, details, computed)))
+}
+
+/// An iteration, or what it is made of once its prior has been read.
+enum Drafted {
+    Made(IterationDraft),
+    Waiting(Box<Waiting>),
+}
+
+struct Waiting {
+    nodes: Nodes,
+    spec: FitSpec,
+    measurand: Measurand,
+    details: MeasurementDetailsBody,
+}
+
+fn of_parts(nodes: Nodes, measurand: Measurand, details: MeasurementDetailsBody, computed: Computed) -> IterationDraft {
+    IterationDraft {
         measurand,
         nodes: Arc::new(nodes),
         computed,
         details: details.into(),
         records: Vec::new(),
         expected_gear: None,
-    })
+    }
 }
 
 /// A new iteration as it is answered.

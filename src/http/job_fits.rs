@@ -1,5 +1,7 @@
 //! `…/iterations/{number}/fits`: further fits of stored nodes, which of them stands, and replays.
 
+use std::sync::Arc;
+
 use axum::{
     extract::State,
     http::{HeaderValue, header},
@@ -10,6 +12,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    budget::WithPermit,
     compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag},
     extract::{JsonOf, PathOf, QueryOf},
@@ -18,6 +21,7 @@ use super::{
     include::IncludeQuery,
     iterations::present,
     paging::PageQuery,
+    prior::{self, Gathered},
     state::AppState,
     stored,
 };
@@ -36,6 +40,7 @@ use crate::{
     },
     jobs::{Answer, List, NewFit, RefitDraft, Stored},
 };
+use flankfit_engine::estimation::{FitSpec, Nodes, spec::Earlier};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
@@ -76,16 +81,34 @@ async fn create_iteration_fit(
         let plans = state.plans.clone();
         let draft = read_json(&state, payload, move |text| {
             let (spec, why) = reader::read_refit::<Why>(text)?;
+            let reason = why.reason.map(String::from);
+            if prior::asked(&spec).is_some() {
+                return Ok(Refit::Waiting { nodes, spec: Box::new(spec), reason });
+            }
             let computed = fits::compute(&nodes, &spec, &plans)?;
-            Ok(RefitDraft { computed, reason: why.reason.map(String::from) })
+            Ok(Refit::Made(RefitDraft { computed, reason }))
         })
         .await?;
+        let draft = match draft {
+            Refit::Made(draft) => draft,
+            Refit::Waiting { nodes, spec, reason } => {
+                let measurand = state.jobs.measurand(job, number).await?;
+                let computed = prior::compute(&state, job, Some(number), &measurand, (nodes, *spec)).await?;
+                RefitDraft { computed: computed.0, reason }
+            }
+        };
         let answer = move |fit: &NewFit, stored: Stored| created(&place, fit, stored);
         let keyed = key.map(|key| key.answered_by(answer.clone()));
         let (fit, stored) = state.jobs.add_fit(job, number, draft, keyed).await?;
         Ok(answer(&fit, stored))
     })
     .await
+}
+
+/// A further fit, or what it is made of once its prior has been read.
+enum Refit {
+    Made(RefitDraft),
+    Waiting { nodes: WithPermit<Nodes>, spec: Box<FitSpec>, reason: Option<String> },
 }
 
 fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
@@ -153,11 +176,12 @@ async fn get_iteration_fit(
         return Ok(response);
     }
     let nodes = stored::nodes(&state, job, number).await?;
+    let gathered = prior::gather_again(&state, job, &stored).await?;
     let plans = state.plans.clone();
     let body = state
         .pool
         .run(move || {
-            let result = fits::with_include(&nodes, &stored, include::include(&names), &plans)?;
+            let result = fits::with_include(&nodes, &stored, earlier(&gathered), include::include(&names), &plans)?;
             Ok::<_, Problem>(iterations::stored_fit(&stored, &result))
         })
         .await??;
@@ -212,6 +236,11 @@ async fn replay_fit(
     let ReplayRequest {} = read_optional_json(&state, payload).await?;
     let stored = state.jobs.fit(job, number, fit).await?;
     let nodes = stored::nodes(&state, job, number).await?;
-    let replay = state.pool.run(move || fits::replay(&nodes, &stored)).await??;
+    let gathered = prior::gather_again(&state, job, &stored).await?;
+    let replay = state.pool.run(move || fits::replay(&nodes, &stored, earlier(&gathered))).await??;
     Ok(axum::Json(replay.into()))
+}
+
+fn earlier(gathered: &Option<Gathered>) -> Option<Arc<[Earlier]>> {
+    gathered.as_ref().map(|gathered| Arc::clone(&gathered.earlier))
 }

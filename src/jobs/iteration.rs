@@ -159,4 +159,6 @@ pub struct TracedFit {
     pub summary: FitSummary,
     /// The answered coefficients, as the JSON array that was answered.
     pub coefficients: String,
+    /// What it says of its prior, as the JSON object that was answered.
+    pub prior: Option<String>,
 }

@@ -12,6 +12,7 @@ use super::{
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryError, Stored},
     page::{Page, PageRequest},
+    prior::{Predecessor, Predecessors},
     record::Record,
     service::Jobs,
 };
@@ -65,6 +66,11 @@ impl Jobs {
     /// What the nodes of an iteration are of.
     pub async fn measurand(&self, job: Uuid, number: u32) -> Result<Measurand, RepositoryError> {
         self.repository.measurand(job, number).await
+    }
+
+    /// Earlier iterations of the same flank and tooth, oldest first.
+    pub async fn predecessors(&self, job: Uuid, wanted: Predecessors) -> Result<Vec<Predecessor>, RepositoryError> {
+        self.repository.predecessors(job, wanted).await
     }
 
     /// What was measured after an iteration.

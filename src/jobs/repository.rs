@@ -14,6 +14,7 @@ use super::{
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryError, Stored},
     page::{Page, PageRequest},
+    prior::{Predecessor, Predecessors},
     record::{Record, RecordKind, RecordSummary},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
 };
@@ -45,6 +46,8 @@ pub trait Repository: Send + Sync + 'static {
     fn measurand(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Measurand>;
     /// What was measured after an iteration.
     fn successors(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Successors>;
+    /// Earlier iterations of the same flank and tooth, oldest first.
+    fn predecessors(&self, job: Uuid, wanted: Predecessors) -> RepositoryFuture<'_, Vec<Predecessor>>;
     /// Iterations by number; a page may hold fewer than its limit where they are big.
     fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace>;
     /// The nodes if they take at most so many bytes in the store, else how many they take.

@@ -23,6 +23,7 @@ mod jobs;
 mod limits;
 mod mutations;
 mod operation;
+mod prior;
 mod regularization;
 mod schema;
 mod shapes;

@@ -7,6 +7,7 @@ pub use super::{
     filtering::reason::FilterReason,
     inference::reason::InferenceReason,
     near::reason::{NearReason, OpenCoefficient},
+    prior::reason::PriorReason,
     recursive::reason::StreamReason,
     regularized::reason::{Kept, RegularizationReason},
     robust::reason::RobustReason,
@@ -132,6 +133,26 @@ pub enum Field {
     PredictRow(usize),
     /// Whether slopes are asked for.
     PredictSlopes,
+    /// What was known before.
+    Prior,
+    /// Its mean.
+    PriorMean,
+    /// Its standard deviations.
+    PriorStdError,
+    /// One of them.
+    PriorStdErrorOf(usize),
+    /// Its covariance matrix.
+    PriorCovariance,
+    /// A row of that.
+    PriorRow(usize),
+    /// Its iterations.
+    PriorIterations,
+    /// One of them.
+    PriorIteration(usize),
+    /// How far the flank moves between them.
+    PriorMove,
+    /// How far one of its coefficients does.
+    PriorMoveOf(usize),
     /// What is answered only when asked for.
     Include,
     /// The filters.
@@ -233,12 +254,23 @@ pub enum Reason {
     /// What is wrong with intervals and predictions.
     #[error(transparent)]
     Inference(#[from] InferenceReason),
+    /// What is wrong with a prior.
+    #[error(transparent)]
+    Prior(#[from] PriorReason),
     /// What is wrong with a stream.
     #[error(transparent)]
     Stream(#[from] StreamReason),
     /// What is wrong with a curve near points, or with a big surface.
     #[error(transparent)]
     Near(#[from] NearReason),
+    /// What is wrong with the nodes of an earlier iteration.
+    #[error("iteration {number}: {reason}")]
+    Earlier {
+        /// Its number.
+        number: u32,
+        /// Why.
+        reason: Box<Reason>,
+    },
     /// A part of a stream's request that suits neither curves nor surfaces: this is wrong for one.
     #[error("for {}: {reason}", if *.surface { "a surface" } else { "a curve" })]
     For {

@@ -15,6 +15,7 @@ mod filtering;
 mod fit;
 pub mod inference;
 pub mod near;
+mod prior;
 mod problem;
 pub mod randomization;
 pub mod recursive;

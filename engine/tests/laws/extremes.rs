@@ -128,6 +128,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
     };
     let some = |random: &mut Random| random.below(3) == 0;
     FitSpec {
+        prior: None,
         model: model(random, nodes),
         scaling: [Scaling::UnitLength, Scaling::None, Scaling::Standardized][random.below(3)],
         regularization: match random.below(3) {

@@ -58,6 +58,7 @@ mod penalised;
 mod perturbation;
 mod plans;
 mod predictions;
+mod prior;
 mod problems;
 mod rank;
 mod recursive;

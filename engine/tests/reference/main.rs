@@ -16,6 +16,7 @@ mod influence;
 mod near;
 mod nist;
 mod oracle_check;
+mod prior;
 mod recursive;
 mod ridge;
 mod robust;

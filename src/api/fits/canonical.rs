@@ -9,7 +9,9 @@
 //!    all-ones weight or all-true mask stands as posted;
 //! 3. the spec as the JSON text of [`super::spec::json::to_json`]: every default filled in, keys
 //!    in the contract's order, no white space, numbers in their shortest form, −0 as 0; without
-//!    `include`, which adds to the answer and changes nothing of it.
+//!    `include`, which adds to the answer and changes nothing of it;
+//! 4. where earlier iterations are the prior, the nodes of each, oldest first, and after each the
+//!    changes that corrections predicted before the next, as nodes too.
 //!
 //! Decisions: `null` and `"valid": false` are different inputs (the second carries a height), as
 //! are a weight of ones and no weight.
@@ -19,7 +21,10 @@ use sha2::{Digest, Sha256};
 use super::spec::json;
 use crate::jobs::nodes_codec::{self, Layout};
 use flankfit_engine::{
-    estimation::{FitSpec, Nodes, spec::Include},
+    estimation::{
+        FitSpec, Nodes,
+        spec::{Include, Prior},
+    },
     numerics::cancel::Asking,
 };
 
@@ -44,6 +49,12 @@ pub fn input_sha256_by(nodes: &Nodes, spec: &FitSpec, text: &str) -> String {
         digest.update(text.as_bytes());
     } else {
         digest.update(without_include(spec).as_bytes());
+    }
+    if let Some(Prior::Iterations(chain)) = &spec.prior {
+        for one in chain.earlier.iter().flat_map(|earlier| earlier.iter()) {
+            update(&mut digest, &one.nodes);
+            one.corrections.iter().for_each(|correction| update(&mut digest, &correction.change));
+        }
     }
     hexadecimal(&digest.finalize())
 }

@@ -2,7 +2,7 @@
 
 use flankfit_engine::estimation::{
     Faults as FitFaults, Field, FitError, NodeList, Reason, Refused,
-    fault::{FilterReason, ModelReason, NearReason, RegularizationReason, RobustReason, StreamReason},
+    fault::{FilterReason, ModelReason, NearReason, PriorReason, RegularizationReason, RobustReason, StreamReason},
     near::fault::{CurveField, CurveRefused},
     smoothing::choice::NoParameter,
 };
@@ -80,6 +80,8 @@ fn sentence(reason: &Reason) -> String {
         Reason::Model(ModelReason::LinearIsForMatrix) => "`linear` is for nodes of type `matrix`",
         Reason::Model(ModelReason::MatrixTakesLinear) => "nodes of type `matrix` take the model `linear`",
         Reason::Stream(StreamReason::LinearTakesMatrix) => "the model `linear` takes nodes of type `matrix`",
+        Reason::Earlier { number, reason } => return format!("iteration {number}: {}", sentence(reason)),
+        Reason::Prior(reason) => return of_prior(reason),
         Reason::Regularization(reason) => return of_regularization(reason),
         Reason::Robust(reason) => return of_estimator(reason),
         Reason::Filter(reason) => return of_filter(reason),
@@ -106,6 +108,30 @@ fn of_regularization(reason: &RegularizationReason) -> String {
             );
         }
         Criterion(criterion) => return format!("`{}` is not for this regularisation", criterion.name()),
+        other => return other.to_string(),
+    };
+    said.to_owned()
+}
+
+fn of_prior(reason: &PriorReason) -> String {
+    let said = match reason {
+        PriorReason::NoJob => {
+            "earlier iterations are those of a job, and there is none here: give `mean` with `std_error` or `covariance`"
+        }
+        PriorReason::FilterOnTop => {
+            "with a `prior` nothing is regularised beside: it says how large coefficients are; leave `regularization` \
+             out, or take `none`"
+        }
+        PriorReason::LeastSquaresOnly => {
+            "a `prior` is for the estimator `least_squares`, whose errors it is weighed against"
+        }
+        PriorReason::Standardized => {
+            "a `prior` is of all coefficients, the constant too, which `standardized` leaves aside"
+        }
+        PriorReason::NormLimit => {
+            "the `prior` says how large the coefficients are: a limit of their norm cannot be told beside"
+        }
+        PriorReason::NoNoise => "there is no estimate of the noise to weigh the `prior` against: tell `noise_sigma`",
         other => return other.to_string(),
     };
     said.to_owned()
@@ -217,6 +243,16 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::PredictAt => "/predict/at",
         Field::PredictRow(index) => return format!("/predict/at/x/{index}"),
         Field::PredictSlopes => "/predict/slopes",
+        Field::Prior => "/prior",
+        Field::PriorMean => "/prior/mean",
+        Field::PriorStdError => "/prior/std_error",
+        Field::PriorStdErrorOf(index) => return format!("/prior/std_error/{index}"),
+        Field::PriorCovariance => "/prior/covariance",
+        Field::PriorRow(index) => return format!("/prior/covariance/{index}"),
+        Field::PriorIterations => "/prior/iterations",
+        Field::PriorIteration(index) => return format!("/prior/iterations/{index}"),
+        Field::PriorMove => "/prior/move",
+        Field::PriorMoveOf(index) => return format!("/prior/move/{index}"),
         Field::Include => "/include",
         Field::Filters => "/filters",
         Field::Filter(index) => return format!("/filters/{index}"),

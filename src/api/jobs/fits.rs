@@ -19,7 +19,10 @@ use crate::{
     },
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
 };
-use flankfit_engine::estimation::{Field, FitSpec, Nodes, Plans, spec::Include};
+use flankfit_engine::estimation::{
+    Field, FitSpec, Nodes, Plans,
+    spec::{Earlier, Include},
+};
 
 /// What a replay is told: nothing.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -77,8 +80,14 @@ pub fn compute_at(
 
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
 /// added; what is stored stays as it is. Processor work.
-pub fn with_include(nodes: &Nodes, stored: &FitRecord, requested: Include, plans: &Plans) -> Result<Arc<str>, Problem> {
-    let mut spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
+pub fn with_include(
+    nodes: &Nodes,
+    stored: &FitRecord,
+    earlier: Option<Arc<[Earlier]>>,
+    requested: Include,
+    plans: &Plans,
+) -> Result<Arc<str>, Problem> {
+    let mut spec = stored_spec(stored, earlier)?;
     let include = include::both(spec.include, requested);
     if include == spec.include {
         return Ok(stored.result.clone());
@@ -88,9 +97,18 @@ pub fn with_include(nodes: &Nodes, stored: &FitRecord, requested: Include, plans
     merge::added(&stored.result, &more.result).map(Arc::from).map_err(Problem::internal)
 }
 
-/// Computes a stored fit again and compares. Processor work.
-pub fn replay(nodes: &Nodes, stored: &FitRecord) -> Result<Replay, Problem> {
+/// The spec of a stored fit, with the earlier iterations that it stood on.
+fn stored_spec(stored: &FitRecord, earlier: Option<Arc<[Earlier]>>) -> Result<FitSpec, Problem> {
     let spec = reader::read_stored(&stored.spec).map_err(Problem::internal)?;
+    Ok(match earlier {
+        Some(earlier) => spec.with_earlier(earlier),
+        None => spec,
+    })
+}
+
+/// Computes a stored fit again and compares. Processor work.
+pub fn replay(nodes: &Nodes, stored: &FitRecord, earlier: Option<Arc<[Earlier]>>) -> Result<Replay, Problem> {
+    let spec = stored_spec(stored, earlier)?;
     // all of it anew, plans too
     let computed = compute(nodes, &spec, &Plans::default())?;
     Replay::of(&stored.result, &computed.result, difference).map_err(Problem::internal)

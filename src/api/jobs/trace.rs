@@ -13,7 +13,7 @@ use super::{
 };
 use crate::{
     api::{
-        fits::answer::parts::CoefficientBody,
+        fits::answer::{parts::CoefficientBody, prior::PriorResultBody},
         json::{
             text::Moment,
             writer::{Json, Object},
@@ -85,6 +85,9 @@ pub struct TracedFitBody {
     pub summary: FitSummaryBody,
     /// In the order of the fit's answer.
     pub coefficients: Vec<CoefficientBody>,
+    /// What the fit stood on beside the nodes; absent where it had no prior.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub prior: Option<PriorResultBody>,
 }
 
 /// How many entries of each list of a traced iteration stand before those told, which are the last
@@ -169,6 +172,9 @@ fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
 fn fit(object: &mut Object<'_>, fit: &TracedFit) {
     fit_summary(object, &fit.summary);
     object.raw("coefficients", &fit.coefficients);
+    if let Some(prior) = &fit.prior {
+        object.raw("prior", prior);
+    }
 }
 
 fn choice(object: &mut Object<'_>, choice: &Choice) {

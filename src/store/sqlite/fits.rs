@@ -108,7 +108,8 @@ pub async fn last_with_coefficients(
     let mut rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
         summary_columns!(),
-        ", result -> '$.coefficients' AS coefficients FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+        ", result -> '$.coefficients' AS coefficients, result -> '$.prior' AS prior
+         FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
     ))
     .bind(iteration)
     .bind(MAX_LISTED)

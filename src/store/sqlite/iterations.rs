@@ -9,7 +9,7 @@ use super::{
     locate::{WithSeq, which_is_missing},
 };
 use crate::{
-    jobs::{Iteration, Measurand, RepositoryError, Successors},
+    jobs::{Iteration, Measurand, Predecessor, Predecessors, RepositoryError, Successors},
     store::shared::{Integer, IterationRow, MeasurandRow, NodesColumn, Outcome, damaged},
 };
 use flankfit_engine::estimation::Nodes;
@@ -118,5 +118,41 @@ pub async fn successors(db: &SqlitePool, job: Uuid, number: u32) -> Outcome<Succ
             }
         }
     }
+    Ok(found)
+}
+
+#[derive(FromRow)]
+struct PredecessorRow {
+    number: Integer<u32>,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    fit_id: Uuid,
+}
+
+/// Earlier iterations of the same flank and tooth, oldest first.
+pub async fn predecessors(db: &SqlitePool, job: Uuid, wanted: Predecessors) -> Outcome<Vec<Predecessor>> {
+    let mut db = db.acquire().await?;
+    let mut rows = sqlx::query_as::<_, PredecessorRow>(
+        "SELECT i.number AS number, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
+                (SELECT f.id FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = i.seq
+                 ORDER BY c.position DESC LIMIT 1) AS fit_id
+         FROM jobs j JOIN iterations i ON i.job = j.seq
+         WHERE j.id = ? AND i.number >= ? AND i.number < ? ORDER BY i.number DESC",
+    )
+    .bind(job)
+    .bind(wanted.from)
+    .bind(wanted.before.map_or(i64::MAX, i64::from))
+    .fetch(&mut *db);
+    let mut found = Vec::new();
+    while let Some(PredecessorRow { number: Integer(number), measurand, fit_id }) = rows.try_next().await? {
+        let measurand = Measurand::from(measurand);
+        if measurand.is_alike(&wanted.of) {
+            found.push(Predecessor { number, measurand, fit_id });
+            if found.len() == wanted.most {
+                break;
+            }
+        }
+    }
+    found.reverse();
     Ok(found)
 }

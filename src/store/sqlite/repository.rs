@@ -18,8 +18,8 @@ use crate::{
     jobs::{
         ANSWERS_KEPT, Answer, Block, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job,
         JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest,
-        Precondition, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryFuture, Stored, Stream,
-        StreamState, Successors, Trace,
+        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
+        RepositoryFuture, Stored, Stream, StreamState, Successors, Trace,
     },
     store::shared::{
         Choose, Decide, DeleteJob, DeleteStream, FinishStream, ForgetAnswers, InsertBlock, InsertFit, InsertIteration,
@@ -128,6 +128,10 @@ impl Repository for Store {
 
     fn successors(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Successors> {
         self.read(iterations::successors(&self.readers, job, number))
+    }
+
+    fn predecessors(&self, job: Uuid, wanted: Predecessors) -> RepositoryFuture<'_, Vec<Predecessor>> {
+        self.read(iterations::predecessors(&self.readers, job, wanted))
     }
 
     fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace> {

@@ -9,7 +9,7 @@ use crate::estimation::{
     error::FitError,
     result::{
         CollinearityReport, Covariance, EstimableSum, FilteringReport, FitResult, Influence, Interval,
-        LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, Warning,
+        LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, PriorReport, Warning,
     },
 };
 
@@ -143,6 +143,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     dropped.unless("estimable", &mut result.estimable, |sums| sums.iter().all(EstimableSum::is_finite));
     dropped.unless("matrix_b_factors", &mut result.matrix_b_factors, MatrixBFactors::is_finite);
+    dropped.unless("prior", &mut result.prior, PriorReport::is_finite);
     dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
     dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
     dropped.unless("influence", &mut result.influence, Influence::is_finite);

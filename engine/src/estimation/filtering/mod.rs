@@ -26,6 +26,7 @@ use super::{
     diagnostics::finite,
     error::FitError,
     fit::{Plans, fit_remembering as fit_nodes},
+    prior::with_earlier,
     result::{FilteringReport, FitResult, Warning},
     spec::{Filter, FitSpec},
 };
@@ -94,7 +95,8 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
         return fit_nodes(nodes, spec, plans);
     }
     let mut applied = steps::apply(nodes, &spec.filters)?;
-    let mut result = fit_nodes(&applied.nodes, spec, plans)?;
+    let filtered = with_earlier(spec, |nodes| Ok(steps::apply(nodes, &spec.filters)?.nodes))?;
+    let mut result = fit_nodes(&applied.nodes, filtered.as_ref().unwrap_or(spec), plans)?;
     if spec.filters.iter().any(|filter| !matches!(filter, Filter::Hampel(_))) {
         applied.warnings.push(Warning::FilteredNoise);
     }

@@ -94,6 +94,7 @@ pub(super) fn conclude(
         regularization: applied.regularization,
         bias: applied.bias,
         filtering: None,
+        prior: applied.prior.map(|prior| prior.report),
         covariance,
         predictions,
         influence,
@@ -266,6 +267,7 @@ impl<'a> Solved<'a> {
     fn coefficients(&self, applied: &Applied) -> Vec<Coefficient> {
         let design = self.linear.design;
         let mut intervals = self.intervals(applied).into_iter();
+        let sigma = applied.pooled().map_or(self.sigma, |pooled| Some(pooled.sigma));
         let (plain, leverage) = match self.robust {
             Some(RobustSolution { plain, .. }) => (&plain.coefficients, &plain.leverage),
             None => (&self.least_squares.coefficients, &applied.estimate.leverage),
@@ -287,7 +289,7 @@ impl<'a> Solved<'a> {
                 value: applied.estimate.coefficients[j],
                 std_error: match &robust_errors {
                     Some(errors) => errors[j].filter(|_| self.degrees_of_freedom > 0),
-                    None => self.sigma.map(|s| s * applied.estimate.spread[j]),
+                    None => sigma.map(|s| s * applied.estimate.spread[j]),
                 },
                 least_squares: plain[j],
                 least_squares_std_error: self.sigma.map(|s| s * leverage[j]),

@@ -22,6 +22,8 @@ pub(super) struct Forms<'a> {
     /// The fitted heights in Q's coordinates.
     pub fitted: Vec<Dd>,
     pub noise: Option<Noise>,
+    /// Whether the estimate is the mean of a posterior, whose bands are about itself.
+    pub posterior: bool,
     /// Standard errors of a robust estimate.
     pub robust: Option<&'a Spread>,
     /// r, where it was told before the nodes were seen.
@@ -38,7 +40,7 @@ pub(super) struct Estimated {
     pub std_error: Option<f64>,
     pub least_squares_error: Option<f64>,
     pub bias_bound: f64,
-    /// ρ(q): what the estimate takes of the heights.
+    /// σ times its length is the standard error.
     pub row: Vec<f64>,
 }
 
@@ -88,7 +90,7 @@ impl Forms<'_> {
     }
 
     fn estimated(&self, form: Form, value: f64) -> Estimated {
-        let row = self.map.row(&form, self.spectrum);
+        let row = self.map.spread(&form, self.spectrum);
         let error = |row: &[f64]| match self.robust {
             Some(spread) => spread.of_row(row.to_vec()),
             None => self.noise.map(|noise| noise.sigma * length(row)),
@@ -112,6 +114,10 @@ impl Forms<'_> {
     /// `own`: Student's about least squares, or the bias-aware one where that is shorter.
     pub(super) fn interval(&self, estimated: &Estimated, own: f64) -> Option<[f64; 2]> {
         let noise = self.noise.as_ref()?;
+        if self.posterior {
+            let half = noise.quantile() * estimated.std_error?.hypot(own);
+            return Some([estimated.value - half, estimated.value + half]);
+        }
         let plain = noise.quantile() * estimated.least_squares_error?.hypot(own);
         let (mut middle, mut half) = (self.least_squares(&estimated.form), plain);
         if let Some(r) = self.told {

@@ -8,6 +8,7 @@ use super::{
 };
 use crate::estimation::{
     inference::Noise,
+    prior::PooledNoise,
     regularized::Applied,
     result::{Covariance, Interval, IntervalKind, Predictions, RegularizationKind, Warning},
 };
@@ -36,13 +37,15 @@ impl Solved<'_> {
             return (None, None);
         }
         let level = predict.and_then(|asked| asked.level).unwrap_or(spec.level);
+        let pooled = applied.pooled().map(|pooled| noise_of(pooled, level));
         let forms = Forms {
             linear: self.linear,
             columns: &self.frame.columns,
             spectrum: &self.spectrum,
             map: &applied.map,
             fitted: applied.map.fitted(self.linear, &self.spectrum),
-            noise: self.noise(level),
+            noise: pooled.or_else(|| self.noise(level)),
+            posterior: pooled.is_some(),
             robust: self.robust.map(|robust| &robust.estimate.spread),
             told: intervals::told(&applied.bias).filter(|_| self.robust.is_none()),
             norm_limit: applied.bias.coefficient_norm_limit,
@@ -57,6 +60,9 @@ impl Solved<'_> {
 
     /// Confidence intervals of the coefficients: none without an estimate of the noise.
     pub(super) fn intervals(&self, applied: &Applied) -> Vec<Option<Interval>> {
+        if let Some(pooled) = applied.pooled() {
+            return self.posterior_intervals(applied, &noise_of(pooled, self.spec.level));
+        }
         let Some(noise) = self.noise(self.spec.level) else { return Vec::new() };
         let plain = matches!(applied.regularization.kind, RegularizationKind::None);
         let intervals = Intervals {
@@ -76,5 +82,31 @@ impl Solved<'_> {
                 intervals.of(value, |j| errors[j].filter(|_| self.degrees_of_freedom > 0))
             }
         }
+    }
+    /// Student's interval about the mean of the posterior, and that about least squares by the
+    /// nodes alone.
+    fn posterior_intervals(&self, applied: &Applied, noise: &Noise) -> Vec<Option<Interval>> {
+        let alone = self.noise(self.spec.level);
+        let of = |j: usize| {
+            let (value, half) = (applied.estimate.coefficients[j], applied.estimate.spread[j]);
+            let half = noise.quantile() * noise.sigma * half;
+            let plain = alone.map(|alone| alone.quantile() * alone.sigma * applied.estimate.leverage[j]);
+            let middle = self.least_squares.coefficients[j];
+            Some(Interval {
+                ends: [value - half, value + half],
+                kind: IntervalKind::Posterior,
+                least_squares: plain.map(|plain| [middle - plain, middle + plain]),
+                gain: plain.filter(|plain| *plain > 0.0).map(|plain| half / plain),
+            })
+        };
+        (0..applied.estimate.coefficients.len()).map(of).collect()
+    }
+}
+
+/// The noise by which a posterior was weighed.
+fn noise_of(pooled: PooledNoise, level: f64) -> Noise {
+    match pooled.freedom {
+        None => Noise::known(pooled.sigma, level),
+        Some(freedom) => Noise::estimated(pooled.sigma, freedom as f64, level),
     }
 }

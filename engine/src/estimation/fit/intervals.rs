@@ -25,7 +25,7 @@ pub(super) struct Intervals<'a> {
 pub(super) fn told(bias: &BiasReport) -> Option<f64> {
     match bias.coefficient_norm_limit_source {
         NormLimitSource::Request | NormLimitSource::Limits => Some(bias.coefficient_norm_limit),
-        NormLimitSource::Estimate | NormLimitSource::Heights => None,
+        NormLimitSource::Estimate | NormLimitSource::Heights | NormLimitSource::Prior => None,
     }
 }
 

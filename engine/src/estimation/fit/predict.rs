@@ -122,7 +122,7 @@ fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2
 /// A band about the estimate with its bias where r was told, else about least squares.
 fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
     let n = forms.linear.design.size();
-    let biased = forms.told.is_some();
+    let biased = forms.told.is_some() || forms.posterior;
     let among = match places.is_empty() {
         true => Some(Among::Each(heights.len())),
         false => tube(forms, places, biased).map(Among::Tube),
@@ -132,6 +132,7 @@ fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise
         .iter()
         .map(|one| {
             let (middle, half) = match biased {
+                true if forms.posterior => (one.value, factor * one.std_error?),
                 true => (one.value, factor * one.std_error? + one.bias_bound),
                 false => (forms.least_squares(&one.form), factor * one.least_squares_error?),
             };

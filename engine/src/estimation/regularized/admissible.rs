@@ -13,6 +13,7 @@ use super::{
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     design::Design,
+    prior,
     selection::{filters::checked_count, selector::no_minimiser},
     spec::{Count, Criterion, FitSpec, Parameter, Regularization, Scaling, ShrinkageFactor},
     spectrum::scaled_size,
@@ -20,6 +21,7 @@ use crate::estimation::{
 
 /// Refuses a scaling and regularisation of `spec` that `design` rules out.
 pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+    prior::check(design, spec)?;
     let size = scaled_size(design, spec.scaling)?;
     match &spec.regularization {
         Regularization::None => Ok(()),

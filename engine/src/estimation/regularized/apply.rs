@@ -3,13 +3,16 @@
 use super::{
     admissible::check_admissible,
     context::{Applied, Context},
-    shrink, spectral, tikhonov, truncated,
+    prior, shrink, spectral, tikhonov, truncated,
 };
 use crate::estimation::{error::FitError, result::Warning, spec::Regularization};
 
 /// Applies what the spec asks for.
 pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     check_admissible(context.linear.design, context.spec)?;
+    if let Some(known) = &context.spec.prior {
+        return prior::apply(context, known, warnings);
+    }
     match &context.spec.regularization {
         Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
             spectral::apply(context, warnings)

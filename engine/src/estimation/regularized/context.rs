@@ -1,9 +1,10 @@
 //! What a regularisation is given, and what it answers.
 
-use super::linear_map::LinearMap;
+use super::{linear_map::LinearMap, prior_applied::PriorApplied};
 use crate::estimation::{
     diagnostics::perturbation,
     estimate::{Estimate, LeastSquares},
+    prior::PooledNoise,
     problem::{LinearProblem, Residuals},
     result::{
         BiasReport, Choice, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport, Regularized,
@@ -136,4 +137,13 @@ pub(crate) struct Applied {
     pub after: Option<perturbation::Estimate>,
     /// How the estimate follows from least squares.
     pub map: LinearMap,
+    /// Present when something was known before.
+    pub prior: Option<PriorApplied>,
+}
+
+impl Applied {
+    /// The noise by which the posterior of a prior was weighed, where there is one.
+    pub(crate) fn pooled(&self) -> Option<PooledNoise> {
+        self.prior.as_ref().and_then(|prior| prior.noise)
+    }
 }

@@ -40,6 +40,17 @@ pub(crate) enum LinearMap {
         /// The estimate in the working basis.
         working: Vec<Dd>,
     },
+    /// The posterior of nodes and prior.
+    Posterior {
+        /// C, `σ²CᵀC` being the covariance in Q's coordinates.
+        root: DMatrix<f64>,
+        /// 1 less what of the heights arrives in the estimate.
+        removal: DMatrix<f64>,
+        /// What the bias has beyond that of a single prior.
+        offset: DVector<f64>,
+        /// The estimate in the working basis.
+        working: Vec<Dd>,
+    },
 }
 
 /// What bounds the bias of an estimate that is drawn to a target.
@@ -109,6 +120,21 @@ impl LinearMap {
                 let kept = kept.as_ref().map_or(0.0, |kept| dot(kept, &form.q).powi(2));
                 (1.0 - factor) * (dot(&form.q, &form.q) - kept)
             }
+            LinearMap::Posterior { removal, .. } => {
+                let removed = |row: &[f64]| dot(row, &form.q);
+                removal.column_iter().zip(&form.q).map(|(column, q)| q * removed(column.as_slice())).sum()
+            }
+        }
+    }
+
+    /// A vector of which σ times the length is the standard error of the form: ρ(q), but for a
+    /// posterior, in which not the heights of now alone vary.
+    pub(crate) fn spread(&self, form: &Form, spectrum: &Spectrum) -> Vec<f64> {
+        match self {
+            LinearMap::Posterior { root, .. } => {
+                root.row_iter().map(|c| c.iter().zip(&form.q).map(|(c, q)| c * q).sum()).collect()
+            }
+            _ => self.row(form, spectrum),
         }
     }
 
@@ -116,6 +142,11 @@ impl LinearMap {
     pub(crate) fn row(&self, form: &Form, spectrum: &Spectrum) -> Vec<f64> {
         let mut row = form.q.clone();
         match self {
+            LinearMap::Posterior { removal, .. } => {
+                for (to, removed) in row.iter_mut().zip(removal.row_iter()) {
+                    *to -= removed.iter().zip(&form.q).map(|(g, q)| g * q).sum::<f64>();
+                }
+            }
             LinearMap::Eigenvectors { removed } => {
                 for (i, (&g, &lambda)) in removed.iter().zip(&spectrum.lambda).enumerate() {
                     if g != 0.0 && lambda > 0.0 {
@@ -152,7 +183,9 @@ impl LinearMap {
                 }
                 b
             }
-            LinearMap::Oblique { working, .. } | LinearMap::Toward { working, .. } => {
+            LinearMap::Oblique { working, .. }
+            | LinearMap::Toward { working, .. }
+            | LinearMap::Posterior { working, .. } => {
                 let mut image = working.clone();
                 multiply_upper_vector(&linear.factor.r, &mut image);
                 image
@@ -161,7 +194,7 @@ impl LinearMap {
     }
 
     /// Sharp bound on the bias of `form` for coefficients of norm at most `r` in the scaled
-    /// columns.
+    /// columns; of a posterior, at most `r` from the mean of the prior.
     pub(crate) fn bias(&self, form: &Form, columns: &ScaledColumns, r: f64) -> f64 {
         match self {
             LinearMap::Eigenvectors { removed } => r * norm(form.along.iter().zip(removed).map(|(p, g)| p * g)),
@@ -171,6 +204,13 @@ impl LinearMap {
                     columns.matrix.column_iter().map(|x| x.iter().zip(&form.q).map(|(x, q)| x.to_f64() * q).sum()),
                 );
                 r * removal.tr_mul(&scaled).norm()
+            }
+            LinearMap::Posterior { removal, offset, .. } => {
+                let removed = |k: usize| removal.column(k).iter().zip(&form.q).map(|(g, q)| g * q).sum::<f64>();
+                let removed: Vec<f64> = (0..removal.ncols()).map(removed).collect();
+                let scaled = columns.matrix.column_iter();
+                let of_column = |x: &[Dd]| x.iter().zip(&removed).map(|(x, g)| x.to_f64() * g).sum::<f64>();
+                r * norm(scaled.map(|x| of_column(x.as_slice()))) + dot(offset.as_slice(), &form.q).abs()
             }
             LinearMap::Toward { factor, bias, .. } => bias.of((1.0 - factor).abs(), r, &form.along),
         }

@@ -8,6 +8,7 @@
 //! | none, spectral, ridge | `V diag(f) Vᵀ`, eigenvectors V of the Fisher information matrix | [`spectral`] |
 //! | truncated SVD | the same with f 0 or 1 | [`truncated`] |
 //! | James–Stein, attraction | `c I` toward the target T, or `c I` beside the constant | [`shrink`] |
+//! | posterior of a prior | its gain, toward a mixture of means | [`prior`] |
 //! | Tikhonov | `Z diag(f) Z⁻¹`, directions Z of the pair (X, penalty), oblique in the scaled columns | [`tikhonov`] |
 
 mod admissible;
@@ -19,6 +20,8 @@ mod oblique;
 mod oblique_choice;
 mod pair;
 mod penalty;
+mod prior;
+mod prior_applied;
 mod rational_penalty;
 pub(super) mod reason;
 mod report;

@@ -71,6 +71,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
             norm: spectrum.a.iter().zip(&filtered).map(|(a, f)| (a * f.factor).powi(2)).sum::<f64>().sqrt(),
         }),
         map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },
+        prior: None,
         estimate,
         residuals,
         spectrum: spectrum_after,

@@ -227,6 +227,7 @@ impl<'a> AttractionTarget<'a> {
             // the factor follows the nodes
             after: None,
             map: LinearMap::Toward { factor: c, kept: self.kept(), bias: self.bias(), working },
+            prior: None,
             estimate,
         }
     }

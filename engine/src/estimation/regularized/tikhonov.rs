@@ -114,6 +114,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         matrix_b_factors: None,
         after: None,
         map,
+        prior: None,
         estimate,
     })
 }

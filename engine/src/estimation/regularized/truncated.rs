@@ -96,6 +96,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
         // the subspace that is kept turns with the nodes: the bounds for X + B say nothing of it
         after: None,
         map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },
+        prior: None,
         estimate,
     })
 }

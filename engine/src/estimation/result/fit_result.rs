@@ -10,6 +10,7 @@ use super::{
     influence::Influence,
     matrix_b::MatrixBFactors,
     prediction::{Covariance, Predictions},
+    prior::PriorReport,
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
     residuals::ResidualReport,
     robust::RobustReport,
@@ -54,6 +55,8 @@ pub struct FitResult {
     pub estimable: Option<Vec<EstimableSum>>,
     /// Present when filters were asked for.
     pub filtering: Option<FilteringReport>,
+    /// Present when something was known before.
+    pub prior: Option<PriorReport>,
     /// Present when `covariance` was included and there is an estimate of the noise.
     pub covariance: Option<Covariance>,
     /// Present when heights were asked for at places.

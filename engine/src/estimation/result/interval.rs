@@ -10,6 +10,8 @@ pub enum IntervalKind {
     LeastSquares,
     /// About a filtered estimate whose bias a told norm limit bounds.
     BiasAware,
+    /// About the mean of the posterior of nodes and prior, from its standard deviation.
+    Posterior,
 }
 
 impl IntervalKind {
@@ -19,6 +21,7 @@ impl IntervalKind {
             IntervalKind::Student => "student",
             IntervalKind::LeastSquares => "least_squares",
             IntervalKind::BiasAware => "bias_aware",
+            IntervalKind::Posterior => "posterior",
         }
     }
 }
@@ -38,10 +41,10 @@ pub struct Interval {
     pub ends: [f64; 2],
     /// What it rests on.
     pub kind: IntervalKind,
-    /// Student's interval about least squares, where this one is bias-aware and least squares has
-    /// one.
+    /// Student's interval about least squares, where this one is bias-aware or of a posterior and
+    /// least squares has one.
     pub least_squares: Option<[f64; 2]>,
-    /// Its width over that of least squares, where a norm limit was told and least squares has
-    /// one.
+    /// Its width over that of least squares, where a norm limit or a prior was told and least
+    /// squares has one.
     pub gain: Option<f64>,
 }

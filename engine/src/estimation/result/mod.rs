@@ -9,6 +9,7 @@ mod influence;
 mod interval;
 mod matrix_b;
 mod prediction;
+mod prior;
 mod regularization;
 mod residuals;
 mod robust;
@@ -26,6 +27,7 @@ pub use influence::Influence;
 pub use interval::{Interval, IntervalKind};
 pub use matrix_b::{MatrixBFactors, ProductOfB};
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
+pub use prior::{PriorConflict, PriorReport, UsedCorrection};
 pub use regularization::{
     BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
 };

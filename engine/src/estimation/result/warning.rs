@@ -2,6 +2,7 @@
 
 use std::fmt;
 
+use super::prior::PriorConflict;
 use crate::{
     estimation::spec::{Along, Criterion},
     fault::words::{Shown, counted, listed},
@@ -321,6 +322,15 @@ pub enum Warning {
         /// What the standard errors are too small by.
         factor: f64,
     },
+    /// Nodes that contradict the prior.
+    #[error(
+        "the nodes contradict the prior: e'S⁻¹e/n is {:.3}, which has the probability {:.1e} where it holds; it was \
+         let go, and least squares of these nodes is answered", .0.statistic, .0.p
+    )]
+    PriorConflict(PriorConflict),
+    /// A prior of iterations without any.
+    #[error("there is no earlier iteration of this flank and tooth: least squares of these nodes is answered")]
+    NoEarlierIterations,
 }
 
 impl Warning {
@@ -371,6 +381,8 @@ impl Warning {
             NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
             OutsideDomain(_) => "outside_domain",
             CorrelatedResiduals { .. } => "correlated_residuals",
+            PriorConflict(_) => "prior_conflict",
+            NoEarlierIterations => "no_earlier_iterations",
         }
     }
 }
@@ -386,6 +398,8 @@ pub enum Regularized {
     Attraction,
     /// A roughness penalty.
     Tikhonov,
+    /// The posterior of nodes and prior.
+    Posterior,
 }
 
 impl fmt::Display for Regularized {
@@ -395,6 +409,7 @@ impl fmt::Display for Regularized {
             Regularized::JamesStein => "James–Stein",
             Regularized::Attraction => "attraction",
             Regularized::Tikhonov => "Tikhonov",
+            Regularized::Posterior => "a posterior",
         })
     }
 }

@@ -1,10 +1,13 @@
 //! Everything about a fit but the nodes.
 
+use std::sync::Arc;
+
 use super::{
     estimator::Estimator,
     filter::Filter,
     model::{Domain, Model, Scaling},
     predict::Predict,
+    prior::{Earlier, Prior},
     regularization::Regularization,
 };
 
@@ -57,6 +60,8 @@ pub struct FitSpec {
     pub node_uncertainty: Option<NodeUncertainty>,
     /// Level of confidence intervals, between 0.5 and 1.
     pub level: f64,
+    /// What was known of the coefficients before.
+    pub prior: Option<Prior>,
     /// Heights and bands at places of the domain.
     pub predict: Option<Predict>,
     /// Parts of the answer beyond the default.
@@ -80,10 +85,19 @@ impl FitSpec {
             noise_sigma: None,
             node_uncertainty: None,
             level: DEFAULT_LEVEL,
+            prior: None,
             predict: None,
             include: Include::default(),
             filters: Vec::new(),
         }
+    }
+
+    /// The same with the earlier iterations of its prior; nothing changes where it has no chain.
+    pub fn with_earlier(mut self, earlier: Arc<[Earlier]>) -> Self {
+        if let Some(Prior::Iterations(chain)) = &mut self.prior {
+            chain.earlier = Some(earlier);
+        }
+        self
     }
 }
 

@@ -6,6 +6,7 @@ pub mod filters;
 mod influence;
 pub mod parts;
 pub mod predictions;
+pub mod prior;
 pub mod regularization;
 pub mod result;
 pub mod robust;

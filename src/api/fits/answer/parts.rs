@@ -32,28 +32,32 @@ answer! {
         index?: Vec<usize> = if let TermKey::Index(index) = key { Some(index) } else { None },
         /// Column of a measurement matrix, from 0.
         column?: usize = if let TermKey::Column(column) = key { Some(column) } else { None },
-        /// The estimator asked for, regularised: Â_B (Eq. 29).
+        /// The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
+        /// posterior.
         value: f64 = value,
         /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
         /// nodes; absent without degrees of freedom. After a chosen λ* it is too small and leaves
         /// the bias out: in simulations the truth lay within it in 23 to 44 % of the cases, not 68
-        /// % (docs/mathematics-notes.md). `least_squares_std_error` holds.
+        /// % (docs/mathematics-notes.md). `least_squares_std_error` holds. With a `prior` the
+        /// standard deviation of the posterior, by `prior.sigma`.
         std_error?: f64 = std_error,
         /// Plain least-squares estimate of the posted nodes, whatever the estimator.
         least_squares: f64 = least_squares,
         /// Standard error of `least_squares`.
         least_squares_std_error?: f64 = least_squares_std_error,
-        /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r.
+        /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of the
+        /// posterior's mean for coefficients within r of the prior's.
         bias_bound: f64 = bias_bound,
         /// Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
         /// holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.
         /// Absent without an estimate of the noise, and where nothing limits the coefficient.
         interval?: [f64; 2] = interval.as_ref().map(|interval| &interval.ends),
         interval_kind?: IntervalKindName = interval.as_ref().map(|interval| &interval.kind),
-        /// Student's interval about `least_squares`; there with a bias-aware `interval`.
+        /// Student's interval about `least_squares` by these nodes alone; there with an `interval`
+        /// of kind `bias_aware` or `posterior`.
         least_squares_interval?: [f64; 2] = interval.as_ref().and_then(|interval| interval.least_squares.as_ref()),
         /// Width of `interval` over that of Student's about least squares; there where a norm limit
-        /// was told (`coefficient_norm_limit`).
+        /// (`coefficient_norm_limit`) or a `prior` was told.
         interval_gain?: f64 = interval.as_ref().and_then(|interval| interval.gain),
     }
 }
@@ -62,12 +66,14 @@ names! {
     /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
     /// Student's t about least squares, as nothing limits the bias of the regularised estimate;
     /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
-    /// coefficients within the norm limit that was told.
+    /// coefficients within the norm limit that was told; `posterior`, Student's t about the mean of
+    /// the posterior of nodes and prior: it holds as far as the prior does (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
         LeastSquares = "least_squares",
         BiasAware = "bias_aware",
+        Posterior = "posterior",
     }
 }
 
@@ -116,7 +122,8 @@ answer! {
         sharp_bound: f64 = sharp_bound,
         /// Ineq. 51, where it holds.
         paper_bound?: f64 = paper_bound,
-        /// r, the norm of the coefficients that the bounds allow for, in the scaled columns.
+        /// r, the norm of the coefficients that the bounds allow for, in the scaled columns; with a
+        /// prior the distance from its mean.
         coefficient_norm_limit: f64 = coefficient_norm_limit,
         coefficient_norm_limit_source: NormLimitSource = coefficient_norm_limit_source,
         /// What the norm of the true coefficients stays below by least squares and its errors,
@@ -140,6 +147,8 @@ names! {
         Heights = "heights",
         /// The limits of the coefficients, or the norm of the regularised estimate, if greater.
         Limits = "limits",
+        /// The spread of the prior: the root of its total variance in the scaled columns.
+        Prior = "prior",
     }
 }
 

@@ -11,6 +11,7 @@ use super::{
     influence::InfluenceBody,
     parts::*,
     predictions::{CovarianceBody, PredictionsBody},
+    prior::PriorResultBody,
     regularization::{RegularizationResult, RidgeTracePointBody},
     robust::RobustBody,
     shared_text,
@@ -45,7 +46,7 @@ answer! {
     pub struct FitResultBody from FitAnswer<'a> {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
-            lambda_curve, ridge_trace, matrix_b, matrix_b_factors, estimable, filtering, covariance, predictions,
+            lambda_curve, ridge_trace, matrix_b, matrix_b_factors, estimable, filtering, prior, covariance, predictions,
             influence, shape: _, numerics, warnings,
         },
         shape, input_sha256, spec,
@@ -87,6 +88,8 @@ answer! {
         estimable?: Vec<EstimableSumBody> = estimable,
         /// Present when there were filters.
         filter_collinearity?: FilterCollinearity = filtering,
+        /// Present when something was known before (`prior`).
+        prior?: PriorResultBody = prior,
         /// Present when `covariance` was included.
         covariance?: CovarianceBody = covariance,
         /// Present when heights were asked for (`predict`).

@@ -17,9 +17,9 @@ use flankfit_engine::estimation::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
         EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind, IterationReport,
         LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
-        NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB, RegularizationKind,
-        RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, Simultaneous, Slopes,
-        SpectrumReport, TermKey, Warning,
+        NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions, PriorConflict, PriorReport,
+        ProductOfB, RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint,
+        RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, UsedCorrection, Warning,
     },
     spec::{
         Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
@@ -180,7 +180,8 @@ impl Maker {
     fn interval(&mut self) -> Interval {
         Interval {
             ends: [self.number(), self.number()],
-            kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware][self.below(3)],
+            kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware, IntervalKind::Posterior]
+                [self.below(4)],
             least_squares: self.there().then(|| [self.number(), self.number()]),
             gain: self.maybe(),
         }
@@ -197,7 +198,8 @@ impl Maker {
                 NormLimitSource::Estimate,
                 NormLimitSource::Heights,
                 NormLimitSource::Limits,
-            ][self.below(4)],
+                NormLimitSource::Prior,
+            ][self.below(5)],
             upper_confidence: self.maybe(),
             e: self.maybe(),
         }
@@ -267,6 +269,24 @@ impl Maker {
             press_residual: self.list(Maker::maybe),
             press: self.maybe(),
             node_indices: self.there().then(|| vec![self.below(9)]),
+        }
+    }
+
+    fn prior(&mut self) -> PriorReport {
+        PriorReport {
+            iterations: self.there().then(|| vec![1, 2]),
+            fit_ids: self.there().then(|| vec![self.text(), self.text()]),
+            corrections: self.list(|m| UsedCorrection { iteration: 1, record_id: m.text() }),
+            move_std_error: self.there().then(|| self.numbers()),
+            move_ratio: self.maybe(),
+            conflict: self.there().then(|| PriorConflict {
+                statistic: self.number(),
+                p: self.number(),
+                let_go: self.below(2) == 0,
+            }),
+            share: self.numbers(),
+            sigma: self.maybe(),
+            degrees_of_freedom: self.there().then(|| self.below(99)),
         }
     }
 
@@ -403,6 +423,7 @@ impl Maker {
             estimable: self.there().then(|| self.sums()),
             filtering: self.there().then(|| self.filtering()),
             influence: self.there().then(|| self.influence()),
+            prior: self.there().then(|| self.prior()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
             predictions: self.there().then(|| self.predictions()),
             shape: None,

@@ -16,6 +16,7 @@ mod filters;
 mod l_estimator;
 pub mod nodes;
 mod predict;
+pub mod prior;
 pub mod regularization;
 mod request;
 pub mod spec;

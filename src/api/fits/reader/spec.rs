@@ -46,6 +46,7 @@ pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &
     let noise_sigma = positive(&members.noise_sigma, faults);
     let node_uncertainty = members.node_uncertainty.text().and_then(|slice| read_uncertainty(slice, faults));
     let level = members.level.read(faults);
+    let prior = members.prior.text().and_then(|slice| super::prior::read(slice, faults));
     let predict = members.predict.text().and_then(|slice| super::predict::read(slice, faults));
     let include = members.include.read(faults).map(|names| include(&names));
     let filters = members.filters.text().and_then(|slice| super::filters::read(slice, faults));
@@ -54,13 +55,18 @@ pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &
     }
     Some(FitSpec {
         scaling: scaling.unwrap_or_default(),
-        regularization: regularization.unwrap_or_default(),
+        // a prior leaves nothing to be regularised
+        regularization: regularization.unwrap_or_else(|| match prior {
+            Some(_) => spec::Regularization::None,
+            None => spec::Regularization::default(),
+        }),
         estimator: estimator.unwrap_or_default(),
         domain,
         coefficient_norm_limit,
         noise_sigma,
         node_uncertainty,
         level: level.unwrap_or(spec::DEFAULT_LEVEL),
+        prior,
         predict,
         include: include.unwrap_or_default(),
         filters: filters.unwrap_or_default(),

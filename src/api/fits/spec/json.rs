@@ -38,6 +38,7 @@ impl From<&FitSpec> for FitSpecBody {
                 height: unsigned_zero(uncertainty.height),
             }),
             level: Some(spec.level),
+            prior: spec.prior.as_ref().map(PriorBody::from),
             predict: spec.predict.as_ref().map(PredictBody::from),
             include: named(spec.include),
             filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),

@@ -15,6 +15,7 @@ pub mod json;
 pub mod knots;
 pub mod nodes;
 pub mod predict;
+pub mod prior;
 pub mod regularization;
 pub mod regularization_json;
 pub mod request;

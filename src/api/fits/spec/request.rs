@@ -13,7 +13,7 @@ pub use super::{
     count::CountBody,
     knots::{KnotsBody, WeightsBody},
 };
-pub use super::{estimator::*, include::IncludeName, predict::*};
+pub use super::{estimator::*, include::IncludeName, predict::*, prior::PriorBody};
 use super::{filters::FilterBody, nodes::PostedNodes};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
@@ -90,6 +90,7 @@ request! {
         /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
         #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
         optional level: f64,
+        optional prior: PriorBody,
         /// Heights, slopes and bands at places of the domain.
         optional predict: PredictBody,
         /// What is answered only when asked for.

@@ -3,6 +3,7 @@
 pub mod csv;
 pub mod include;
 pub mod iteration_nodes;
+pub mod predicted;
 pub mod request;
 pub mod result;
 pub mod same_nodes;

@@ -105,11 +105,12 @@ pub struct TracedFitRow {
     #[sqlx(flatten)]
     summary: FitSummaryRow,
     pub coefficients: String,
+    prior: Option<String>,
 }
 
 impl From<TracedFitRow> for TracedFit {
-    fn from(TracedFitRow { summary, coefficients }: TracedFitRow) -> Self {
-        TracedFit { summary: summary.into(), coefficients }
+    fn from(TracedFitRow { summary, coefficients, prior }: TracedFitRow) -> Self {
+        TracedFit { summary: summary.into(), coefficients, prior }
     }
 }
 

@@ -1,0 +1,201 @@
+//! What was known of the coefficients before the nodes were measured: mean and spread of a caller,
+//! or the chain of earlier measurements of a flank that moved in between.
+//!
+//! Everything is said along the columns of the nodes of now, from their least squares and in units
+//! of σ: the coefficients are `A = Â + σ U⁻¹ δ`, U the columns in Q's coordinates. There the nodes of
+//! now say `δ = 0` with covariance 1, whatever the basis and its scaling, and a move that spreads
+//! by q standard errors of least squares, `Q = q²σ²(XᵀX)⁻¹`, has covariance q². Earlier nodes say
+//! `U_k U⁻¹ δ = (Q_kᵀY_k − U_k Â)/σ`.
+//!
+//! How far the flank moves nobody knows: the posterior is the mixture over q with the likelihood as
+//! weights, reported by its mean and covariance. A prior that the nodes contradict is let go.
+
+mod chain;
+mod conflict;
+mod current;
+mod information;
+mod mixture;
+mod observe;
+pub(super) mod reason;
+
+use std::sync::Arc;
+
+use nalgebra::{DMatrix, DVector};
+
+use self::{
+    chain::{Branch, Link, ratios},
+    information::{Information, Spread},
+    observe::Observed,
+};
+use super::{
+    data::Nodes,
+    design::Design,
+    error::FitError,
+    fault::{Faults, Field},
+    result::PriorConflict,
+    spec::{Chain, Earlier, Estimator, FitSpec, Moves, Prior, PriorSpread, Regularization, Scaling},
+};
+
+use self::reason::PriorReason;
+pub(crate) use self::{
+    current::{Current, PooledNoise},
+    mixture::Mixture,
+};
+
+/// Iterations before the one of now, from which on the size of moves can be told before the last.
+const JUDGED_FROM: usize = 2;
+
+/// Earlier iterations times the cube of the coefficients: some seconds of work.
+const MOST_WORK: usize = 20_000_000;
+
+/// What a prior came to.
+pub(crate) struct Outcome {
+    pub noise: PooledNoise,
+    pub conflict: Option<PriorConflict>,
+    /// Root mean square of q, where moves were estimated.
+    pub ratio: Option<f64>,
+    /// `None` where the prior was let go.
+    pub posterior: Option<Mixture>,
+}
+
+/// Refuses what cannot be asked for with a prior, and a prior that does not suit the model.
+pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+    let Some(prior) = &spec.prior else { return Ok(()) };
+    let mut faults = Faults::default();
+    if spec.regularization != Regularization::None {
+        faults.push(Field::Regularization, PriorReason::FilterOnTop);
+    }
+    if spec.estimator != Estimator::LeastSquares {
+        faults.push(Field::Estimator, PriorReason::LeastSquaresOnly);
+    }
+    if spec.scaling == Scaling::Standardized {
+        faults.push(Field::Scaling, PriorReason::Standardized);
+    }
+    if spec.coefficient_norm_limit.is_some() {
+        faults.push(Field::CoefficientNormLimit, PriorReason::NormLimit);
+    }
+    let n = design.size();
+    let mut count = |field: Field, given: usize| {
+        let right = given == n;
+        if !right {
+            faults.push(field, PriorReason::Count { given, coefficients: n });
+        }
+        right
+    };
+    match prior {
+        Prior::Given { mean, spread } => {
+            count(Field::PriorMean, mean.len());
+            match spread {
+                PriorSpread::StdError(deviations) => {
+                    count(Field::PriorStdError, deviations.len());
+                    positive(deviations, Field::PriorStdErrorOf, &mut faults);
+                }
+                PriorSpread::Covariance(triangle) => {
+                    count(Field::PriorCovariance, triangle.len());
+                    for (row, numbers) in triangle.iter().enumerate() {
+                        match numbers.get(row) {
+                            Some(variance) if numbers.len() == row + 1 => {
+                                if !(*variance > 0.0 && variance.is_finite()) {
+                                    faults.push(Field::PriorCovariance, PriorReason::NotPositive);
+                                }
+                            }
+                            _ => faults.push(Field::PriorRow(row), PriorReason::Row { row, given: numbers.len() }),
+                        }
+                    }
+                }
+            }
+        }
+        Prior::Iterations(chain) => {
+            if let Moves::StdError(deviations) = &chain.moves {
+                count(Field::PriorMove, deviations.len());
+                positive(deviations, Field::PriorMoveOf, &mut faults);
+            }
+            let most = MOST_WORK / n.pow(3).max(1);
+            match chain.earlier.as_ref().map(|earlier| earlier.len()) {
+                None => faults.push(Field::PriorIterations, PriorReason::NoJob),
+                Some(iterations) if iterations > most => {
+                    let reason = PriorReason::TooMuchWork { iterations, coefficients: n, most };
+                    faults.push(Field::PriorIterations, reason);
+                }
+                Some(_) => {}
+            }
+        }
+    }
+    faults.into_result(())
+}
+
+fn positive(deviations: &[f64], field: fn(usize) -> Field, faults: &mut Faults) {
+    for (j, &deviation) in deviations.iter().enumerate().filter(|(_, d)| !(**d > 0.0 && d.is_finite())) {
+        faults.push(field(j), PriorReason::StdError(deviation));
+    }
+}
+
+/// Weighs the prior of the spec against the nodes of now; `None` for a chain without iterations.
+pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>, FitError> {
+    let n = current.coefficients.len();
+    let now = Information { r: DMatrix::identity(n, n), d: DVector::zeros(n) };
+    let (noise, branches, judged, ratios) = match prior {
+        Prior::Given { mean, spread } => {
+            let noise = pooled_noise(current, &[])?;
+            let known = observe::given(mean, spread, current, noise.sigma)?;
+            (noise, vec![Branch::of(known, &now)], true, None)
+        }
+        Prior::Iterations(chain) => {
+            let Some(earlier) = chain.earlier.as_deref().filter(|earlier| !earlier.is_empty()) else {
+                return Ok(None);
+            };
+            let observed = Observed::all(chain, earlier, current)?;
+            let noise = pooled_noise(current, &observed)?;
+            let links: Vec<Link> = observed.iter().map(|one| one.link(noise.sigma)).collect();
+            let follow = |spread: &Spread| {
+                let undetermined = || Faults::one(Field::PriorIterations, PriorReason::EarlierUndetermined);
+                Branch::follow(&links, &now, spread).ok_or_else(undetermined)
+            };
+            match &chain.moves {
+                Moves::StdError(deviations) => {
+                    let branch = follow(&Spread::Of(current.along(deviations, noise.sigma)))?;
+                    (noise, vec![branch], true, None)
+                }
+                Moves::Estimated => {
+                    let sizes: Vec<f64> = ratios().collect();
+                    let branches: Result<Vec<_>, _> = sizes.iter().map(|&q| follow(&Spread::Even(q))).collect();
+                    (noise, branches?, links.len() >= JUDGED_FROM, Some(sizes))
+                }
+            }
+        }
+    };
+    let conflict = judged.then(|| conflict::conflict(&branches, noise.freedom));
+    let mixture = Mixture::new(&branches);
+    let ratio = ratios.map(|sizes| {
+        let square: f64 = sizes.iter().zip(&mixture.weights).map(|(q, weight)| weight * q * q).sum();
+        square.sqrt()
+    });
+    let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
+    Ok(Some(Outcome { noise, conflict, ratio, posterior }))
+}
+
+/// σ that was told, or that of all residuals together.
+fn pooled_noise(current: &Current, observed: &[Observed]) -> Result<PooledNoise, Faults> {
+    if let Some(sigma) = current.spec.noise_sigma {
+        return Ok(PooledNoise { sigma, freedom: None });
+    }
+    let freedom = current.freedom + observed.iter().map(|one| one.freedom).sum::<usize>();
+    let rss = current.rss + observed.iter().map(|one| one.rss).sum::<f64>();
+    let sigma = (rss / freedom as f64).sqrt();
+    if freedom > 0 && sigma > 0.0 {
+        return Ok(PooledNoise { sigma, freedom: Some(freedom) });
+    }
+    Err(Faults::one(Field::NoiseSigma, PriorReason::NoNoise))
+}
+
+/// The spec with its earlier nodes changed by `change`, as those of now were.
+pub(crate) fn with_earlier(
+    spec: &FitSpec,
+    change: impl Fn(&Nodes) -> Result<Nodes, FitError>,
+) -> Result<Option<FitSpec>, FitError> {
+    let Some(Prior::Iterations(chain @ Chain { earlier: Some(earlier), .. })) = &spec.prior else { return Ok(None) };
+    let changed = |one: &Earlier| Ok::<_, FitError>(Earlier { nodes: Arc::new(change(&one.nodes)?), ..one.clone() });
+    let earlier: Vec<Earlier> = earlier.iter().map(changed).collect::<Result<_, _>>()?;
+    let chain = Chain { earlier: Some(earlier.into()), ..chain.clone() };
+    Ok(Some(FitSpec { prior: Some(Prior::Iterations(chain)), ..spec.clone() }))
+}
