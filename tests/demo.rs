@@ -49,11 +49,13 @@ fn the_bundled_flank_is_measured_corrected_and_accepted() {
     let text = printed(&demo(folder.path(), &["--exit"]));
     assert!(folder.path().join("flankfit-demo.db").is_file(), "the jobs are in a file");
 
-    // Coefficients: value, standard error, bias bound, least squares, its standard error, unit.
+    // Coefficients: value, standard error, bias bound, least squares, interval, unit.
     for (term, unit) in [("1", "µm"), ("u", "µm/mm"), ("u^2*v^2", "µm/mm⁴")] {
         let cells = row(&text, "Coefficients", term);
         assert_eq!(cells.len(), 7, "{cells:?}");
-        assert!(number(cells[2]) > 0.0 && number(cells[3]) >= 0.0 && number(cells[5]) > 0.0, "{cells:?}");
+        assert!(number(cells[2]) > 0.0 && number(cells[3]) >= 0.0, "{cells:?}");
+        let (low, high) = cells[5].split_once(" to ").unwrap();
+        assert!(number(low) < number(cells[4]) && number(cells[4]) < number(high), "{cells:?}");
         assert_eq!(cells[6], unit);
     }
     // 135 nodes, 3 missing, 9 coefficients.

@@ -11,7 +11,7 @@ use flankfit_engine::{
     gear::{
         Gear, GearData, Hand, Kind, ProfileAxis, Side, Trace,
         evaluation::{
-            Posted, evaluate,
+            Posted, ToleranceLimits, evaluate,
             flank_surface::{Border, FlankNodes, SurfaceSettings, flank_surface},
             pitch::{PitchMeasured, PitchSettings, pitch},
             runout::{Counting, from_pitches},
@@ -97,6 +97,7 @@ fn flank_surface_of_a_grid(bencher: Bencher, (rows, columns): (usize, usize)) {
         border: Border { root: 5.0, tip: 5.0, toe: 5.0, heel: 5.0 },
         given: DeviationSign::Material,
         sign: SlopeSign::Din,
+        limits: ToleranceLimits::default(),
         spec: FitSpec::new(model),
     };
     let axis = ProfileAxis::RollLength;

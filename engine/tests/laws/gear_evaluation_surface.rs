@@ -9,6 +9,7 @@ use flankfit_engine::{
     gear::{
         Gear, GearData, ProfileAxis, Side,
         evaluation::{
+            ToleranceLimits,
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_figures, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
@@ -32,6 +33,7 @@ fn settings() -> SurfaceSettings {
         border: Border::default(),
         given: DeviationSign::Material,
         sign: SlopeSign::AsGiven,
+        limits: ToleranceLimits::default(),
         spec: plain(),
     }
 }

@@ -29,6 +29,7 @@ mod gear_evaluation_classes;
 mod gear_evaluation_dust;
 mod gear_evaluation_gaps;
 mod gear_evaluation_holes;
+mod gear_evaluation_intervals;
 mod gear_evaluation_quality;
 mod gear_evaluation_signs;
 mod gear_evaluation_surface;

@@ -10,8 +10,8 @@ use flankfit_engine::{
         data::{HELIX_ANGLES, PRESSURE_ANGLES},
         deviation::fault::{self as deviation, BorderField, BorderReason, MeasureField, MeasureReason},
         evaluation::fault::{
-            PitchField, PitchReason, RunoutField, RunoutReason, SettingField, SurfaceField, SurfaceReason, TraceField,
-            TraceReason,
+            PitchField, PitchReason, RunoutField, RunoutReason, SettingField, SurfaceField, SurfaceReason,
+            ToleranceField, TraceField, TraceReason,
         },
         flank_grid::{GridField, GridReason},
         generation::fault::{ToolField, ToolReason, ToothField, ToothReason},
@@ -274,6 +274,18 @@ impl Field<RegistrationReason> for RegistrationField {
     }
 }
 
+/// The name of a limit within those of a request.
+fn limit(field: ToleranceField) -> &'static str {
+    match field {
+        ToleranceField::Class => "class",
+        ToleranceField::ProfileSlope => "profile_slope_um",
+        ToleranceField::HelixSlope => "helix_slope_um",
+        ToleranceField::ProfileCrowning => "profile_crowning_um",
+        ToleranceField::HelixCrowning => "helix_crowning_um",
+        ToleranceField::Twist => "twist_um",
+    }
+}
+
 /// The settings of an evaluation, of the whole request.
 pub fn setting(field: SettingField) -> String {
     let name = match field {
@@ -284,6 +296,8 @@ pub fn setting(field: SettingField) -> String {
         SettingField::HelixRange => "helix_range_mm",
         SettingField::HelixReferenceLength => "helix_reference_length_mm",
         SettingField::DeviationSign => "deviation_sign",
+        SettingField::Level => "level",
+        SettingField::Limit(field) => return format!("/evaluation/tolerance_limits/{}", limit(field)),
     };
     format!("/evaluation/{name}")
 }
@@ -351,6 +365,7 @@ impl Field<SurfaceReason> for SurfaceField {
             SurfaceField::BorderTip => "/border_percent/tip".to_owned(),
             SurfaceField::BorderToe => "/border_percent/toe".to_owned(),
             SurfaceField::BorderHeel => "/border_percent/heel".to_owned(),
+            SurfaceField::Limit(field) => format!("/tolerance_limits/{}", limit(*field)),
         }
     }
 

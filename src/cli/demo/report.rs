@@ -11,7 +11,7 @@ use super::{
 use crate::{
     api::{
         fits::{
-            answer::result::FitResultBody,
+            answer::{parts::CoefficientBody, result::FitResultBody},
             spec::criteria::{ChosenBy, CriterionName},
         },
         jobs::{
@@ -31,9 +31,18 @@ fn height_unit(units: Units) -> &'static str {
     }
 }
 
-/// Coefficients with standard errors and bias bounds.
+/// Ends of the interval, to the digits that its width allows.
+fn interval(coefficient: &CoefficientBody) -> String {
+    let ends = |[low, high]: [f64; 2]| {
+        let of = |end| as_certain_as(end, Some(0.25 * (high - low)));
+        format!("{} to {}", of(low), of(high))
+    };
+    coefficient.interval.map_or_else(|| "–".to_owned(), ends)
+}
+
+/// Coefficients with standard errors, bias bounds and intervals.
 pub fn coefficients(fit: &FitResultBody, units: Units) -> String {
-    let headings = ["term", "value", "± std. error", "bias bound", "least squares", "± std. error", "unit"];
+    let headings = ["term", "value", "± std. error", "bias bound", "least squares", "95 % interval", "unit"];
     let mut table = Table::new(headings, 1).with_remark();
     for coefficient in &fit.coefficients {
         let unit = match (units, &coefficient.powers) {
@@ -46,7 +55,7 @@ pub fn coefficients(fit: &FitResultBody, units: Units) -> String {
             rough_or_absent(coefficient.std_error),
             rough(coefficient.bias_bound),
             as_certain_as(coefficient.least_squares, coefficient.least_squares_std_error),
-            rough_or_absent(coefficient.least_squares_std_error),
+            interval(coefficient),
             unit,
         ]);
     }

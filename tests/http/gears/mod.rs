@@ -1,5 +1,6 @@
 //! Gears over real HTTP.
 
+mod conformity;
 mod correction;
 mod correction_flank;
 mod correction_kept;

@@ -3,7 +3,7 @@
 use crate::{
     estimation::{
         estimate::directions,
-        inference::{LinearForm, Noise, bias_aware},
+        inference::{Inferred, LinearForm, Noise, bias_aware},
         result::{BiasReport, Interval, IntervalKind, NormLimitSource},
         spectrum::{ScaledColumns, Spectrum},
     },
@@ -45,15 +45,23 @@ impl Intervals<'_> {
                     along.iter_mut().zip(rows.row(j).iter()).for_each(|(to, &p)| *to = p);
                 }
                 let determined = rows.is_none() || self.estimable(&along);
-                let plain = std_error(j).map(|e| quantile * e).filter(|half| half.is_finite() && determined);
-                let student = plain.map(|half| (value[j], half, self.unlimited));
+                let error = std_error(j).filter(|error| (quantile * error).is_finite() && determined);
+                let plain = error.map(|error| quantile * error);
+                let about = |value, std_error, bias_bound| Inferred {
+                    value,
+                    std_error,
+                    bias_bound,
+                    student: self.noise.student,
+                };
+                let student = plain.zip(error).map(|(half, error)| (about(value[j], error, 0.0), half, self.unlimited));
                 let aware = self.norm_limit.map(|r| {
                     let found = bias_aware(&self.form(j, &along), r, &self.noise);
-                    (found.value, found.half_width, IntervalKind::BiasAware)
+                    let about = about(found.value, found.std_error, found.bias_bound);
+                    (about, found.half_width, IntervalKind::BiasAware)
                 });
                 // both widths know no heights but σ̂, so taking the shorter costs no coverage
                 let plain_value = value[j];
-                let (value, half, kind) = match (student, aware) {
+                let (about, half, kind) = match (student, aware) {
                     (Some(student), Some(aware)) => {
                         if aware.1 < student.1 {
                             aware
@@ -64,12 +72,12 @@ impl Intervals<'_> {
                     (student, aware) => student.or(aware)?,
                 };
                 let gain = plain.filter(|plain| self.norm_limit.is_some() && *plain > 0.0).map(|plain| half / plain);
-                let ends = [value - half, value + half];
+                let ends = [about.value - half, about.value + half];
                 let least_squares = match (kind, plain) {
                     (IntervalKind::BiasAware, Some(plain)) => Some([plain_value - plain, plain_value + plain]),
                     _ => None,
                 };
-                Some(Interval { ends, kind, least_squares, gain })
+                Some(Interval { ends, kind, about, least_squares, gain })
             })
             .collect()
     }

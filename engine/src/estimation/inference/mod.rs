@@ -8,12 +8,14 @@
 //! 86, 2018).
 
 mod bias_aware;
+mod conformity;
 mod noise;
 mod quantile;
 pub(super) mod reason;
 mod simultaneous;
 
 pub use bias_aware::{BiasAware, LinearForm, bias_aware};
+pub use conformity::{CONFORMANCE_PROBABILITY, Conformity, Decision, Inferred};
 pub use noise::Noise;
 pub use quantile::{biased_quantile, half_width};
 pub use simultaneous::{

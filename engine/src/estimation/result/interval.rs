@@ -1,5 +1,7 @@
 //! Confidence intervals of coefficients.
 
+use crate::estimation::inference::Inferred;
+
 /// What an interval rests on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum IntervalKind {
@@ -41,6 +43,8 @@ pub struct Interval {
     pub ends: [f64; 2],
     /// What it rests on.
     pub kind: IntervalKind,
+    /// What it is made of.
+    pub about: Inferred,
     /// Student's interval about least squares, where this one is bias-aware or of a posterior and
     /// least squares has one.
     pub least_squares: Option<[f64; 2]>,

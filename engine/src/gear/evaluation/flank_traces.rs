@@ -2,7 +2,12 @@
 
 use std::collections::BTreeMap;
 
-use super::{EDGE, Position, Posted, noise::noise, settings::Settings, spacing::Spacing};
+use super::{
+    EDGE, Position, Posted,
+    noise::{EstimatedVariance, noise},
+    settings::Settings,
+    spacing::Spacing,
+};
 use crate::{
     gear::{Gear, Kind, Side, trace::Direction},
     numerics::cancel,
@@ -28,7 +33,7 @@ pub(super) struct OneTrace {
     pub kind: Kind,
     pub samples: usize,
     /// Of the noise of a sample, µm²; `None` where the samples are too few to tell it.
-    pub variance: Option<f64>,
+    pub variance: Option<EstimatedVariance>,
 }
 
 /// Tooth by tooth and flank by flank the traces whose section is known, the flank with most traces
@@ -64,7 +69,7 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
         }
         let own = &flank.places[before..];
         if !own.is_empty() {
-            let variance = trace_noise(own, usize::from(trace.kind == Kind::Helix)).map(|noise| noise * noise);
+            let variance = trace_noise(own, usize::from(trace.kind == Kind::Helix));
             let trace = OneTrace { kind: trace.kind, samples: own.len(), variance };
             flank.each.push(trace);
         }
@@ -84,13 +89,13 @@ pub(super) fn ranges(gear: &Gear, settings: &Settings) -> [Option<[f64; 2]>; 2] 
 }
 
 /// Noise of the samples of one trace, which runs along coordinate `along` of its places.
-fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<f64> {
+fn trace_noise(places: &[[f64; 3]], along: usize) -> Option<EstimatedVariance> {
     let mut each: Vec<[f64; 2]> = places.iter().map(|place| [place[along], place[2]]).collect();
     each.sort_by(cancel::comparing(|a: &[f64; 2], b: &[f64; 2]| a[0].total_cmp(&b[0]).then(a[1].total_cmp(&b[1]))));
     let (low, high) = (each.first()?[0], each.last()?[0]);
     let u: Vec<f64> = each.iter().map(|[x, _]| (2.0 * x - low - high) / (high - low)).collect();
     let deviation: Vec<f64> = each.iter().map(|[_, deviation]| *deviation).collect();
-    noise(&u, &deviation, &Spacing::of(&u)).filter(|noise| noise.is_finite())
+    noise(&u, &deviation, &Spacing::of(&u)).filter(|noise| noise.value.is_finite())
 }
 
 impl FlankTraces {

@@ -14,6 +14,7 @@ pub mod fault;
 pub mod flank_surface;
 mod flank_traces;
 mod gap;
+mod limits;
 mod mean_curve;
 mod missing;
 mod noise;
@@ -36,6 +37,7 @@ use classes::Classified;
 pub use design::design;
 use fault::{MOST_SAMPLES, SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
 pub use flank_traces::{FlankTraces, flank_traces};
+pub use limits::{Inference, ToleranceLimits};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
@@ -43,6 +45,7 @@ use single::Outcome;
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 use subject::Subject;
 pub use summary::{Spread, Summary, Twist};
+use trace_surface::SurfaceLimits;
 pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
 pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values};
 pub use warning::Warning;
@@ -86,6 +89,10 @@ pub struct Evaluated {
     pub values: Option<Values>,
     /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
     pub classes: Option<Classes>,
+    /// The slope's interval and conformity; `None` where its standard error is not known.
+    pub slope: Option<Inference>,
+    /// The same of the crowning.
+    pub crowning: Option<Inference>,
     /// What stands out of its neighbours as dust does; `None` where nothing does.
     pub suspects: Option<Suspects>,
 }
@@ -139,6 +146,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
     check(posted)?;
     let [profile, helix] = windows(gear, posted, settings).map_err(Faults::widened)?;
     let tolerances = Tolerances::new(gear);
+    checked(settings, &tolerances, helix.is_some()).map_err(Faults::widened)?;
     let mut warnings = Vec::new();
     if let Err(out) = &tolerances {
         warnings.push(Warning::OutsideTheStandard(out.clone()));
@@ -160,8 +168,9 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         let Some(window) = window else { continue };
         let subject = Subject { gear, trace, design: posted.design, settings, window, number: i };
         let Outcome { samples, values, assessable, suspects } = subject.evaluate(&mut warnings);
-        let classes = match (&tolerances, &values) {
-            (Ok(tolerances), Some(values)) if foreign[usize::from(trace.kind == Kind::Helix)].is_none() => {
+        let of_class = tolerances.as_ref().ok().filter(|_| foreign[usize::from(trace.kind == Kind::Helix)].is_none());
+        let classes = match (of_class, &values) {
+            (Some(tolerances), Some(values)) => {
                 let rounding = settings.rounding;
                 let found = Classified { tolerances, kind: trace.kind, rounding, values }.classes(assessable);
                 warnings.extend(found.open.map(|open| subject.warning(open)));
@@ -169,7 +178,10 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             }
             _ => None,
         };
+        let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values, assessable, of_class));
         traces.push(Evaluated {
+            slope,
+            crowning,
             tooth: trace.tooth.clone(),
             position: Position::of(&trace.tooth),
             side: trace.side,
@@ -195,11 +207,22 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             .collect(),
         None => posted.to_vec(),
     };
-    let (surfaces, more) = trace_surface::surfaces(gear, &each, settings);
+    let limits = SurfaceLimits::new(settings, [profile.as_ref(), helix.as_ref()], tolerances.as_ref().ok(), &foreign);
+    let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &limits);
     warnings.extend(more);
     let classified = traces.iter().filter_map(|t| t.classes);
     let overall = super::tolerance::overall(classified.flat_map(|c| [c.slope, c.form, c.total]).flatten());
     Ok(Evaluation { traces, profile, helix, summaries, twists, surfaces, overall, tolerances, warnings })
+}
+
+/// Refuses levels and limits that there are not.
+fn checked(settings: &Settings, tolerances: &Result<Tolerances, OutOfScope>, helix: bool) -> Result<(), SettingFaults> {
+    let mut faults = SettingFaults::default();
+    if !(settings.level > 0.5 && settings.level < 1.0) {
+        faults.push(SettingField::Level, SettingReason::Level(settings.level));
+    }
+    faults.append(settings.limits.check(tolerances, helix));
+    faults.into_result(())
 }
 
 /// Slopes over a length that the gear has not got are extrapolated: tolerances say nothing about

@@ -13,7 +13,10 @@
 //! number.
 
 use super::spacing::Spacing;
-use crate::numerics::{cancel::Asking, quantiles::median};
+use crate::{
+    estimation::inference::Inferred,
+    numerics::{cancel::Asking, distribution::Student, quantiles::median},
+};
 
 /// Fewest contrasts that tell a noise.
 pub(crate) const FEWEST_CONTRASTS: usize = 8;
@@ -21,20 +24,47 @@ pub(crate) const FEWEST_CONTRASTS: usize = 8;
 const BLOCKS: usize = 64;
 /// Median of squares of a standard normal variable.
 const MEDIAN_SQUARE: f64 = 0.454_936_423_119_572_8;
+/// Contrasts overlap: so many tell as much as one that stands by itself. 1 + 2 (ρ₁² + ρ₂² + ρ₃²)
+/// with the correlations −15/20, 6/20 and −1/20 of contrasts one, two and three samples apart.
+const OVERLAP: f64 = 2.31;
 /// Contrasts beyond are no noise, in standard deviations.
 const CUT: f64 = 4.0;
 
-/// Standard deviation of a sample as far as means and slopes feel it; `None` where the samples are
-/// too few to tell.
-pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<f64> {
+/// A variance that was estimated.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct EstimatedVariance {
+    pub value: f64,
+    /// Of the χ² that is spread about its mean as much (Satterthwaite).
+    pub freedom: f64,
+}
+
+impl EstimatedVariance {
+    /// Of the sum of independent variances.
+    pub(crate) fn sum(parts: impl Iterator<Item = EstimatedVariance> + Clone) -> Self {
+        let value: f64 = parts.clone().map(|part| part.value).sum();
+        let spread: f64 = parts.clone().map(|part| part.value * part.value / part.freedom).sum();
+        // without noise all that is known is how much there was to tell it by
+        let freedom = if spread > 0.0 { value * value / spread } else { parts.map(|part| part.freedom).sum() };
+        EstimatedVariance { value, freedom }
+    }
+
+    /// An estimate whose variance this is.
+    pub(crate) fn about(&self, value: f64) -> Inferred {
+        Inferred { value, std_error: self.value.sqrt(), bias_bound: 0.0, student: Student::new(self.freedom.max(1.0)) }
+    }
+}
+
+/// Variance of a sample as far as means and slopes feel it; `None` where the samples are too few to
+/// tell.
+pub(crate) fn noise(u: &[f64], deviation: &[f64], spacing: &Spacing) -> Option<EstimatedVariance> {
     let single = variance(u, deviation, spacing, 1)?;
     let block = u.len() / BLOCKS;
     let blocks = if block > 1 { variance(u, deviation, spacing, block) } else { None };
-    Some(single.max(blocks.unwrap_or(0.0)).sqrt())
+    Some(blocks.filter(|blocks| blocks.value > single.value).unwrap_or(single))
 }
 
 /// Mean square of the contrasts of blocks of so many samples, per sample.
-fn variance(u: &[f64], deviation: &[f64], spacing: &Spacing, block: usize) -> Option<f64> {
+fn variance(u: &[f64], deviation: &[f64], spacing: &Spacing, block: usize) -> Option<EstimatedVariance> {
     let means: Vec<f64> = deviation.chunks_exact(block).map(|chunk| chunk.iter().sum::<f64>() / block as f64).collect();
     let mut squares = Vec::with_capacity(means.len());
     for (i, four) in means.windows(4).enumerate().asking(10) {
@@ -51,5 +81,5 @@ fn variance(u: &[f64], deviation: &[f64], spacing: &Spacing, block: usize) -> Op
     let limit = if usual > 0.0 { CUT * CUT * usual } else { f64::INFINITY };
     let (count, sum) =
         squares.iter().filter(|s| **s <= limit).fold((0.0, 0.0), |(count, sum), square| (count + 1.0, sum + square));
-    Some(sum / count)
+    Some(EstimatedVariance { value: sum / count, freedom: count / OVERLAP })
 }

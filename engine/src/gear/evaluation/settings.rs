@@ -6,7 +6,11 @@ use super::super::{
     data::{LEAST_LENGTH, MOST_LENGTH},
     trace::{Direction, Kind},
 };
-use super::fault::{SettingFaults, SettingField, SettingReason};
+use super::{
+    fault::{SettingFaults, SettingField, SettingReason},
+    limits::ToleranceLimits,
+};
+use crate::estimation::spec::DEFAULT_LEVEL;
 
 /// Which way a posted deviation counts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -176,7 +180,7 @@ impl HelixSettings {
 }
 
 /// Everything about an evaluation but gear and traces.
-#[derive(Clone, Debug, PartialEq, Default)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
     /// Needed when there are profiles.
     pub profile: Option<ProfileSettings>,
@@ -195,6 +199,27 @@ pub struct Settings {
     /// Whether the deviations of all traces of a flank count from one zero. Measuring machines zero
     /// each trace by itself.
     pub traces_share_zero: bool,
+    /// Level of confidence intervals, between 0.5 and 1.
+    pub level: f64,
+    /// What figures are told to conform to.
+    pub limits: ToleranceLimits,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Settings {
+            profile: None,
+            helix: None,
+            given: DeviationSign::default(),
+            direction: Direction::default(),
+            sign: SlopeSign::default(),
+            rounding: Default::default(),
+            outliers: Outliers::default(),
+            traces_share_zero: false,
+            level: DEFAULT_LEVEL,
+            limits: ToleranceLimits::default(),
+        }
+    }
 }
 
 /// What traces of one kind are evaluated with, in the coordinate of their samples (roll length or

@@ -75,7 +75,7 @@ impl Subject<'_> {
     pub(super) fn figures(&self, taken: &Taken) -> Values {
         let (trace, window) = (self.trace, self.window);
         let noise = noise(&taken.u, &taken.deviation, &taken.spacing);
-        let told = mean_curves(&taken.u, &taken.deviation, &taken.spacing, noise);
+        let told = mean_curves(&taken.u, &taken.deviation, &taken.spacing, noise.map(|noise| noise.value.sqrt()));
         let (mean, sign) = (&told.curves, self.settings.sign.of_material(self.settings.given, trace.kind, trace.side));
         let extended = window.reference / (0.5 * window.length());
         let [line, chord, curvature] = mean.figures();
@@ -96,6 +96,7 @@ impl Subject<'_> {
             total,
             crowning: -curvature,
             crowning_std_error: told.errors.map(|errors| errors[2]),
+            freedom: noise.map(|noise| noise.freedom),
             form_plus_material,
             total_plus_material,
         }

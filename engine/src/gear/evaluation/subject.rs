@@ -1,10 +1,13 @@
 //! A trace that is to be evaluated.
 
 use super::{
+    limits::Inference,
+    noise::EstimatedVariance,
     settings::{Settings, Window},
+    values::{Assessable, Values},
     warning::{TraceWarning, Warning},
 };
-use crate::gear::{Gear, Trace};
+use crate::gear::{Gear, Trace, tolerance::Tolerances};
 
 /// A trace about its design, ready to be evaluated.
 pub(super) struct Subject<'a> {
@@ -18,6 +21,28 @@ pub(super) struct Subject<'a> {
 }
 
 impl Subject<'_> {
+    /// Intervals of slope and crowning, and whether they conform; by the tolerances of a class
+    /// where they speak about the trace.
+    pub(super) fn inferences(
+        &self,
+        values: &Values,
+        assessable: Assessable,
+        tolerances: Option<&Tolerances>,
+    ) -> [Option<Inference>; 2] {
+        let (settings, kind) = (self.settings, self.trace.kind);
+        let of_class = || settings.limits.slope_of_class(kind, tolerances?, settings.rounding);
+        let inference = |value: f64, std_error: Option<f64>, limits: Option<[f64; 2]>| {
+            let variance = EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom? };
+            // where the range is not measured to its ends nothing conforms
+            let limits = limits.filter(|_| matches!(assessable, Assessable::Slope | Assessable::Everything));
+            Some(Inference::new(&variance.about(value), settings.level, limits))
+        };
+        [
+            inference(values.slope, values.slope_std_error, settings.limits.slope(kind).or_else(of_class)),
+            inference(values.crowning, values.crowning_std_error, settings.limits.crowning(kind)),
+        ]
+    }
+
     /// A warning about this trace.
     pub(super) fn warning(&self, warning: TraceWarning) -> Warning {
         Warning::Trace { trace: self.number, warning }

@@ -4,6 +4,7 @@
 use super::{
     super::{Kind, Side, tooth::Position},
     Evaluated,
+    noise::EstimatedVariance,
     settings::Settings,
 };
 
@@ -55,6 +56,8 @@ pub struct Twist {
     pub twist: f64,
     /// Standard error, µm; `None` where that of a slope is not known.
     pub std_error: Option<f64>,
+    /// Confidence interval at the level asked for.
+    pub interval: Option<[f64; 2]>,
     /// Diameters of the two helices or z of the two profiles, mm, in the order root, tip or lower,
     /// upper; where known.
     pub sections: Option<[f64; 2]>,
@@ -121,11 +124,17 @@ fn twist(traces: &[Evaluated], settings: &Settings, (tooth, side, kind): (&str, 
     // one twist, whichever traces tell it: that of the helices' slopes
     let of = |kind| settings.sign.of_material(settings.given, kind, side);
     let sign = of(Kind::Helix) * of(kind);
+    let twist = sign * (b.slope - a.slope);
+    let variance = |values: &super::Values| {
+        Some(EstimatedVariance { value: values.slope_std_error?.powi(2), freedom: values.freedom? })
+    };
+    let variance = variance(&a).zip(variance(&b)).map(|(a, b)| EstimatedVariance::sum([a, b].into_iter()));
     Some(Twist {
         tooth: tooth.to_owned(),
         side,
         kind,
-        twist: sign * (b.slope - a.slope),
+        twist,
+        interval: variance.map(|variance| variance.about(twist).interval(settings.level)),
         std_error: a.slope_std_error.zip(b.slope_std_error).map(|(a, b)| a.hypot(b)),
         sections: from.section.zip(to.section).map(|(a, b)| [a, b]),
     })

@@ -12,12 +12,15 @@ use super::{
     contradiction::{Contradiction, contradiction},
     flank_surface::{Figure, FlankFigures, Remainder, Sample, TERMS, through},
     flank_traces::{FlankTraces, flank_traces, ranges},
-    settings::Settings,
+    limits::{Inference, ToleranceLimits},
+    noise::EstimatedVariance,
+    settings::{Settings, Window},
     spacing::Spacing,
     warning::{FlankName, SurfaceFigure, Warning},
 };
 use crate::{
-    gear::{Gear, Kind, Side},
+    estimation::inference::Inferred,
+    gear::{Gear, Kind, Side, tolerance::Tolerances},
     numerics::cancel::{self, Asking},
 };
 
@@ -72,6 +75,45 @@ impl TraceFigures {
             (SurfaceFigure::Twist, self.twist.is_some()),
         ];
         each.into_iter().filter(|(_, determined)| !determined).map(|(figure, _)| figure).collect()
+    }
+}
+
+/// Limits of a surface's figures: those of slopes are over the lengths that slopes of traces are
+/// extended to, and shares of them over the evaluation range.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct SurfaceLimits {
+    /// Of profile and helix, per mm.
+    slope: [Option<[f64; 2]>; 2],
+}
+
+impl SurfaceLimits {
+    /// `foreign` says whose slopes are extended beyond what tolerances speak of.
+    pub(super) fn new(
+        settings: &Settings,
+        windows: [Option<&Window>; 2],
+        tolerances: Option<&Tolerances>,
+        foreign: &[Option<Warning>; 2],
+    ) -> Self {
+        let slope = [Kind::Profile, Kind::Helix].map(|kind| {
+            let k = usize::from(kind == Kind::Helix);
+            let of_class = || settings.limits.slope_of_class(kind, tolerances?, settings.rounding);
+            let limits = settings.limits.slope(kind).or_else(|| of_class().filter(|_| foreign[k].is_none()));
+            let reference = windows[k]?.reference;
+            limits.map(|limits| limits.map(|limit| limit / reference))
+        });
+        SurfaceLimits { slope }
+    }
+
+    fn of(&self, term: usize, frame: &Frame, limits: &ToleranceLimits) -> Option<[f64; 2]> {
+        let over = |k: usize, [low, high]: [f64; 2]| self.slope[k].map(|ends| ends.map(|end| end * (high - low)));
+        match term {
+            1 => over(0, frame.roll),
+            2 => over(1, frame.z),
+            3 => limits.profile_crowning,
+            4 => limits.twist,
+            5 => limits.helix_crowning,
+            _ => None,
+        }
     }
 }
 
@@ -145,7 +187,7 @@ struct Found {
 
 impl FlankTraces {
     /// `None` where a single trace is all there is: what it tells is its own.
-    fn surface(&self, gear: &Gear, settings: &Settings) -> Option<Found> {
+    fn surface(&self, gear: &Gear, settings: &Settings, limits: &SurfaceLimits) -> Option<Found> {
         if self.each.len() < 2 {
             return None;
         }
@@ -159,9 +201,16 @@ impl FlankTraces {
             [Kind::Profile, Kind::Helix].map(|kind| settings.sign.of_material(settings.given, kind, self.side));
         let figure = |term: usize, factor: f64| {
             let value = factor * found.coefficients[term]?;
-            let variance = variances.and_then(|variances| variances[term]);
-            let std_error = variance.map(|variance| factor.abs() * variance.sqrt());
-            Some(Figure { value, std_error, bias_bound: 0.0, least_squares: value })
+            let about = variances.and_then(|all| all[term]).map(|one| one.about(value / factor).scaled(factor));
+            let inference =
+                |about: Inferred| Inference::new(&about, settings.level, limits.of(term, &frame, &settings.limits));
+            Some(Figure {
+                value,
+                std_error: about.map(|about| about.std_error),
+                bias_bound: 0.0,
+                least_squares: value,
+                inference: about.map(inference),
+            })
         };
         let figures = TraceFigures {
             mean: figure(0, 1.0),
@@ -198,10 +247,14 @@ impl FlankTraces {
     }
 
     /// Variance of the noise over the traces that tell it, µm².
-    fn noise(&self) -> Option<f64> {
+    fn noise(&self) -> Option<EstimatedVariance> {
         let told = self.each.iter().filter_map(|trace| Some((trace.samples as f64, trace.variance?)));
-        let (count, sum) = told.fold((0.0, 0.0), |(count, sum), (n, variance)| (count + n, sum + n * variance));
-        (count > 0.0).then(|| sum / count)
+        let count: f64 = told.clone().map(|(samples, _)| samples).sum();
+        let shares = told.map(|(samples, variance)| EstimatedVariance {
+            value: samples / count * variance.value,
+            freedom: variance.freedom,
+        });
+        (count > 0.0).then(|| EstimatedVariance::sum(shares))
     }
 
     /// The places with the zeros of the traces taken off, so that the traces meet in their surface.
@@ -231,9 +284,14 @@ pub struct Levelled {
 
 /// The surfaces of the flanks with several traces, in the order of teeth, left flanks first; and
 /// what is to be said of them.
-pub(super) fn surfaces(gear: &Gear, posted: &[Posted], settings: &Settings) -> (Vec<TraceSurface>, Vec<Warning>) {
+pub(super) fn surfaces(
+    gear: &Gear,
+    posted: &[Posted],
+    settings: &Settings,
+    limits: &SurfaceLimits,
+) -> (Vec<TraceSurface>, Vec<Warning>) {
     let flanks = flank_traces(gear, posted, settings);
-    let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings)).collect();
+    let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings, limits)).collect();
     let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
     found.sort_by(|a, b| {
         let (a, b) = (&a.surface, &b.surface);

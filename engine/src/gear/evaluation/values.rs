@@ -21,6 +21,9 @@ pub struct Values {
     pub crowning: f64,
     /// Standard error of the crowning; none where the samples are too few to tell it.
     pub crowning_std_error: Option<f64>,
+    /// Degrees of freedom of the noise that the standard errors are made of; none where there are
+    /// none of them.
+    pub freedom: Option<f64>,
     /// By how much plus material outside the evaluation range raised the form and the total
     /// deviation; 0 where the rule leaves it out.
     pub form_plus_material: f64,

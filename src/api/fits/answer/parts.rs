@@ -77,6 +77,16 @@ names! {
     }
 }
 
+impl From<IntervalKind> for IntervalKindName {
+    fn from(kind: IntervalKind) -> Self {
+        match kind {
+            IntervalKind::Student => IntervalKindName::Student,
+            IntervalKind::LeastSquares => IntervalKindName::LeastSquares,
+            IntervalKind::BiasAware => IntervalKindName::BiasAware,
+        }
+    }
+}
+
 answer! {
     /// Eigenvalues of the scaled Fisher information matrix.
     #[schema(as = Spectrum)]

@@ -12,7 +12,7 @@ use crate::api::{
 };
 use flankfit_engine::estimation::{
     self, FitSpec, Nodes,
-    inference::SimultaneousMethod,
+    inference::{Inferred, SimultaneousMethod},
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
         EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind, IterationReport,
@@ -26,6 +26,7 @@ use flankfit_engine::estimation::{
         Scaling, Scheme, Start,
     },
 };
+use flankfit_engine::numerics::distribution::Student;
 
 const ALL: Include = Include {
     residuals: true,
@@ -182,6 +183,12 @@ impl Maker {
             ends: [self.number(), self.number()],
             kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware, IntervalKind::Posterior]
                 [self.below(4)],
+            about: Inferred {
+                value: self.number(),
+                std_error: self.number(),
+                bias_bound: self.number(),
+                student: Student::NORMAL,
+            },
             least_squares: self.there().then(|| [self.number(), self.number()]),
             gain: self.maybe(),
         }

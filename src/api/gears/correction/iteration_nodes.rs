@@ -8,7 +8,7 @@ use flankfit_engine::{
         Gear, ProfileAxis, Side,
         correction::machine::{FlankNode, Ranges},
         evaluation::{
-            figures_of_traces,
+            ToleranceLimits, figures_of_traces,
             flank_surface::{Border, FlankFigures, FlankNodes, SurfaceSettings, flank_figures},
             settings::{DeviationSign, SlopeSign},
         },
@@ -131,6 +131,7 @@ impl Flank {
             border: Border::default(),
             given: DeviationSign::Material,
             sign: SlopeSign::Din,
+            limits: ToleranceLimits::default(),
             spec: FitSpec::new(Model::Linear),
         };
         flank_figures(&self.gear, &nodes, &settings)

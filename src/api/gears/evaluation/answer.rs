@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{figures::TraceFiguresBody, request::EvaluationSettingsBody};
+use super::{conformity::ConformityBody, figures::TraceFiguresBody, request::EvaluationSettingsBody};
 use crate::api::{
     gears::{notice::NoticeBody, trace::KindName},
     measurand::side::SideName,
@@ -54,7 +54,16 @@ pub struct EvaluatedTraceBody {
     /// are too few to tell it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_std_error_um: Option<f64>,
-    /// f_fα or f_fβ: peak to valley about the mean curve.
+    /// Confidence interval of the true slope at `level`, `[low, high]`; left out as its standard
+    /// error is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_interval_um: Option<[f64; 2]>,
+    /// There where the slope has limits (`tolerance_limits`) and an interval, and the samples reach
+    /// both ends of the range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_conformity: Option<ConformityBody>,
+    /// f_fα or f_fβ: peak to valley about the mean curve. Like the total it has no interval: the
+    /// greatest of many deviations is raised by their noise and no sum of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_um: Option<f64>,
     /// F_α or F_β: peak to valley about the design.
@@ -66,6 +75,12 @@ pub struct EvaluatedTraceBody {
     /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_std_error_um: Option<f64>,
+    /// As that of the slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_interval_um: Option<[f64; 2]>,
+    /// As that of the slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_conformity: Option<ConformityBody>,
     /// By how much material beyond the evaluation range raised the form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_plus_material_um: Option<f64>,
@@ -206,6 +221,9 @@ pub struct TwistBody {
     /// From the standard errors of the two slopes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error_um: Option<f64>,
+    /// Confidence interval at `level`, `[low, high]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval_um: Option<[f64; 2]>,
     /// Diameters of the two helices or z of the two profiles, where known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sections_mm: Option<[f64; 2]>,

@@ -85,10 +85,14 @@ impl From<Evaluated> for EvaluatedTraceBody {
             // −0 is 0
             slope_um: values.map(|v| v.slope + 0.0),
             slope_std_error_um: values.and_then(|v| v.slope_std_error),
+            slope_interval_um: trace.slope.map(|slope| slope.interval),
+            slope_conformity: trace.slope.and_then(|slope| slope.conformity).map(Into::into),
             form_um: values.map(|v| v.form),
             total_um: values.map(|v| v.total),
             crowning_um: values.map(|v| v.crowning + 0.0),
             crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
+            crowning_interval_um: trace.crowning.map(|crowning| crowning.interval),
+            crowning_conformity: trace.crowning.and_then(|crowning| crowning.conformity).map(Into::into),
             form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
             total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),
             class: trace.classes.map(ClassesBody::from),
@@ -188,6 +192,7 @@ impl From<Twist> for TwistBody {
             kind: twist.kind.into(),
             twist_um: twist.twist,
             std_error_um: twist.std_error,
+            interval_um: twist.interval,
             sections_mm: twist.sections,
         }
     }

@@ -3,6 +3,8 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::conformity::ConformityBody;
+use crate::api::fits::answer::parts::IntervalKindName;
 use flankfit_engine::gear::evaluation::{
     TraceFigures,
     flank_surface::{Figure, FlankSurface},
@@ -71,12 +73,29 @@ pub struct FigureBody {
     pub bias_bound: f64,
     /// Without regularisation.
     pub least_squares: f64,
+    /// Confidence interval of the true figure at `level`, `[low, high]`: of a regularised surface
+    /// about least squares, unless a norm limit was told. Left out as `std_error` is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval: Option<[f64; 2]>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub interval_kind: Option<IntervalKindName>,
+    /// There where the figure has limits (`tolerance_limits`) and an interval.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conformity: Option<ConformityBody>,
 }
 
 impl From<Figure> for FigureBody {
     fn from(figure: Figure) -> Self {
-        let Figure { value, std_error, bias_bound, least_squares } = figure;
-        FigureBody { value, std_error, bias_bound, least_squares }
+        let Figure { value, std_error, bias_bound, least_squares, inference } = figure;
+        FigureBody {
+            value,
+            std_error,
+            bias_bound,
+            least_squares,
+            interval: inference.map(|one| one.interval),
+            interval_kind: inference.map(|one| one.kind.into()),
+            conformity: inference.and_then(|one| one.conformity).map(Into::into),
+        }
     }
 }
 

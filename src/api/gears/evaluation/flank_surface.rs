@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
+    conformity::ToleranceLimitsBody,
     figures::FiguresBody,
     request::{DeviationSignName, SignName},
 };
@@ -65,6 +66,9 @@ request! {
         /// Default `material`, which is what `din` means for a whole flank too; helix slope and
         /// twist are answered by `sign`.
         optional deviation_sign: DeviationSignName,
+        /// What the figures must lie within; those of slopes are of the surface, over the trimmed
+        /// range.
+        optional tolerance_limits: ToleranceLimitsBody,
         /// How is fitted; by default by plain least squares.
         flatten fit: FitFields,
     }
@@ -148,6 +152,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let given = members.deviation_sign.read(&mut faults);
     let profile_range = members.profile_range.read(&mut faults);
     let helix_range = members.helix_range_mm.read(&mut faults);
+    let limits = members.tolerance_limits.read(&mut faults).unwrap_or_default();
     let spec = fields::read(members.fit, None, &mut faults);
     let (Some(gear), Some(side), Some(profile), Some(z), Some(posted), Some(spec)) =
         (gear, side, profile, z, posted, spec)
@@ -174,6 +179,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
         given: given.map_or(DeviationSign::Material, Into::into),
         sign: sign.map_or(SlopeSign::Din, Into::into),
+        limits: limits.into(),
         spec,
     };
     let include = settings.spec.include;

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use super::conformity::ToleranceLimitsBody;
 use crate::api::{
     faults::{Faults, Field},
     gears::{
@@ -11,6 +12,7 @@ use crate::api::{
         trace::TraceBody,
     },
 };
+use flankfit_engine::estimation::spec::DEFAULT_LEVEL;
 use flankfit_engine::gear::{
     Gear, Kind, Trace,
     evaluation::{
@@ -102,6 +104,12 @@ pub struct EvaluationSettingsBody {
     /// measurement of the flank. Default false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traces_share_zero: Option<bool>,
+    /// Level of confidence intervals, above 0.5 and below 1. Default 0.95.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]
+    pub level: Option<f64>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tolerance_limits: Option<ToleranceLimitsBody>,
 }
 
 /// Declares an enum of the wire that stands for one of the domain.
@@ -254,6 +262,7 @@ impl EvaluationSettingsBody {
             tolerances: Some(self.tolerances.unwrap_or(RoundingName::Rounded)),
             outliers: Some(self.outliers.unwrap_or(OutliersName::Keep)),
             traces_share_zero: Some(self.traces_share_zero()),
+            level: Some(self.level.unwrap_or(DEFAULT_LEVEL)),
             ..self.clone()
         }
     }
@@ -289,6 +298,8 @@ impl EvaluationSettingsBody {
             rounding: self.tolerances.map_or(Rounding::Rounded, Into::into),
             outliers: self.outliers.map_or(Outliers::Keep, Into::into),
             traces_share_zero: self.traces_share_zero(),
+            level: self.level.unwrap_or(DEFAULT_LEVEL),
+            limits: self.tolerance_limits.unwrap_or_default().into(),
         }
     }
 

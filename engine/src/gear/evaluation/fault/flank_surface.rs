@@ -1,5 +1,6 @@
 //! What is wrong with the nodes of a whole flank.
 
+use super::limits::{ToleranceField, ToleranceReason};
 use crate::{
     fault::{
         Common, Faults,
@@ -53,6 +54,14 @@ pub enum SurfaceField {
     BorderToe,
     /// At the end of great z.
     BorderHeel,
+    /// A limit of a figure.
+    Limit(ToleranceField),
+}
+
+impl From<ToleranceField> for SurfaceField {
+    fn from(field: ToleranceField) -> Self {
+        SurfaceField::Limit(field)
+    }
 }
 
 /// Why the surface of a flank is refused.
@@ -82,6 +91,9 @@ pub enum SurfaceReason {
     /// Shares that leave nothing.
     #[error("nothing is left between opposite borders")]
     NothingLeft,
+    /// What is wrong with a limit.
+    #[error(transparent)]
+    Limit(#[from] ToleranceReason),
     /// A place without an involute.
     #[error(transparent)]
     NoInvolute(#[from] NoInvolute),

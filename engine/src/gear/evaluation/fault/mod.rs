@@ -2,12 +2,14 @@
 //! notice speaks of.
 
 mod flank_surface;
+mod limits;
 mod pitch;
 mod runout;
 mod settings;
 mod traces;
 
 pub use flank_surface::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused};
+pub use limits::{ToleranceField, ToleranceReason};
 pub use pitch::{PitchFaults, PitchField, PitchReason};
 pub use runout::{RunoutFaults, RunoutField, RunoutReason};
 pub use settings::{SettingFaults, SettingField, SettingReason};

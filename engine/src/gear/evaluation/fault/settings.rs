@@ -1,5 +1,6 @@
 //! What is wrong with the settings of an evaluation.
 
+use super::limits::{ToleranceField, ToleranceReason};
 use crate::{
     fault::{Faults, words::Shown},
     gear::Kind,
@@ -25,6 +26,16 @@ pub enum SettingField {
     HelixReferenceLength,
     /// Which way deviations count.
     DeviationSign,
+    /// The level of intervals.
+    Level,
+    /// A limit of a figure.
+    Limit(ToleranceField),
+}
+
+impl From<ToleranceField> for SettingField {
+    fn from(field: ToleranceField) -> Self {
+        SettingField::Limit(field)
+    }
 }
 
 impl SettingField {
@@ -72,6 +83,12 @@ pub enum SettingReason {
     /// A face width that is asked for and not known.
     #[error("the gear has no face width that slopes could be extended to; give one, or the length")]
     NoFaceWidth,
+    /// A level that no interval has.
+    #[error("{} is not a level: above 0.5 and below 1", Shown(*.0))]
+    Level(f64),
+    /// What is wrong with a limit.
+    #[error(transparent)]
+    Limit(#[from] ToleranceReason),
     /// Traces without a range; the first of them.
     #[error("trace {} needs an evaluation range, and none is given", .0)]
     NoRange(usize),

@@ -23,14 +23,21 @@ mod nodes;
 mod own_zeros;
 mod settings;
 
-use super::fault::SurfaceRefused;
+use super::{
+    fault::{SurfaceFaults, SurfaceRefused},
+    limits::Inference,
+};
 use crate::{
     estimation::{
         self, FitError, FitSpec, Unconverged,
         result::{Coefficient, FitResult, TermKey},
         spec::{Degree, Include, Model, PolynomialBasis, Terms},
     },
-    gear::Gear,
+    fault::Faults,
+    gear::{
+        Gear, Kind,
+        tolerance::{Rounding, Tolerances},
+    },
 };
 pub use figures::{FlankFigures, flank_figures};
 use nodes::Trimmed;
@@ -49,6 +56,8 @@ pub struct Figure {
     pub bias_bound: f64,
     /// Without regularisation.
     pub least_squares: f64,
+    /// Its interval and conformity; `None` where the noise is not known.
+    pub inference: Option<Inference>,
 }
 
 /// What the surface leaves over, µm.
@@ -111,19 +120,21 @@ pub fn flank_surface(
         result.residuals.node_indices = None;
     }
     let [profile, helix] = settings.signs();
-    let figure = |powers: [usize; 2], factor: f64| {
+    let [slope_of_profile, slope_of_helix] = slope_limits(gear, settings, &trimmed)?;
+    let limits = &settings.limits;
+    let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
-            .map(|coefficient| Figure::new(coefficient, factor))
+            .map(|coefficient| Figure::new(coefficient, factor, limits))
             .ok_or(FitError::NotConverged(Unconverged::SecondOrder))
     };
     Ok(FlankSurface {
-        mean: figure([0, 0], 1.0)?,
-        profile_slope: figure([1, 0], 2.0 * profile)?,
-        helix_slope: figure([0, 1], 2.0 * helix)?,
-        profile_crowning: figure([2, 0], -1.0)?,
-        helix_crowning: figure([0, 2], -1.0)?,
-        twist: figure([1, 1], 4.0 * helix)?,
+        mean: figure([0, 0], 1.0, None)?,
+        profile_slope: figure([1, 0], 2.0 * profile, slope_of_profile)?,
+        helix_slope: figure([0, 1], 2.0 * helix, slope_of_helix)?,
+        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning)?,
+        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning)?,
+        twist: figure([1, 1], 4.0 * helix, limits.twist)?,
         remainder,
         roll_lengths: trimmed.roll,
         z: trimmed.z,
@@ -132,13 +143,44 @@ pub fn flank_surface(
     })
 }
 
+/// Limits of profile and helix slope over the trimmed range: as they were told, else the class's
+/// share of what is left of the evaluation range and of the face width.
+fn slope_limits(
+    gear: &Gear,
+    settings: &SurfaceSettings,
+    trimmed: &Trimmed,
+) -> Result<[Option<[f64; 2]>; 2], SurfaceFaults> {
+    let limits = &settings.limits;
+    let tolerances = Tolerances::new(gear);
+    let checked: Result<(), SurfaceFaults> = limits.check(&tolerances, true).into_result(()).map_err(Faults::widened);
+    checked?;
+    let length = |[low, high]: [f64; 2]| high - low;
+    let whole = [length(trimmed.evaluated), gear.data().face_width.unwrap_or(f64::INFINITY)];
+    let shares = [length(trimmed.roll) / whole[0], length(trimmed.z) / whole[1]];
+    Ok([Kind::Profile, Kind::Helix].map(|kind| {
+        let share = shares[usize::from(kind == Kind::Helix)];
+        let tolerances = tolerances.as_ref().ok();
+        let of_class = || limits.slope_of_class(kind, tolerances?, Rounding::Rounded);
+        limits.slope(kind).or_else(|| of_class().map(|ends| ends.map(|end| end * share)))
+    }))
+}
+
 impl Figure {
-    fn new(coefficient: &Coefficient, factor: f64) -> Self {
+    fn new(coefficient: &Coefficient, factor: f64, limits: Option<[f64; 2]>) -> Self {
+        let inference = coefficient.interval.map(|interval| {
+            let [a, b] = interval.ends.map(|end| factor * end);
+            Inference {
+                interval: [a.min(b), a.max(b)],
+                kind: interval.kind,
+                conformity: limits.map(|limits| interval.about.scaled(factor).conformity(limits)),
+            }
+        });
         Figure {
             value: factor * coefficient.value,
             std_error: coefficient.std_error.map(|e| e * factor.abs()),
             bias_bound: coefficient.bias_bound * factor.abs(),
             least_squares: factor * coefficient.least_squares,
+            inference,
         }
     }
 }

@@ -45,6 +45,8 @@ pub struct NodeCounts {
 pub(super) struct Trimmed {
     pub roll: [f64; 2],
     pub z: [f64; 2],
+    /// Roll lengths before the border was cut off.
+    pub evaluated: [f64; 2],
     /// +1 where the tip lies at greater roll lengths.
     outward: f64,
 }
@@ -87,13 +89,14 @@ impl Trimmed {
         };
         let (border, outward) = (settings.border, gear.outward());
         let ends = if outward > 0.0 { [border.root, border.tip] } else { [border.tip, border.root] };
+        let evaluated = roll_range;
         let roll_range = cut(roll_range, ends, SurfaceField::ProfileRange)?;
         let z_range = cut(
             settings.helix_range.unwrap_or_else(|| extent(1)),
             [border.toe, border.heel],
             SurfaceField::HelixRange,
         )?;
-        let trimmed = Trimmed { roll: roll_range, z: z_range, outward };
+        let trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, outward };
         let sign = settings.given.to_material(Kind::Profile, settings.side);
         let height = |k: usize| if there(k) { sign * nodes.deviation[k] } else { f64::NAN };
         let used = (0..posted).filter(|&k| there(k) && trimmed.holds(at(k))).count();

@@ -13,6 +13,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::super::noise::EstimatedVariance;
 use crate::{
     estimation::spec::DEFAULT_CONDITION_LIMIT,
     numerics::{cancel::Asking, qr_with_rhs, svd},
@@ -150,12 +151,17 @@ impl Through {
 
     /// Variances of the coefficients where the samples of trace t have the variance `of(t)` and are
     /// independent.
-    pub(crate) fn variances(&self, traces: &[Vec<Sample>], of: impl Fn(usize) -> f64) -> [Option<f64>; TERMS] {
+    pub(crate) fn variances(
+        &self,
+        traces: &[Vec<Sample>],
+        of: impl Fn(usize) -> EstimatedVariance,
+    ) -> [Option<EstimatedVariance>; TERMS] {
         let n = self.kept.len();
-        let mut sums = [0.0; TERMS];
+        let mut parts: [Vec<EstimatedVariance>; TERMS] = Default::default();
         for (t, trace) in traces.iter().enumerate() {
             let (middle, _) = means(trace, self.share_zero);
-            let variance = of(t);
+            let EstimatedVariance { value: variance, freedom } = of(t);
+            let mut sums = [0.0; TERMS];
             for sample in trace.iter().asking(2 * n * n) {
                 let (x, mut turned) = (row(sample), [0.0; TERMS]);
                 for i in 0..n {
@@ -167,9 +173,14 @@ impl Through {
                     sums[self.kept[i]] += variance * influence * influence;
                 }
             }
+            for (parts, value) in parts.iter_mut().zip(sums).filter(|(_, value)| *value > 0.0) {
+                parts.push(EstimatedVariance { value, freedom });
+            }
         }
         let mut variances = [None; TERMS];
-        self.kept.iter().for_each(|&term| variances[term] = Some(sums[term]));
+        for &term in &self.kept {
+            variances[term] = Some(EstimatedVariance::sum(parts[term].iter().copied()));
+        }
         variances
     }
 }

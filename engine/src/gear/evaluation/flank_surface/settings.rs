@@ -1,6 +1,9 @@
 //! How the surface of a flank is evaluated.
 
-use super::super::settings::{DeviationSign, SlopeSign};
+use super::super::{
+    limits::ToleranceLimits,
+    settings::{DeviationSign, SlopeSign},
+};
 use crate::{
     estimation::FitSpec,
     gear::{Kind, Side},
@@ -36,6 +39,8 @@ pub struct SurfaceSettings {
     pub given: DeviationSign,
     /// Sign of slopes and of twist.
     pub sign: SlopeSign,
+    /// What the figures are told to conform to; of slopes over the trimmed range.
+    pub limits: ToleranceLimits,
     /// Everything else about the fit; its model and domain are not looked at.
     pub spec: FitSpec,
 }

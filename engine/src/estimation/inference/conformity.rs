@@ -1,0 +1,180 @@
+//! Whether what was estimated lies within limits, with the uncertainty of the estimate (ISO
+//! 14253-1).
+//!
+//! The true value is `value − bias − std_error · T` with |bias| at most `bias_bound` and T
+//! Student's. So the probability that it lies between two limits is between its values at the worst
+//! and at the best bias. That a part conforms is said only where it is 0.95 at least, that it does
+//! not where it is 0.05 at most; what lies between cannot be told. The limits are so drawn in by a
+//! guard band, and a part that lies at a limit is told to conform in one measurement of twenty at
+//! most.
+
+use super::{noise::Noise, quantile::half_width};
+use crate::numerics::distribution::Student;
+
+/// The probability from which on a part is said to conform (ISO 14253-1), and below 1 less of which
+/// it is said not to.
+pub const CONFORMANCE_PROBABILITY: f64 = 0.95;
+
+/// An estimate, and what is known of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inferred {
+    /// The estimate.
+    pub value: f64,
+    /// Its standard error.
+    pub std_error: f64,
+    /// The bias that it may have.
+    pub bias_bound: f64,
+    /// The distribution of an error over the standard error.
+    pub student: Student,
+}
+
+/// Whether a part conforms to its limits.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// It does.
+    Conforms,
+    /// It does not.
+    DoesNotConform,
+    /// The measurement is too uncertain to say.
+    CannotBeTold,
+}
+
+/// A figure against its limits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Conformity {
+    /// The limits, ascending.
+    pub limits: [f64; 2],
+    /// Least and greatest probability that the true value lies within; equal without a bias.
+    pub probability: [f64; 2],
+    /// What follows from it.
+    pub decision: Decision,
+}
+
+impl Inferred {
+    /// The same in another unit or sign.
+    pub fn scaled(self, factor: f64) -> Self {
+        let size = factor.abs();
+        Inferred {
+            value: factor * self.value,
+            std_error: size * self.std_error,
+            bias_bound: size * self.bias_bound,
+            student: self.student,
+        }
+    }
+
+    /// The confidence interval at `level`.
+    pub fn interval(&self, level: f64) -> [f64; 2] {
+        let noise = Noise { sigma: self.std_error, student: self.student, miss: 1.0 - level };
+        let half = half_width(&noise, self.std_error, self.bias_bound);
+        [self.value - half, self.value + half]
+    }
+
+    /// Against ascending limits.
+    ///
+    /// ```
+    /// use flankfit_engine::estimation::inference::{Decision, Inferred};
+    /// use flankfit_engine::numerics::distribution::Student;
+    ///
+    /// // 3 µm below the limit of 10 µm with a standard error of 2 µm: Φ(1.5) = 0.933
+    /// let slope =
+    ///     Inferred { value: 7.0, std_error: 2.0, bias_bound: 0.0, student: Student::NORMAL };
+    /// let found = slope.conformity([-10.0, 10.0]);
+    /// assert!((found.probability[0] - 0.933_192_8).abs() < 1e-7);
+    /// assert_eq!(found.decision, Decision::CannotBeTold);
+    /// ```
+    pub fn conformity(&self, limits: [f64; 2]) -> Conformity {
+        let [low, high] = limits;
+        let within = |bias: f64| {
+            let value = self.value + bias;
+            if !(self.std_error > 0.0) {
+                return if low <= value && value <= high { 1.0 } else { 0.0 };
+            }
+            let [from, to] = [low, high].map(|limit| (limit - value) / self.std_error);
+            // differences of the tails that are small
+            let inside = match from + to > 0.0 {
+                true => self.student.upper_tail(from) - self.student.upper_tail(to),
+                false => self.student.upper_tail(-to) - self.student.upper_tail(-from),
+            };
+            inside.clamp(0.0, 1.0)
+        };
+        // greatest in the middle of the limits, and falling to both sides
+        let centre = 0.5 * (low + high) - self.value;
+        let farthest = if centre > 0.0 { -self.bias_bound } else { self.bias_bound };
+        let most = within(centre.clamp(-self.bias_bound, self.bias_bound));
+        // where both are nearly 1 the last digit may fall either way
+        let probability = [within(farthest).min(most), most];
+        let decision = if probability[0] >= CONFORMANCE_PROBABILITY {
+            Decision::Conforms
+        } else if probability[1] <= 1.0 - CONFORMANCE_PROBABILITY {
+            Decision::DoesNotConform
+        } else {
+            Decision::CannotBeTold
+        };
+        Conformity { limits, probability, decision }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn normal(value: f64, std_error: f64, bias_bound: f64) -> Inferred {
+        Inferred { value, std_error, bias_bound, student: Student::NORMAL }
+    }
+
+    #[test]
+    fn without_error_the_limits_belong_to_what_conforms() {
+        for (value, decision) in [(2.0, Decision::Conforms), (2.1, Decision::DoesNotConform)] {
+            assert_eq!(normal(value, 0.0, 0.0).conformity([-2.0, 2.0]).decision, decision);
+        }
+        assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).decision, Decision::CannotBeTold);
+    }
+
+    #[test]
+    fn the_guard_band_is_that_of_one_tail() {
+        // 1.6448536 standard errors inside and outside of one limit, the other far away
+        for (value, decision) in [
+            (-1.645, Decision::Conforms),
+            (-1.644, Decision::CannotBeTold),
+            (1.644, Decision::CannotBeTold),
+            (1.645, Decision::DoesNotConform),
+        ] {
+            assert_eq!(normal(value, 1.0, 0.0).conformity([-100.0, 0.0]).decision, decision, "{value}");
+        }
+        // t(0.95; 4) = 2.131847
+        let few = Inferred { student: Student::new(4.0), ..normal(-2.131, 1.0, 0.0) };
+        assert_eq!(few.conformity([-100.0, 0.0]).decision, Decision::CannotBeTold);
+        assert_eq!(Inferred { value: -2.132, ..few }.conformity([-100.0, 0.0]).decision, Decision::Conforms);
+    }
+
+    #[test]
+    fn limits_closer_than_the_error_are_never_told_to_be_kept() {
+        assert_eq!(normal(0.0, 1.0, 0.0).conformity([-1.0, 1.0]).decision, Decision::CannotBeTold);
+    }
+
+    proptest! {
+        /// Every bias within the bound gives a probability between the two; both are reached.
+        #[test]
+        fn bounds_of_the_probability_are_sharp(
+            (value, std_error, bound) in (-9.0..9.0f64, 0.01..4.0f64, 0.0..5.0f64),
+            (low, width, freedom) in (-8.0..4.0f64, 0.1..9.0f64, 1.0..60.0f64),
+        ) {
+            let limits = [low, low + width];
+            let student = Student::new(freedom);
+            let [least, most] =
+                Inferred { value, std_error, bias_bound: bound, student }.conformity(limits).probability;
+            let (mut low, mut high) = (1.0f64, 0.0f64);
+            for k in -200..=200 {
+                let moved = value + bound * f64::from(k) / 200.0;
+                let [p, same] =
+                    Inferred { value: moved, std_error, bias_bound: 0.0, student }.conformity(limits).probability;
+                prop_assert_eq!(p, same);
+                prop_assert!(least <= p + 1e-12 && p <= most + 1e-12, "{} {} {}", least, p, most);
+                (low, high) = (low.min(p), high.max(p));
+            }
+            prop_assert!(low - least < 1e-12 && most - high < 0.02, "{} {} {} {}", least, low, high, most);
+        }
+    }
+}

@@ -1,0 +1,305 @@
+//! Intervals of the figures of flanks and decisions on them, by Monte Carlo.
+
+use flankfit_engine::{
+    estimation::{
+        FitSpec,
+        inference::Decision,
+        result::IntervalKind,
+        spec::{Model, Regularization},
+    },
+    gear::{
+        Kind, ProfileAxis, Side, Trace,
+        evaluation::{
+            Evaluation, Inference, Posted, ToleranceLimits, evaluate,
+            fault::{SettingField, SettingReason, ToleranceField, ToleranceReason, TraceField, TraceReason},
+            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
+            settings::{DeviationSign, HelixReference, HelixSettings, Settings, SlopeSign},
+        },
+        tolerance::{Characteristic, Tolerances},
+    },
+};
+
+use super::gear_evaluation::{gear, range, settings, trace};
+use crate::oracle::random::Random;
+
+/// Three standard errors of a share of 0.95 are 0.021.
+const RUNS: usize = 1000;
+
+/// Slopes over the evaluation range, so that they are those of the functions put in.
+fn plain() -> Settings {
+    let reference = HelixReference::EvaluationRange;
+    Settings { helix: Some(HelixSettings { reference, ..HelixSettings::on([1.0, 19.0]) }), ..settings() }
+}
+
+fn evaluated(traces: &[Trace], settings: &Settings) -> Evaluation {
+    let posted: Vec<Posted> = traces.iter().map(|trace| Posted { trace, design: None }).collect();
+    evaluate(&gear(), &posted, settings).expect("the traces are sound")
+}
+
+fn noisy(traces: &[Trace], noise: f64, random: &mut Random) -> Vec<Trace> {
+    let mut traces = traces.to_vec();
+    traces.iter_mut().flat_map(|trace| &mut trace.deviation).for_each(|d| *d += noise * random.normal());
+    traces
+}
+
+/// How often intervals hold the truth.
+fn coverage<const N: usize>(runs: usize, truth: [f64; N], mut draw: impl FnMut() -> [Inference; N]) -> [f64; N] {
+    let mut hits = [0usize; N];
+    for _ in 0..runs {
+        for ((found, truth), hit) in draw().iter().zip(truth).zip(&mut hits) {
+            *hit += usize::from((found.interval[0]..=found.interval[1]).contains(&truth));
+        }
+    }
+    hits.map(|hits| hits as f64 / runs as f64)
+}
+
+fn assert_holds(what: &str, covered: &[f64]) {
+    assert!(covered.iter().all(|share| (0.93..=0.985).contains(share)), "{what}: {covered:?}");
+}
+
+/// Slope and crowning without noise.
+fn truth(clean: &Trace, asked: &Settings) -> [f64; 2] {
+    let values = evaluated(std::slice::from_ref(clean), asked).traces[0].values.unwrap();
+    [values.slope, values.crowning]
+}
+
+fn shape(u: f64) -> f64 {
+    3.0 * u - 4.0 * u * u
+}
+
+#[test]
+fn intervals_of_slope_and_crowning_hold() {
+    let (gear, asked) = (gear(), plain());
+    for count in [15, 30, 200] {
+        let clean = [trace(&gear, Kind::Helix, Side::Left, count, shape)];
+        let mut random = Random::new(count as u64);
+        let covered = coverage(RUNS, truth(&clean[0], &asked), || {
+            let found = evaluated(&noisy(&clean, 0.5, &mut random), &asked).traces.remove(0);
+            [found.slope.unwrap(), found.crowning.unwrap()]
+        });
+        assert_holds(&format!("{count} samples"), &covered);
+    }
+}
+
+/// Over a hole the interval has what the hole may hide: it is wider than without, and holds.
+#[test]
+fn intervals_over_a_hole_hold() {
+    let (gear, asked) = (gear(), plain());
+    let hole = |u: f64| if (0.1..0.35).contains(&u) { f64::NAN } else { shape(u) };
+    let clean = [trace(&gear, Kind::Helix, Side::Left, 120, hole)];
+    let mut random = Random::new(5);
+    let whole = trace(&gear, Kind::Helix, Side::Left, 120, shape);
+    let covered = coverage(300, truth(&whole, &asked), || {
+        let found = evaluated(&noisy(&clean, 0.5, &mut random), &asked).traces.remove(0);
+        [found.slope.unwrap(), found.crowning.unwrap()]
+    });
+    assert!(covered.iter().all(|share| (0.91..=1.0).contains(share)), "{covered:?}");
+}
+
+#[test]
+fn intervals_of_twists_and_of_the_surface_of_traces_hold() {
+    let (gear, asked) = (gear(), plain());
+    let rolls = range(&gear, Kind::Profile);
+    let at = |u: f64| gear.diameter(0.5 * (rolls[0] + rolls[1]) + 0.5 * u * (rolls[1] - rolls[0]));
+    let material = |u: f64, v: f64| 2.0 * u + 1.0 * v - 3.0 * u * u - 5.0 * v * v + 1.5 * u * v;
+    let helix = |u: f64, tooth: &str| Trace {
+        tooth: tooth.into(),
+        section: Some(at(u)),
+        ..trace(&gear, Kind::Helix, Side::Left, 60, |v| material(u, v))
+    };
+    let profile = Trace { section: Some(10.0), ..trace(&gear, Kind::Profile, Side::Left, 60, |u| material(u, 0.0)) };
+    let clean = [helix(-0.8, "1f"), helix(0.8, "1k"), profile];
+    // slopes of helices over [−1, 1]: 2 (1 + 1.5 u)
+    let truth = [2.0 * 1.5 * 1.6, 4.0, 2.0, 3.0, 5.0, 6.0];
+    let sound = evaluated(&clean, &asked).surfaces.remove(0).figures;
+    let values = [sound.profile_slope, sound.helix_slope, sound.profile_crowning, sound.helix_crowning, sound.twist];
+    for (value, truth) in values.iter().zip(&truth[1..]) {
+        assert!((value.unwrap().value.abs() - truth).abs() < 1e-6, "{value:?} {truth}");
+    }
+    let signs: Vec<f64> = values.iter().map(|value| value.unwrap().value.signum()).collect();
+    let twist = evaluated(&clean, &asked).twists[0].twist;
+    assert!((twist.abs() - truth[0]).abs() < 1e-6);
+    let mut random = Random::new(41);
+    let mut twists = 0;
+    let truth: [f64; 5] = std::array::from_fn(|k| signs[k] * truth[k + 1]);
+    let covered = coverage(RUNS, truth, || {
+        let found = evaluated(&noisy(&clean, 0.4, &mut random), &asked);
+        let [low, high] = found.twists[0].interval.unwrap();
+        twists += usize::from(low <= twist && twist <= high);
+        let f = &found.surfaces[0].figures;
+        [f.profile_slope, f.helix_slope, f.profile_crowning, f.helix_crowning, f.twist]
+            .map(|figure| figure.unwrap().inference.unwrap())
+    });
+    assert_holds("surface", &covered);
+    assert_holds("twist of two helices", &[twists as f64 / RUNS as f64]);
+}
+
+/// How often each decision is made on the slope of a helix that is `slope`.
+fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
+    let (gear, mut random) = (gear(), Random::new(77));
+    let clean = [trace(&gear, Kind::Helix, Side::Left, 40, |u| 0.5 * slope * u)];
+    let asked = Settings { limits, sign: SlopeSign::Vdi, ..plain() };
+    let mut made = [0usize; 3];
+    for _ in 0..RUNS {
+        let found = evaluated(&noisy(&clean, 1.0, &mut random), &asked).traces.remove(0).slope.unwrap();
+        let conformity = found.conformity.unwrap();
+        assert_eq!(conformity.probability[0], conformity.probability[1]);
+        made[conformity.decision as usize] += 1;
+    }
+    made.map(|made| made as f64 / RUNS as f64)
+}
+
+/// A part at its limit is told to conform, or not to, in one measurement of twenty each.
+#[test]
+fn a_part_at_its_limit_is_rarely_told_to_conform() {
+    let told = ToleranceLimits { helix_slope: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
+    let order = [Decision::Conforms, Decision::DoesNotConform, Decision::CannotBeTold];
+    assert_eq!(order.map(|decision| decision as usize), [0, 1, 2]);
+    let [conforms, not, open] = decisions(6.0, told);
+    assert!((0.02..=0.071).contains(&conforms) && (0.02..=0.071).contains(&not), "{conforms} {not} {open}");
+    let [conforms, not, _] = decisions(3.0, told);
+    assert!(conforms > 0.95 && not == 0.0, "{conforms} {not}");
+    let [conforms, not, _] = decisions(9.0, told);
+    assert!(conforms == 0.0 && not > 0.95, "{conforms} {not}");
+    // by the class: at f_HβT of class 4
+    let class = ToleranceLimits { class: Some(4), ..ToleranceLimits::default() };
+    let tolerance = Tolerances::new(&gear()).unwrap().rounded(Characteristic::HelixSlope, 4).unwrap();
+    let [conforms, not, _] = decisions(tolerance, class);
+    assert!((0.02..=0.071).contains(&conforms) && (0.02..=0.071).contains(&not), "{conforms} {not}");
+}
+
+struct Grid {
+    profile: Vec<f64>,
+    z: Vec<f64>,
+    deviation: Vec<f64>,
+}
+
+/// Five by nine nodes.
+fn grid(mut of: impl FnMut(f64, f64) -> f64) -> Grid {
+    let t = |i: usize, n: usize| 2.0 * i as f64 / (n - 1) as f64 - 1.0;
+    Grid {
+        profile: (0..5).map(|i| 22.0 + 4.0 * t(i, 5)).collect(),
+        z: (0..9).map(|j| 10.0 + 9.0 * t(j, 9)).collect(),
+        deviation: (0..45).map(|k| of(t(k / 9, 5), t(k % 9, 9))).collect(),
+    }
+}
+
+fn surface_settings(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
+    SurfaceSettings {
+        side: Side::Left,
+        profile_range: None,
+        helix_range: None,
+        border: Border::default(),
+        given: DeviationSign::Material,
+        sign: SlopeSign::AsGiven,
+        limits,
+        spec,
+    }
+}
+
+fn fitted(grid: &Grid, settings: &SurfaceSettings) -> FlankSurface {
+    let Grid { profile, z, deviation } = grid;
+    let axis = ProfileAxis::RollLength;
+    let nodes = FlankNodes { axis, profile, z, deviation, valid: None, grid: true };
+    flank_surface(&gear(), &nodes, settings).expect("the nodes are sound")
+}
+
+const COEFFICIENTS: [f64; 6] = [1.0, 2.0, -1.0, -3.0, 1.5, -5.0];
+
+fn terms(u: f64, v: f64) -> [f64; 6] {
+    [1.0, u, v, u * u, u * v, v * v]
+}
+
+#[test]
+fn intervals_of_the_surface_of_a_flank_hold() {
+    let height = |u: f64, v: f64| terms(u, v).iter().zip(COEFFICIENTS).map(|(x, c)| x * c).sum::<f64>();
+    let norm = {
+        let length = |k: usize| grid(|u, v| terms(u, v)[k].powi(2)).deviation.iter().sum::<f64>();
+        (0..6).map(|k| length(k) * COEFFICIENTS[k].powi(2)).sum::<f64>().sqrt()
+    };
+    let base = FitSpec::new(Model::Linear);
+    let plain = FitSpec { regularization: Regularization::None, ..base.clone() };
+    let told = FitSpec { coefficient_norm_limit: Some(norm), ..base.clone() };
+    let ridge = Regularization::Ridge { parameter: flankfit_engine::estimation::spec::Parameter::Fixed(0.3) };
+    let regularized = FitSpec { regularization: ridge, ..base };
+    let truth = [4.0, -2.0, 3.0, 5.0, 6.0];
+    for (spec, kind) in
+        [(plain, IntervalKind::Student), (regularized, IntervalKind::LeastSquares), (told, IntervalKind::BiasAware)]
+    {
+        let asked = surface_settings(spec, ToleranceLimits::default());
+        let mut random = Random::new(13);
+        let covered = coverage(RUNS, truth, || {
+            let measured = grid(|u, v| height(u, v) + 3.0 * random.normal());
+            let s = fitted(&measured, &asked);
+            let found = [s.profile_slope, s.helix_slope, s.profile_crowning, s.helix_crowning, s.twist];
+            let found = found.map(|figure| figure.inference.unwrap());
+            assert!(found.iter().all(|one| one.kind == kind || kind == IntervalKind::BiasAware));
+            found
+        });
+        // what a norm limit wins may hold more often than it says
+        let most = if kind == IntervalKind::BiasAware { 1.0 } else { 0.972 };
+        assert!(covered.iter().all(|share| (0.93..=most).contains(share)), "{kind:?}: {covered:?}");
+    }
+}
+
+/// With a bias the probability has two ends, and a twist at its limit is still told to conform in
+/// one measurement of twenty at most.
+#[test]
+fn decisions_on_biased_figures_are_no_bolder() {
+    let length = |k: usize| grid(|u, v| terms(u, v)[k].powi(2)).deviation.iter().sum::<f64>();
+    // nearly all of the norm is in the twist; were it all, a limit told exactly would prove alone
+    // that the twist is no greater than what it is
+    let (c, norm) = (2.0, 1.02 * 2.0 * length(4).sqrt());
+    let spec = FitSpec { coefficient_norm_limit: Some(norm), ..FitSpec::new(Model::Linear) };
+    let limits = ToleranceLimits { twist: Some([-60.0, 4.0 * c]), ..ToleranceLimits::default() };
+    let asked = surface_settings(spec, limits);
+    let mut random = Random::new(3);
+    let (mut conforms, mut apart) = (0, 0);
+    for _ in 0..RUNS {
+        let measured = grid(|u, v| c * u * v + 3.0 * random.normal());
+        let found = fitted(&measured, &asked).twist.inference.unwrap().conformity.unwrap();
+        assert!(found.probability[0] <= found.probability[1]);
+        apart += usize::from(found.probability[0] < found.probability[1]);
+        conforms += usize::from(found.decision == Decision::Conforms);
+    }
+    assert!(apart > RUNS / 2 && conforms as f64 <= 0.07 * RUNS as f64, "{apart} {conforms}");
+}
+
+#[test]
+fn slopes_over_a_part_of_the_flank_have_their_share_of_a_class() {
+    let limits = ToleranceLimits { class: Some(6), ..ToleranceLimits::default() };
+    let mut asked = surface_settings(FitSpec::new(Model::Linear), limits);
+    asked.border = Border { root: 10.0, tip: 10.0, toe: 0.0, heel: 0.0 };
+    let mut random = Random::new(3);
+    let s = fitted(&grid(|u, v| u + v + 0.1 * random.normal()), &asked);
+    let tolerances = Tolerances::new(&gear()).unwrap();
+    let of = |characteristic| tolerances.rounded(characteristic, 6).unwrap();
+    let high = |figure: flankfit_engine::gear::evaluation::flank_surface::Figure| {
+        figure.inference.unwrap().conformity.unwrap().limits[1]
+    };
+    assert!((high(s.profile_slope) - 0.8 * of(Characteristic::ProfileSlope)).abs() < 1e-9);
+    let width = gear().data().face_width.unwrap();
+    assert!((high(s.helix_slope) - 18.0 / width * of(Characteristic::HelixSlope)).abs() < 1e-9);
+    assert!(s.twist.inference.unwrap().conformity.is_none());
+}
+
+#[test]
+fn limits_and_levels_that_there_are_not_are_refused() {
+    let clean = [trace(&gear(), Kind::Helix, Side::Left, 40, shape)];
+    let refused = |settings: Settings| {
+        let posted: Vec<Posted> = clean.iter().map(|trace| Posted { trace, design: None }).collect();
+        let faults = evaluate(&gear(), &posted, &settings).unwrap_err();
+        let fault = &faults.list()[0];
+        (fault.field, fault.reason.clone())
+    };
+    let limits = |limits| Settings { limits, ..settings() };
+    let of = |field| TraceField::Setting(SettingField::Limit(field));
+    let told = ToleranceLimits::default();
+    let turned = refused(limits(ToleranceLimits { twist: Some([2.0, -2.0]), ..told }));
+    let reason = SettingReason::Limit(ToleranceReason::NotAscending([2.0, -2.0]));
+    assert_eq!(turned, (of(ToleranceField::Twist), TraceReason::Setting(reason)));
+    let class = refused(limits(ToleranceLimits { class: Some(12), ..told }));
+    assert_eq!(class.0, of(ToleranceField::Class));
+    let level = refused(Settings { level: 1.0, ..settings() });
+    assert_eq!(level, (TraceField::Setting(SettingField::Level), TraceReason::Setting(SettingReason::Level(1.0))));
+}

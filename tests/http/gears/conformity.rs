@@ -1,0 +1,110 @@
+//! Intervals of gear figures and decisions by ISO 14253-1 over HTTP.
+
+use serde_json::{Value, json};
+
+use super::{pointers, taken};
+use crate::{
+    harness::{TestApp, send},
+    shapes::examples,
+};
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+fn holds(figure: &Value) -> bool {
+    let value = number(&figure["value"]);
+    number(&figure["interval"][0]) < value && value < number(&figure["interval"][1])
+}
+
+#[tokio::test]
+async fn figures_of_a_surface_have_intervals_and_conform() {
+    let app = TestApp::start().await;
+    let mut request = examples("gear_flank_surface")[0].1.clone();
+    request.as_object_mut().unwrap().remove("tolerance_limits");
+    let plain = taken(&app, "/v1/gears/flank-surface", &request).await;
+    for name in ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um", "twist_um"] {
+        let figure = &plain[name];
+        assert!(holds(figure) && figure["interval_kind"] == "student", "{name}: {figure}");
+        assert!(figure.get("conformity").is_none());
+    }
+    let slope = number(&plain["profile_slope_um"]["value"]);
+    request["tolerance_limits"] = json!({
+        "class": 5, "profile_slope_um": [slope - 50.0, slope + 50.0], "twist_um": [900.0, 901.0]
+    });
+    let told = taken(&app, "/v1/gears/flank-surface", &request).await;
+    let slope = &told["profile_slope_um"]["conformity"];
+    assert_eq!(slope["decision"], "conforms");
+    assert!(number(&slope["probability"][0]) > 0.999);
+    assert_eq!(told["twist_um"]["conformity"]["decision"], "does_not_conform");
+    // f_HβT of class 5, over the share of the face width that was measured
+    let helix = &told["helix_slope_um"]["conformity"]["limits_um"];
+    assert!(number(&helix[0]) == -number(&helix[1]) && number(&helix[1]) > 1.0);
+    assert!(told["helix_crowning_um"].get("conformity").is_none());
+    // the level is that of the fit
+    request["level"] = json!(0.99);
+    let wider = taken(&app, "/v1/gears/flank-surface", &request).await;
+    assert!(number(&wider["twist_um"]["interval"][1]) > number(&told["twist_um"]["interval"][1]));
+}
+
+#[tokio::test]
+async fn figures_of_traces_have_intervals_and_conform() {
+    let app = TestApp::start().await;
+    let mut request = examples("evaluate_gear")[0].1.clone();
+    request["evaluation"]["tolerance_limits"] = json!({"class": 11, "helix_crowning_um": [-500, 500]});
+    let found = taken(&app, "/v1/gears/evaluate", &request).await;
+    assert_eq!(found["evaluation"]["level"], 0.95);
+    assert_eq!(found["evaluation"]["tolerance_limits"]["class"], 11);
+    let mut decided = 0;
+    for trace in found["traces"].as_array().unwrap() {
+        if let Some(interval) = trace.get("slope_interval_um") {
+            let slope = number(&trace["slope_um"]);
+            assert!(number(&interval[0]) < slope && slope < number(&interval[1]));
+        }
+        decided += usize::from(trace.get("slope_conformity").is_some_and(|c| c["decision"] == "conforms"));
+        // the greatest of many deviations has no interval
+        assert!(trace.get("form_interval_um").is_none());
+    }
+    assert!(decided > 0, "{found}");
+}
+
+#[tokio::test]
+async fn what_is_wrong_with_limits_is_pointed_at() {
+    let app = TestApp::start().await;
+    let surface = async |limits: Value| {
+        let mut request = examples("gear_flank_surface")[0].1.clone();
+        request["tolerance_limits"] = limits;
+        pointers(&app, "/v1/gears/flank-surface", &request).await
+    };
+    assert_eq!(surface(json!({"class": 0})).await, ["/tolerance_limits/class"]);
+    assert_eq!(surface(json!({"twist_um": [2, 1]})).await, ["/tolerance_limits/twist_um"]);
+    assert_eq!(surface(json!({"form_um": [0, 1]})).await, ["/tolerance_limits/form_um"]);
+    assert_eq!(surface(json!({"twist_um": [2]})).await, ["/tolerance_limits/twist_um"]);
+    assert_eq!(surface(Value::Null).await, ["/tolerance_limits"]);
+    let traces = async |name: &str, value: Value| {
+        let mut request = examples("evaluate_gear")[0].1.clone();
+        request["evaluation"][name] = value;
+        pointers(&app, "/v1/gears/evaluate", &request).await
+    };
+    assert_eq!(traces("level", json!(0.3)).await, ["/evaluation/level"]);
+    let limits = json!({"profile_crowning_um": [3, 3]});
+    assert_eq!(traces("tolerance_limits", limits).await, ["/evaluation/tolerance_limits/profile_crowning_um"]);
+    assert_eq!(traces("tolerance_limits", json!({"class": 12})).await, ["/evaluation/tolerance_limits/class"]);
+}
+
+#[tokio::test]
+async fn records_keep_intervals_and_decisions() {
+    let app = TestApp::start().await;
+    let mut record = examples("create_iteration_evaluation")[0].1.clone();
+    let gear = examples("evaluate_gear")[0].1["gear"].clone();
+    let job = send(app.post("/v1/jobs", json!({"name": "w", "gear": gear}).to_string())).await.json();
+    let place = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
+    let nodes = json!({"nodes": {"type": "curve", "x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 1.0, 1.9, 3.2]},
+        "model": {"type": "polynomial", "degree": 1}});
+    assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
+    record["evaluation"]["tolerance_limits"] = json!({"profile_slope_um": [-500, 500], "helix_slope_um": [-500, 500]});
+    let kept = send(app.post(&format!("{place}/1/evaluations"), record.to_string())).await;
+    assert_eq!(kept.status, 201, "{}", kept.text);
+    assert!(kept.text.contains("\"conforms\"") && kept.text.contains("slope_interval_um"), "{}", kept.text);
+    assert_eq!(send(app.get(kept.header("location"))).await.text, kept.text);
+}
