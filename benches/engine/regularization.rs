@@ -28,12 +28,16 @@ fn nodes() -> Nodes {
     Nodes::grid(u, v, z, None, None).expect("a full grid is valid")
 }
 
-fn kinds(n: usize) -> [(&'static str, Regularization); 6] {
+fn kinds(n: usize) -> [(&'static str, Regularization); 10] {
     let by = Parameter::Criterion;
     [
         ("spectral", Regularization::default()),
         ("ridge", Regularization::Ridge { parameter: by(Criterion::MinMse) }),
+        ("ridge_reml", Regularization::Ridge { parameter: by(Criterion::Reml) }),
+        ("ridge_sure", Regularization::Ridge { parameter: by(Criterion::Sure) }),
+        ("ridge_press", Regularization::Ridge { parameter: by(Criterion::Press) }),
         ("truncated_svd", Regularization::TruncatedSvd { rank: n - 2 }),
+        ("truncated_svd_gcv", Regularization::TruncatedSvdBy { criterion: Criterion::Gcv }),
         (
             "james_stein",
             Regularization::JamesStein(JamesStein {
@@ -50,7 +54,18 @@ fn kinds(n: usize) -> [(&'static str, Regularization); 6] {
     ]
 }
 
-const NAMES: [&str; 6] = ["spectral", "ridge", "truncated_svd", "james_stein", "attraction", "tikhonov"];
+const NAMES: [&str; 10] = [
+    "spectral",
+    "ridge",
+    "ridge_reml",
+    "ridge_sure",
+    "ridge_press",
+    "truncated_svd",
+    "truncated_svd_gcv",
+    "james_stein",
+    "attraction",
+    "tikhonov",
+];
 
 fn run(bencher: Bencher, model: Model, n: usize, name: &str) {
     let (_, regularization) = kinds(n).into_iter().find(|(kind, _)| *kind == name).expect("a kind");

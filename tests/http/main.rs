@@ -9,6 +9,7 @@ mod bad_input;
 mod cancellation;
 mod contract;
 mod cors;
+mod criteria;
 mod degenerate;
 mod document;
 mod estimators;

@@ -95,6 +95,8 @@ pub enum Field {
     Parameter,
     /// The criterion that chooses it.
     Criterion,
+    /// The criterion that chooses λ* of a spectral scheme.
+    LambdaCriterion,
     /// How many singular values are kept.
     Rank,
     /// How many eigenvalues are regularised.
@@ -210,6 +212,7 @@ impl Field {
                 | PenaltyWeight(_)
                 | Parameter
                 | Criterion
+                | LambdaCriterion
                 | Rank
                 | Count
                 | Target

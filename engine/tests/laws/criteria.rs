@@ -93,6 +93,8 @@ impl Trial<'_> {
             }
             // closed forms of single kinds, with laws of their own
             Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal => {}
+            // not among those that stand beside every fit
+            Criterion::Reml | Criterion::Press | Criterion::Sure => {}
         }
     }
 }

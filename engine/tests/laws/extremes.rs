@@ -165,6 +165,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             covariance: true,
             influence: true,
             shape: true,
+            predicted_mse: true,
         },
     }
 }

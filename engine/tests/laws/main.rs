@@ -11,6 +11,7 @@ mod bounds;
 mod chosen_errors;
 mod collinearity;
 mod criteria;
+mod criteria_more;
 mod curves;
 mod edges;
 mod estimable;

@@ -18,6 +18,7 @@ mod nist;
 mod oracle_check;
 mod prior;
 mod recursive;
+mod reml;
 mod ridge;
 mod robust;
 mod robust_more;

@@ -107,6 +107,12 @@ fn of_regularization(reason: &RegularizationReason) -> String {
                 criterion.name()
             );
         }
+        NodesNotKept(criterion) => {
+            return format!(
+                "`{}` looks at every node, and a stream keeps sums only: take another criterion",
+                criterion.name()
+            );
+        }
         Criterion(criterion) => return format!("`{}` is not for this regularisation", criterion.name()),
         other => return other.to_string(),
     };
@@ -224,6 +230,7 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::PenaltyWeight(index) => return format!("/regularization/weights/{index}"),
         Field::Parameter => "/regularization/parameter",
         Field::Criterion => "/regularization/parameter/criterion",
+        Field::LambdaCriterion => "/regularization/lambda_star/criterion",
         Field::Rank => "/regularization/rank",
         Field::Count => "/regularization/count",
         Field::Target => "/regularization/target",

@@ -9,7 +9,7 @@ use serde_json::{Map, Value, json};
 use super::app::{TestApp, iteration};
 
 const SHORT: usize = 16 << 10;
-const FIT: [&str; 9] = [
+const FIT: [&str; 10] = [
     "residuals",
     "collinearity",
     "lambda_curve",
@@ -19,6 +19,7 @@ const FIT: [&str; 9] = [
     "peaks",
     "covariance",
     "influence",
+    "predicted_mse",
 ];
 
 fn examples(operation: &str) -> Vec<(&'static str, Value)> {

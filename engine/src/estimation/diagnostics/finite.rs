@@ -121,6 +121,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     optional("gamma", &mut regularization.gamma);
     optional("matrix_norm_squared", &mut regularization.matrix_norm_squared);
     optional("largest_eigenvalue_bound", &mut regularization.largest_eigenvalue_bound);
+    optional("predicted_mse_corrected", &mut regularization.predicted_mse_corrected);
     optional("paper_bound", &mut result.bias.paper_bound);
     optional("e", &mut result.bias.e);
     optional("upper_confidence", &mut result.bias.upper_confidence);

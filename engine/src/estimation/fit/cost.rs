@@ -7,7 +7,7 @@
 
 use crate::estimation::{
     data::Nodes,
-    spec::{Degree, FitSpec, Include, Knots, Model, Regularization},
+    spec::{Criterion, Degree, FitSpec, Include, Knots, Model, Regularization},
 };
 
 /// Most coefficients of a short fit.
@@ -51,6 +51,8 @@ fn is_usual(spec: &FitSpec) -> bool {
         ..FitSpec::new(spec.model.clone())
     };
     *spec == usual
+        // looks at every node for every λ*
+        && spec.regularization.criterion() != Some(Criterion::Press)
         && matches!(
             spec.regularization,
             Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. }
@@ -88,7 +90,7 @@ fn columns(nodes: &Nodes, model: &Model) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::estimation::spec::{Count, Criterion, Parameter, PolynomialBasis, Scheme, Terms};
+    use crate::estimation::spec::{Count, Parameter, PolynomialBasis, Scheme, Terms};
 
     fn polynomial(degree: Degree) -> FitSpec {
         FitSpec::new(Model::Polynomial { degree, basis: PolynomialBasis::Monomial, terms: Terms::Tensor })
@@ -133,6 +135,8 @@ mod tests {
             ..polynomial(Degree::Both(3))
         };
         assert!(is_short(&nodes, &usual));
+        let press = Regularization::Ridge { parameter: Parameter::Criterion(Criterion::Press) };
+        assert!(!is_short(&nodes, &FitSpec { regularization: press, ..usual.clone() }));
         let include = Include { lambda_curve: true, ..usual.include };
         assert!(!is_short(&nodes, &FitSpec { include, ..usual }));
     }

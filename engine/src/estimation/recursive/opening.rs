@@ -2,12 +2,14 @@
 //! the columns of a matrix.
 
 use super::boxes::roomy;
-use crate::estimation::fault::{Fault, Faults, Field, ModelReason, NodeList, Reason, StreamReason};
+use crate::estimation::fault::{
+    Fault, Faults, Field, ModelReason, NodeList, Reason, RegularizationReason, StreamReason,
+};
 use crate::estimation::{
     data::{Form, Nodes, Sample},
     design::{self, Boxes, Design, bounding_box, product_on},
-    regularized::check_admissible,
-    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
+    regularized::{check_admissible, criterion_field},
+    spec::{Criterion, Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -22,6 +24,9 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     }
     if !spec.filters.is_empty() {
         faults.push(Field::Filters, StreamReason::NoFilters);
+    }
+    if spec.regularization.criterion() == Some(Criterion::Press) {
+        faults.push(criterion_field(spec), RegularizationReason::NodesNotKept(Criterion::Press));
     }
     check_domain(spec, &mut faults);
     faults.into_result(())?;

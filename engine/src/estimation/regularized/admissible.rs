@@ -30,6 +30,7 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
         Regularization::Ridge { parameter } => has_least(*parameter),
         Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
         Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, Kept::Directions),
+        Regularization::TruncatedSvdBy { criterion } => truncated::check_criterion(*criterion),
         Regularization::JamesStein(asked) => {
             if let Some(target) = &asked.target {
                 check_target(target, design)?;

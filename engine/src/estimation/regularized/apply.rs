@@ -18,6 +18,7 @@ pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
             spectral::apply(context, warnings)
         }
         Regularization::TruncatedSvd { rank } => truncated::apply(context, *rank, warnings),
+        Regularization::TruncatedSvdBy { criterion } => truncated::apply_by(context, *criterion, warnings),
         Regularization::JamesStein(asked) => shrink::james_stein(context, asked, warnings),
         Regularization::Attraction(asked) => shrink::attraction(context, asked, warnings),
         Regularization::Tikhonov(asked) => tikhonov::apply(context, asked, warnings),

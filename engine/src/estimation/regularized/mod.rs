@@ -14,8 +14,11 @@
 mod admissible;
 mod apply;
 mod bias;
+mod chosen_rank;
 mod context;
+mod corrected;
 mod linear_map;
+mod node_shares;
 mod oblique;
 mod oblique_choice;
 mod pair;
@@ -36,4 +39,5 @@ pub(crate) use admissible::check_admissible;
 pub(crate) use apply::apply;
 pub(crate) use context::{Applied, Context};
 pub(crate) use linear_map::{Form, LinearMap};
+pub(crate) use node_shares::criterion_field;
 pub(crate) use report::regularized_spectrum;

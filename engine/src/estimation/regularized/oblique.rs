@@ -70,6 +70,17 @@ impl Oblique {
         }
     }
 
+    /// The same directions with other least-squares coefficients and another σ².
+    pub(super) fn with(&self, a: Vec<f64>, variance: f64) -> Self {
+        let (z, inverse) = (self.z_exact.clone(), self.inverse.clone());
+        Oblique::new(z, inverse, self.delta.clone(), self.silent, a, Some(variance))
+    }
+
+    /// Whether no σ is known.
+    pub(super) fn is_noiseless(&self) -> bool {
+        self.variance.is_none()
+    }
+
     fn size(&self) -> usize {
         self.delta.len()
     }

@@ -5,12 +5,14 @@
 //! of ridge are. The predicted mean squared error is in the scaled columns and the condition that
 //! of `X̃ᵀX̃ + λP`; both have searches of their own.
 
-use super::{context::Context, oblique::Oblique};
+use nalgebra::DMatrix;
+
+use super::{context::Context, node_shares, oblique::Oblique};
 use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
     selection::{
-        Rule, Search, Spectral, Unavailable, range, scan,
+        Nodewise, Rule, Search, Spectral, Unavailable, range, scan,
         selector::{Comparison, ParameterProblem, Selection, select},
     },
     spec::{Criterion, Parameter},
@@ -29,26 +31,54 @@ pub(super) struct Lambda {
     reached: bool,
 }
 
-/// Decides for `oblique`.
+/// Decides for `oblique`, whose directions are the columns of `images` in Q's coordinates.
 pub(super) fn decide(
     context: &Context,
     oblique: &Oblique,
+    images: &DMatrix<f64>,
     parameter: Parameter,
     warnings: &mut Vec<Warning>,
 ) -> Result<SelectedPenalty, FitError> {
+    node_shares::check(context)?;
     let size = oblique.delta.len();
     let penalised = (oblique.silent..size).filter(|&i| oblique.delta[i] > 0.0).collect::<Vec<_>>();
     let lambda: Vec<f64> = penalised.iter().map(|&i| 1.0 / oblique.delta[i]).collect();
     let a: Vec<f64> = penalised.iter().map(|&i| oblique.a[i] * oblique.delta[i].sqrt()).collect();
     let rss = context.least_squares.rss;
     let free = size - oblique.silent - penalised.len() + context.unpenalised();
-    let problem = Spectral::new(&lambda, &a, context.variance, rss, context.count(), free);
+    let problem =
+        Spectral::new(&lambda, &a, context.variance, rss, context.count(), free).told(context.spec.noise_sigma);
     let search = Search::new(&problem, Rule::Ridge);
     let logarithms = range(&problem, Rule::Ridge).map(f64::ln);
-    let penalty = Penalised { context, oblique, problem: &problem, search, logarithms };
+    let nodewise = || {
+        let along = DMatrix::from_fn(images.nrows(), penalised.len(), |k, i| images[(k, penalised[i])]);
+        node_shares::along(context, &along, penalised.iter().map(|&i| oblique.a[i]).collect())
+    };
+    let penalty = Penalised { context, oblique, problem: &problem, search, logarithms, nodewise: &nodewise };
     let selection = select(&penalty, parameter, context.spec.include.lambda_curve, warnings)?;
     let figures = penalty.figures(selection.criterion.filter(|_| selection.answer.is_some()), selection.answer);
     Ok(SelectedPenalty { selection, figures })
+}
+
+/// λ for other heights, by one criterion alone.
+pub(super) fn again(
+    context: &Context,
+    oblique: &Oblique,
+    variance: f64,
+    rss: f64,
+    parameter: Parameter,
+) -> Option<f64> {
+    let size = oblique.delta.len();
+    let penalised = || (oblique.silent..size).filter(|&i| oblique.delta[i] > 0.0);
+    let lambda: Vec<f64> = penalised().map(|i| 1.0 / oblique.delta[i]).collect();
+    let a: Vec<f64> = penalised().map(|i| oblique.a[i] * oblique.delta[i].sqrt()).collect();
+    let free = size - oblique.silent - lambda.len() + context.unpenalised();
+    let problem = Spectral::new(&lambda, &a, Some(variance), rss, context.count(), free).told(context.spec.noise_sigma);
+    let search = Search::new(&problem, Rule::Ridge);
+    let logarithms = range(&problem, Rule::Ridge).map(f64::ln);
+    let nodewise = || None;
+    let penalty = Penalised { context, oblique, problem: &problem, search, logarithms, nodewise: &nodewise };
+    penalty.answer(parameter).ok().map(|lambda| lambda.value)
 }
 
 /// A penalty along oblique directions, and the same as ridge.
@@ -59,6 +89,8 @@ struct Penalised<'a> {
     search: Search<'a>,
     /// ln λ is searched between these.
     logarithms: [f64; 2],
+    /// The nodes along the directions that are penalised.
+    nodewise: &'a dyn Fn() -> Option<Nodewise>,
 }
 
 impl ParameterProblem for Penalised<'_> {
@@ -72,7 +104,11 @@ impl ParameterProblem for Penalised<'_> {
     fn choose(&self, criterion: Criterion) -> Result<Lambda, Unavailable> {
         let oblique = self.oblique;
         match criterion {
-            Criterion::MinMse if self.context.variance.is_none() => Err(Unavailable::NoSigma),
+            Criterion::Press => {
+                let nodes = (self.nodewise)().ok_or(Unavailable::NoMinimiser)?;
+                self.fixed(self.search.least_of_nodes(|removed| nodes.press(removed)).lambda_star)
+            }
+            Criterion::MinMse if oblique.is_noiseless() => Err(Unavailable::NoSigma),
             Criterion::MinMse => {
                 let at = |x: f64| oblique.mse(x.exp()).unwrap_or((f64::INFINITY, 0.0));
                 self.fixed(scan::least(self.logarithms, at).exp())

@@ -139,6 +139,28 @@ pub enum RegularizationReason {
         "{} is for ridge, and needs coefficients that are not all 0 (hkb_1975 one, the others three)", .0.name()
     )]
     RidgeOnly(Criterion),
+    /// A criterion that looks at every node, of a stream.
+    #[error("{} looks at every node, and a stream keeps sums only: take another criterion", .0.name())]
+    NodesNotKept(Criterion),
+    /// A criterion that looks at every node, of columns that depend on each other.
+    #[error("{} leaves out one node after the other, which takes columns that do not depend on each other", .0.name())]
+    DependentColumns(Criterion),
+    /// A criterion that looks at every node, of too many.
+    #[error(
+        "{} looks at every node: {nodes} are more than the {most} that it may be asked for with so many coefficients; \
+         gcv is close to it there", .criterion.name()
+    )]
+    ManyNodes {
+        /// Which criterion.
+        criterion: Criterion,
+        /// Counted nodes.
+        nodes: usize,
+        /// Nodes at most.
+        most: usize,
+    },
+    /// A criterion that chooses no rank.
+    #[error("{} does not choose a rank: gcv, reml and discrepancy do", .0.name())]
+    NotOfRank(Criterion),
     /// A criterion of other regularisations.
     #[error("{} is not for this regularisation", .0.name())]
     Criterion(Criterion),

@@ -18,6 +18,7 @@ pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
         filter_factors: Vec::new(),
         matrix_norm_squared: None,
         largest_eigenvalue_bound: None,
+        predicted_mse_corrected: None,
         choices: Vec::new(),
     }
 }

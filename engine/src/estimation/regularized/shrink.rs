@@ -107,7 +107,8 @@ pub(super) fn attraction(
         context.least_squares.rss,
         context.count(),
         context.unpenalised(),
-    );
+    )
+    .told(context.spec.noise_sigma);
     let search = (!lambda.is_empty()).then(|| Search::new(&problem, Rule::Ridge));
     let want_curve = search.is_some() && context.spec.include.lambda_curve;
     let attracted = Attracted { target: &target, problem: &problem, search };

@@ -7,7 +7,9 @@ use nalgebra::DMatrix;
 use super::{
     bias,
     context::{Applied, Context},
+    corrected,
     linear_map::LinearMap,
+    node_shares,
     report::{regularized_spectrum, report},
     trace,
 };
@@ -42,10 +44,19 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         least_squares.rss,
         context.count(),
         context.unpenalised(),
-    );
+    )
+    .told(spec.noise_sigma);
     let include = spec.include;
-    let selected =
-        filters::decide(&spec.regularization, &problem, &spectrum.a, context.weight, include.lambda_curve, warnings)?;
+    node_shares::check(context)?;
+    let nodewise = || {
+        let root = |i: usize| spectrum.lambda[i].sqrt();
+        let images =
+            DMatrix::from_fn(spectrum.image.nrows(), spectrum.image.ncols(), |k, i| spectrum.image[(k, i)] / root(i));
+        node_shares::along(context, &images, spectrum.a.iter().enumerate().map(|(i, a)| root(i) * a).collect())
+    };
+    let asked =
+        filters::Asked { regularization: &spec.regularization, weight: context.weight, curve: include.lambda_curve };
+    let selected = filters::decide(&asked, &problem, &spectrum.a, &nodewise, warnings)?;
     let rule = if selected.selection.answer.is_some() { selected.rule } else { Rule::None };
     let filtered: Vec<Filtered> =
         spectrum.lambda.iter().enumerate().map(|(i, &lambda)| rule.at(i, lambda, selected.parameter())).collect();
@@ -53,7 +64,10 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     let residuals = residuals(linear, spectrum, &filtered, &estimate, least_squares, spec);
     let applied = AppliedFilter { context, selected: &selected, rule, filtered: &filtered };
     let (bias, bounds) = applied.bias(&estimate.coefficients, &estimate.directions, warnings);
-    let regularization = applied.regularization(&problem, warnings);
+    let mut regularization = applied.regularization(&problem, warnings);
+    if include.predicted_mse {
+        regularization.predicted_mse_corrected = corrected::of_filter(context, &problem, rule, &selected);
+    }
     let (matrix_b, matrix_b_factors) = applied.matrix_b(warnings)?.unzip();
     let trace = match selected.kind {
         RegularizationKind::Ridge => include.ridge_trace.then(|| trace::points(context, selected.selection.answer)),

@@ -19,6 +19,7 @@ use nalgebra::DMatrix;
 
 use super::{
     context::{Applied, Context},
+    corrected,
     linear_map::LinearMap,
     oblique::Oblique,
     oblique_choice::{self, SelectedPenalty},
@@ -69,7 +70,9 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
         .collect();
     let oblique = scaled(context, &pair, &a);
     context.warn_of_missing(Regularized::Tikhonov, true, warnings);
-    let SelectedPenalty { selection, figures } = oblique_choice::decide(context, &oblique, asked.parameter, warnings)?;
+    let images = pair.u.columns(0, oblique.delta.len()).map(|x| x.to_f64());
+    let SelectedPenalty { selection, figures } =
+        oblique_choice::decide(context, &oblique, &images, asked.parameter, warnings)?;
     let chosen = selection.answer.map(|lambda| lambda.value);
     let removed = |i: usize| chosen.map_or(0.0, |lambda| oblique.removed(i, lambda));
     let size = oblique.delta.len();
@@ -77,7 +80,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let residuals = linear.of_working(&working, spec.include.residuals);
     let map = match chosen {
         Some(lambda) => LinearMap::Oblique {
-            images: pair.u.columns(0, size).map(|x| x.to_f64()),
+            images,
             removed: (0..size).map(removed).collect(),
             removal: oblique.removal(lambda),
             working,
@@ -87,6 +90,12 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
     let r = context.norm_limit(context.norm_of(&estimate.coefficients), warnings);
     let (sharp, bounds) = bounds(context, &oblique, chosen, r);
     context.judge(&selection.choices, &figures, warnings);
+    let corrected = chosen.filter(|_| spec.include.predicted_mse).and_then(|lambda| {
+        let how = (selection.criterion, selection.fixed);
+        let again =
+            |oblique: &Oblique, variance, rss, asked| oblique_choice::again(context, oblique, variance, rss, asked);
+        corrected::of_penalty(context, &oblique, lambda, how, again)
+    });
     let eigenvalues = match chosen {
         Some(lambda) if !oblique.within_range(lambda) => {
             return Err(Faults::one(Field::Parameter, RangeReason::WeightedPenalty).into());
@@ -103,6 +112,7 @@ pub(super) fn apply(context: &Context, asked: &Tikhonov, warnings: &mut Vec<Warn
             criterion: selection.criterion,
             fixed: selection.fixed,
             filter_factors: (0..size).map(|i| 1.0 - removed(i)).collect(),
+            predicted_mse_corrected: corrected,
             choices: selection.choices,
             ..report(RegularizationKind::Tikhonov)
         },

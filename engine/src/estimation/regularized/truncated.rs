@@ -6,7 +6,7 @@
 //! directions, and it has no determinant.
 
 use super::{
-    bias,
+    bias, chosen_rank,
     context::{Applied, Context},
     linear_map::LinearMap,
     reason::{Kept, RegularizationReason},
@@ -16,8 +16,12 @@ use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
     estimate::{Estimate, residuals},
-    result::{Choice, RegularizationKind, RegularizationReport, Regularized, RegularizedSpectrum, Warning},
-    selection::{Filtered, Rule, Spectral},
+    result::{Choice, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, RegularizedSpectrum, Warning},
+    selection::{
+        Filtered, Rule, Spectral, Unavailable,
+        selector::{no_minimiser, warn_of_missing_sigma},
+    },
+    spec::Criterion,
 };
 
 /// Refuses to keep none, or more than `there` are.
@@ -26,6 +30,43 @@ pub(super) fn check_rank(rank: usize, there: usize, of: Kept) -> Result<(), Faul
         return Ok(());
     }
     Err(Faults::one(Field::Rank, RegularizationReason::Rank { rank, there, of }))
+}
+
+/// Refuses a criterion that chooses no rank.
+pub(super) fn check_criterion(criterion: Criterion) -> Result<(), Faults> {
+    if Criterion::OF_RANK.contains(&criterion) {
+        return Ok(());
+    }
+    Err(Faults::one(Field::Criterion, RegularizationReason::NotOfRank(criterion)))
+}
+
+/// Keeps as many as `criterion` chooses; all of them where it has no answer.
+pub(super) fn apply_by(
+    context: &Context,
+    criterion: Criterion,
+    warnings: &mut Vec<Warning>,
+) -> Result<Applied, FitError> {
+    let Context { spectrum, least_squares, .. } = *context;
+    let problem = Spectral::new(
+        &spectrum.lambda,
+        &spectrum.a,
+        context.variance,
+        least_squares.rss,
+        context.count(),
+        context.unpenalised(),
+    )
+    .told(context.spec.noise_sigma);
+    let rank = match chosen_rank::choose(criterion, &problem, &spectrum.a) {
+        Ok(rank) => rank,
+        Err(Unavailable::NoSigma) => {
+            warn_of_missing_sigma(NeedsSigma::Criterion(criterion), warnings);
+            spectrum.rank
+        }
+        Err(Unavailable::NoMinimiser) => return Err(no_minimiser(criterion).into()),
+    };
+    let applied = apply(context, rank, warnings)?;
+    let regularization = RegularizationReport { criterion: Some(criterion), ..applied.regularization };
+    Ok(Applied { regularization, ..applied })
 }
 
 /// Keeps the `rank` largest singular values.

@@ -70,6 +70,10 @@ pub struct RegularizationReport {
     pub matrix_norm_squared: Option<f64>,
     /// Ineq. 48.
     pub largest_eigenvalue_bound: Option<f64>,
+    /// Mean squared error of the coefficients in the scaled columns, predicted as in [`Choice`] and
+    /// corrected by simulation for λ* having been chosen by the same nodes; present when
+    /// `predicted_mse` was included and the regularisation is a filter.
+    pub predicted_mse_corrected: Option<f64>,
     /// Plain least squares and every criterion that has an answer, side by side.
     pub choices: Vec<Choice>,
 }

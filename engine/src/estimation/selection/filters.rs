@@ -3,6 +3,7 @@
 use super::{
     classical::ridge_parameter,
     filter::Rule,
+    nodewise::Nodewise,
     search::{Chosen, Search, Unavailable, range},
     selector::{Comparison, ParameterProblem, Selection, select},
     spectral::Spectral,
@@ -40,6 +41,7 @@ pub(crate) fn rule(
         Regularization::None
         | Regularization::Tikhonov(_)
         | Regularization::TruncatedSvd { .. }
+        | Regularization::TruncatedSvdBy { .. }
         | Regularization::JamesStein(_)
         | Regularization::Attraction(_) => Ok((RegularizationKind::None, Rule::None, None)),
         Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
@@ -62,16 +64,32 @@ pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
     Err(Faults::one(Field::Count, RegularizationReason::Count { count, all }))
 }
 
-/// Decides for `problem` with coefficients `a` along its directions; `weight` is Σw, for the root
-/// mean squares.
+/// What is asked of a choice.
+pub(crate) struct Asked<'a> {
+    pub regularization: &'a Regularization,
+    /// Σw, for the root mean squares.
+    pub weight: f64,
+    /// Whether the curve along λ* is wanted.
+    pub curve: bool,
+}
+
+/// What `criterion` makes of a rule, without the criteria beside it; `None` where it has no answer.
+pub(crate) fn choose(problem: &Spectral, rule: Rule, a: &[f64], parameter: Parameter) -> Option<f64> {
+    let nodewise = || None;
+    let filters = Filters { problem, rule, a, weight: 1.0, nodewise: &nodewise, search: Search::new(problem, rule) };
+    filters.answer(parameter).ok().map(|chosen| chosen.lambda_star)
+}
+
+/// Decides for `problem` with coefficients `a` along its directions; `nodewise` finds the nodes in
+/// their coordinates.
 pub(crate) fn decide(
-    regularization: &Regularization,
+    asked: &Asked,
     problem: &Spectral,
     a: &[f64],
-    weight: f64,
-    want_curve: bool,
+    nodewise: &dyn Fn() -> Option<Nodewise>,
     warnings: &mut Vec<Warning>,
 ) -> Result<SelectedFilter, FitError> {
+    let Asked { regularization, weight, curve: want_curve } = *asked;
     let (kind, rule, parameter) = rule(regularization, problem.lambda)?;
     let Some(parameter) = parameter else {
         if want_curve {
@@ -85,15 +103,18 @@ pub(crate) fn decide(
         // nothing to regularise: every criterion answers least squares
         let least_squares = figures(problem, rule, weight, None, None);
         let same = Criterion::ALL.map(|criterion| Choice { criterion: Some(criterion), ..least_squares.clone() });
-        let choices = std::iter::once(least_squares).chain(same).collect();
+        let mut choices: Vec<Choice> = std::iter::once(least_squares.clone()).chain(same).collect();
         let (criterion, fixed) = match parameter {
             Parameter::Criterion(criterion) => (Some(criterion), false),
             Parameter::Fixed(_) => (None, true),
         };
+        if criterion.is_some_and(|asked| !Criterion::ALL.contains(&asked)) {
+            choices.push(Choice { criterion, ..least_squares });
+        }
         let selection = Selection { answer: None, criterion, fixed, choices, curve: want_curve.then(Vec::new) };
         return Ok(SelectedFilter { kind, rule, selection });
     }
-    let filters = Filters { problem, rule, a, weight, search: Search::new(problem, rule) };
+    let filters = Filters { problem, rule, a, weight, nodewise, search: Search::new(problem, rule) };
     Ok(SelectedFilter { kind, rule, selection: select(&filters, parameter, want_curve, warnings)? })
 }
 
@@ -105,6 +126,8 @@ struct Filters<'a> {
     a: &'a [f64],
     /// Σw.
     weight: f64,
+    /// The nodes along the directions, where they are there.
+    nodewise: &'a dyn Fn() -> Option<Nodewise>,
     search: Search<'a>,
 }
 
@@ -120,6 +143,10 @@ impl ParameterProblem for Filters<'_> {
         match criterion {
             Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang if self.rule == Rule::Ridge => {
                 ridge_parameter(criterion, self.problem, self.a)
+            }
+            Criterion::Press => {
+                let nodes = (self.nodewise)().ok_or(Unavailable::NoMinimiser)?;
+                Ok(self.search.least_of_nodes(|removed| nodes.press(removed)))
             }
             _ => self.search.choose(criterion),
         }

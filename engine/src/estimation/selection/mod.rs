@@ -3,11 +3,16 @@
 mod classical;
 mod filter;
 pub(super) mod filters;
+mod g_prior;
+mod likelihood;
+mod nodewise;
 pub(super) mod scan;
 mod search;
 pub(super) mod selector;
 mod spectral;
 
 pub(crate) use filter::{Filtered, Rule};
+pub(crate) use g_prior::g_prior;
+pub(crate) use nodewise::Nodewise;
 pub(crate) use search::{Chosen, Search, Unavailable, range};
 pub(crate) use spectral::Spectral;

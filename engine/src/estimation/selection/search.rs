@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use super::{
     filter::Rule,
+    likelihood::Likelihood,
     spectral::{Spectral, Sums},
 };
 use crate::{
@@ -142,6 +143,18 @@ impl<'a> Search<'a> {
             (Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal, _) => {
                 Err(Unavailable::NoMinimiser)
             }
+            (Criterion::Sure, _) => {
+                match self.problem.variance {
+                    None => Err(Unavailable::NoSigma),
+                    Some(variance) => chosen(self.minimise(
+                        |s| s.rss[0] + 2.0 * variance * s.trace[0],
+                        |s| s.rss[1] + 2.0 * variance * s.trace[1],
+                    )),
+                }
+            }
+            (Criterion::Reml, _) => self.likeliest().map_or(Err(Unavailable::NoSigma), chosen),
+            // needs the nodes
+            (Criterion::Press, _) => Err(Unavailable::NoMinimiser),
             (Criterion::Discrepancy, _) => match self.problem.variance {
                 None => Err(Unavailable::NoSigma),
                 Some(variance) => Ok(self.discrepancy(self.problem.count as f64 * variance)),
@@ -180,6 +193,52 @@ impl<'a> Search<'a> {
             }
         }
         at
+    }
+
+    /// The place of greatest restricted likelihood; `None` where nothing tells one from another.
+    fn likeliest(&self) -> Option<f64> {
+        let stretch = self.stretches.last()?;
+        let likelihood = Likelihood::new(self.problem, self.rule, stretch.touched.clone())?;
+        let found: Vec<(f64, f64)> = stretch.grid.iter().map(|(x, _)| likelihood.at(*x)).collect();
+        let heights: Vec<f64> = found.iter().map(|(height, _)| *height).collect();
+        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        for (k, bracket) in peaks(&heights, |here, there| here <= there) {
+            let end = |k: usize| (stretch.grid[k].0, found[k].1);
+            let refined = sign_change(end(bracket.0), end(bracket.1), |x| likelihood.at(x).1);
+            let there = refined.map(|x| (x, likelihood.at(x).0));
+            for (x, height) in std::iter::once((stretch.grid[k].0, heights[k])).chain(there) {
+                if height < best {
+                    (best, at) = (height, x);
+                }
+            }
+        }
+        Some(at)
+    }
+
+    /// The least value of what the nodes say of λ*: of `value` at `1 − fᵢ` of every direction.
+    pub(crate) fn least_of_nodes(&self, value: impl Fn(&[f64]) -> f64) -> Chosen {
+        let at = |stretch: &Stretch, x: f64| {
+            let removed: Vec<f64> = (0..self.problem.lambda.len())
+                .map(|i| match stretch.touched.contains(&i) {
+                    true => self.rule.at(i, self.problem.lambda[i], x.exp()).removed,
+                    false => 0.0,
+                })
+                .collect();
+            value(&removed)
+        };
+        let (mut best, mut place) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        for stretch in &self.stretches {
+            let heights: Vec<f64> = stretch.grid.iter().map(|(x, _)| at(stretch, *x)).collect();
+            for (k, bracket) in peaks(&heights, |here, there| here <= there) {
+                let ends = [stretch.grid[bracket.0].0, stretch.grid[bracket.1].0];
+                let (x, height) = minimum(ends, (stretch.grid[k].0, heights[k]), PEAK, |x| at(stretch, x));
+                // a gain below rounding is no gain: prefer the smaller λ*
+                if height < best - 1e-13 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
+                    (best, place) = (height, x);
+                }
+            }
+        }
+        Chosen { lambda_star: place.exp(), interval: None, reached: true }
     }
 
     /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).

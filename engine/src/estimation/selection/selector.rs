@@ -87,7 +87,14 @@ pub(crate) fn select<P: Comparison>(
         Parameter::Criterion(criterion) => (Some(criterion), false),
         Parameter::Fixed(_) => (None, true),
     };
-    let answer = match (asked.unwrap_or_else(|| problem.answer(parameter)), criterion) {
+    let asked = asked.unwrap_or_else(|| {
+        let answer = problem.answer(parameter);
+        if let (Ok(answer), Some(criterion)) = (answer, criterion) {
+            choices.push(problem.figures(Some(criterion), Some(answer)));
+        }
+        answer
+    });
+    let answer = match (asked, criterion) {
         (Ok(answer), _) => Some(answer),
         (Err(Unavailable::NoSigma), Some(criterion)) => {
             warn_of_missing_sigma(NeedsSigma::Criterion(criterion), warnings);

@@ -18,6 +18,8 @@ pub(crate) struct Spectral<'a> {
     pub lambda: &'a [f64],
     /// σ², where there is one.
     pub variance: Option<f64>,
+    /// σ² where it was told, and is no estimate.
+    pub told: Option<f64>,
     /// Residual sum of squares of least squares.
     pub rss: f64,
     /// m.
@@ -132,7 +134,17 @@ impl<'a> Spectral<'a> {
             };
         }
         let first = lambda.partition_point(|l| *l <= 0.0);
-        Spectral { lambda, variance, rss, count, unpenalised, first, blocks, above }
+        Spectral { lambda, variance, told: None, rss, count, unpenalised, first, blocks, above }
+    }
+
+    /// The same with a σ that was told.
+    pub(crate) fn told(self, sigma: Option<f64>) -> Self {
+        Spectral { told: sigma.map(|sigma| sigma * sigma), ..self }
+    }
+
+    /// aᵢ².
+    pub(super) fn square(&self, i: usize) -> f64 {
+        self.blocks[i / LANES].square[i % LANES]
     }
 
     /// Which directions `rule` touches at `parameter`.

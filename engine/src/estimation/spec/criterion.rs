@@ -73,11 +73,17 @@ pub enum Criterion {
     LawlessWang,
     /// Attraction: the explicit minimiser of the predicted mean squared error.
     Optimal,
+    /// Greatest restricted likelihood, the penalty read as the prior `A ~ N(0, σ²K⁻¹)`.
+    Reml,
+    /// Least `Σ w r²/(1 − h)²`, the penalty held (Allen's PRESS); needs the nodes.
+    Press,
+    /// Least `RSS + 2σ² Σfᵢ`, Stein's unbiased estimate of the risk of the fitted heights.
+    Sure,
 }
 
 impl Criterion {
-    /// Those that every regularisation with a parameter may be asked for; the others belong to one
-    /// kind.
+    /// Those that every regularisation with a parameter may be asked for, and whose choices stand
+    /// beside the one asked for.
     pub const ALL: [Criterion; 5] =
         [Criterion::MinMse, Criterion::MinCondition, Criterion::Gcv, Criterion::Discrepancy, Criterion::LCurve];
 
@@ -93,14 +99,23 @@ impl Criterion {
             Criterion::Hkb1975 => "hkb_1975",
             Criterion::LawlessWang => "lawless_wang",
             Criterion::Optimal => "optimal",
+            Criterion::Reml => "reml",
+            Criterion::Press => "press",
+            Criterion::Sure => "sure",
         }
     }
 
     /// The closed forms for ridge.
     pub const RIDGE: [Criterion; 3] = [Criterion::Hkb, Criterion::Hkb1975, Criterion::LawlessWang];
 
+    /// Those that are answered only when asked for.
+    pub const MORE: [Criterion; 3] = [Criterion::Reml, Criterion::Press, Criterion::Sure];
+
+    /// The criteria for the rank of a truncated singular value decomposition.
+    pub const OF_RANK: [Criterion; 3] = [Criterion::Gcv, Criterion::Reml, Criterion::Discrepancy];
+
     /// Every criterion there is.
     pub fn every() -> impl Iterator<Item = Criterion> {
-        Self::ALL.into_iter().chain(Self::RIDGE).chain([Criterion::Optimal])
+        Self::ALL.into_iter().chain(Self::RIDGE).chain([Criterion::Optimal]).chain(Self::MORE)
     }
 }

@@ -195,4 +195,7 @@ pub struct Include {
     pub influence: bool,
     /// The fitted polynomial as a curve or surface.
     pub shape: bool,
+    /// The predicted squared error of the regularised estimate, corrected by simulation for λ*
+    /// having been chosen by the same nodes.
+    pub predicted_mse: bool,
 }

@@ -71,10 +71,33 @@ pub enum Regularization {
         /// Number of singular values that are kept.
         rank: usize,
     },
+    /// The same, with the rank chosen by one of [`Criterion::OF_RANK`].
+    TruncatedSvdBy {
+        /// By what.
+        criterion: Criterion,
+    },
     /// Shrinkage by a factor that the data give.
     JamesStein(JamesStein),
     /// Shrinkage towards a target.
     Attraction(Attraction),
+}
+
+impl Regularization {
+    /// The criterion that chooses its parameter, where one does.
+    pub fn criterion(&self) -> Option<Criterion> {
+        let parameter = match self {
+            Regularization::Spectral { lambda_star, .. } => lambda_star,
+            Regularization::Ridge { parameter } => parameter,
+            Regularization::Tikhonov(Tikhonov { parameter, .. }) => parameter,
+            Regularization::Attraction(Attraction { parameter, .. }) => parameter,
+            Regularization::TruncatedSvdBy { criterion } => return Some(*criterion),
+            Regularization::None | Regularization::TruncatedSvd { .. } | Regularization::JamesStein(_) => return None,
+        };
+        match parameter {
+            Parameter::Criterion(criterion) => Some(*criterion),
+            Parameter::Fixed(_) => None,
+        }
+    }
 }
 
 /// Condition index 30 on unit-length columns (Belsley's rule), squared.

@@ -39,6 +39,7 @@ const ALL: Include = Include {
     covariance: true,
     influence: true,
     shape: true,
+    predicted_mse: true,
 };
 
 fn agrees(text: &[u8]) {
@@ -151,7 +152,7 @@ impl Maker {
     }
 
     fn criterion(&mut self) -> Option<Criterion> {
-        self.there().then(|| Criterion::every().nth(self.below(9)).unwrap())
+        self.there().then(|| Criterion::every().nth(self.below(12)).unwrap())
     }
 
     fn figures(&mut self) -> ColumnFigures {
@@ -349,6 +350,7 @@ impl Maker {
                 filter_factors: self.numbers(),
                 matrix_norm_squared: self.maybe(),
                 largest_eigenvalue_bound: self.maybe(),
+                predicted_mse_corrected: self.maybe(),
                 choices: self.list(Maker::choice),
             },
             bias: self.bias(),

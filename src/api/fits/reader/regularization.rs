@@ -60,13 +60,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
                 weights: body.weights.as_deref().map(unsigned_zeros),
             }))
         }
-        "truncated_svd" => {
-            let body: TruncatedSvdRegularization = read_value(slice, AT, faults)?;
-            if body.rank == 0 {
-                faults.push(format!("{AT}/rank"), "at least one direction must be kept");
-            }
-            Some(spec::Regularization::TruncatedSvd { rank: body.rank })
-        }
+        "truncated_svd" => truncated_svd(read_value(slice, AT, faults)?, faults),
         "james_stein" => james_stein(read_value(slice, AT, faults)?, faults),
         "attraction" => {
             let mut body: AttractionRegularization = read_value(slice, AT, faults)?;
@@ -79,6 +73,31 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
         }
         other => {
             unknown_type(AT, other, REGULARIZATIONS, faults);
+            None
+        }
+    }
+}
+
+fn truncated_svd(body: TruncatedSvdRegularization, faults: &mut Faults) -> Option<spec::Regularization> {
+    match (body.rank, body.parameter) {
+        (Some(0), _) => {
+            faults.push("/regularization/rank", "at least one direction must be kept");
+            None
+        }
+        (Some(rank), None) => Some(spec::Regularization::TruncatedSvd { rank }),
+        (None, Some(RankParameterBody { criterion })) => Some(spec::Regularization::TruncatedSvdBy {
+            criterion: match criterion {
+                RankCriterionName::Gcv => spec::Criterion::Gcv,
+                RankCriterionName::Reml => spec::Criterion::Reml,
+                RankCriterionName::Discrepancy => spec::Criterion::Discrepancy,
+            },
+        }),
+        (Some(_), Some(_)) => {
+            faults.push("/regularization/parameter", "give either `rank` or `parameter`, not both");
+            None
+        }
+        (None, None) => {
+            faults.push("/regularization/rank", "missing; give it, or `parameter` with a criterion that chooses it");
             None
         }
     }
@@ -124,7 +143,8 @@ pub fn parameter(
         }
         return Some(spec::Parameter::Fixed(value));
     };
-    if !spec::Criterion::ALL.contains(&criterion) && !own.contains(&criterion) {
+    let for_all = spec::Criterion::ALL.contains(&criterion) || spec::Criterion::MORE.contains(&criterion);
+    if !for_all && !own.contains(&criterion) {
         faults.push(
             format!("{pointer}/criterion"),
             format!(

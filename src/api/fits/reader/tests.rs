@@ -401,7 +401,10 @@ proptest! {
                     weights: (include > 7).then(|| vec![value, 0.0]),
                     parameter: Parameter::Criterion(Criterion::Gcv),
                 }),
-                Regularization::TruncatedSvd { rank: include + 1 },
+                match include % 4 {
+                    3 => Regularization::TruncatedSvdBy { criterion: Criterion::OF_RANK[include / 4 % 3] },
+                    _ => Regularization::TruncatedSvd { rank: include + 1 },
+                },
                 Regularization::JamesStein(spec::JamesStein {
                     factor: [
                         spec::ShrinkageFactor::JamesStein,
@@ -431,6 +434,7 @@ proptest! {
                 covariance: include & 4 > 0,
                 influence: include & 2 > 0,
                 shape: include & 8 > 0,
+                predicted_mse: include & 8 > 0,
             },
             level: [0.95, 0.6][include & 1],
             predict: predict(include, value),

@@ -92,6 +92,12 @@ criteria! {
     LawlessWang,
     /// Attraction: the explicit minimiser of the predicted mean squared error.
     Optimal,
+    /// Greatest restricted (marginal) likelihood, the penalty read as a prior of the coefficients.
+    Reml,
+    /// Least sum of squared leave-one-out residuals, the penalty held.
+    Press,
+    /// Stein's unbiased estimate of the risk of the fitted heights, RSS + 2σ² Σf.
+    Sure,
 }
 
 #[cfg(test)]

@@ -37,6 +37,9 @@ pub enum IncludeName {
     /// `coefficients[].interval` and what belongs to it. They are in every answer to a fit, so this
     /// name adds nothing and does not stand in the answered `spec`.
     Intervals,
+    /// `regularization.predicted_mse_corrected`, found by simulation: λ* is chosen sixty times
+    /// anew.
+    PredictedMse,
 }
 
 /// The names of what is asked for.
@@ -52,6 +55,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
         (include.covariance, IncludeName::Covariance),
         (include.influence, IncludeName::Influence),
         (include.shape, IncludeName::Shape),
+        (include.predicted_mse, IncludeName::PredictedMse),
     ]
     .into_iter()
     .filter_map(|(wanted, name)| wanted.then_some(name))
@@ -72,6 +76,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
         covariance: names.contains(&IncludeName::Covariance),
         influence: names.contains(&IncludeName::Influence),
         shape: names.contains(&IncludeName::Shape),
+        predicted_mse: names.contains(&IncludeName::PredictedMse),
     }
 }
 
@@ -88,5 +93,6 @@ pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
         covariance: a.covariance | b.covariance,
         influence: a.influence | b.influence,
         shape: a.shape | b.shape,
+        predicted_mse: a.predicted_mse | b.predicted_mse,
     }
 }

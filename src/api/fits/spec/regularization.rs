@@ -104,9 +104,32 @@ pub struct TruncatedSvdRegularization {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: TruncatedSvdTag,
-    /// How many are kept: from 1 to the rank of the scaled columns.
+    /// How many are kept: from 1 to the rank of the scaled columns. Either this or `parameter`.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
-    pub rank: usize,
+    pub rank: Option<usize>,
+    /// By what the rank is chosen.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub parameter: Option<RankParameterBody>,
+}
+
+/// How the rank of a truncated singular value decomposition is chosen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = RankParameter)]
+pub struct RankParameterBody {
+    pub criterion: RankCriterionName,
+}
+
+/// Criteria for a rank r: `gcv`, least RSS/(m − r)²; `reml`, greatest marginal likelihood with
+/// Zellner's prior of the kept coefficients; `discrepancy`, the smallest r with RSS ≤ m σ².
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = RankCriterion)]
+pub enum RankCriterionName {
+    Gcv,
+    Reml,
+    Discrepancy,
 }
 
 /// James–Stein: T + c (Â − T) with a factor c that the data give.

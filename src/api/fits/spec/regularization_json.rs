@@ -32,8 +32,23 @@ pub fn regularization(regularization: &spec::Regularization) -> RegularizationBo
         }
         spec::Regularization::TruncatedSvd { rank } => RegularizationBody::TruncatedSvd(TruncatedSvdRegularization {
             kind: TruncatedSvdTag::TruncatedSvd,
-            rank: *rank,
+            rank: Some(*rank),
+            parameter: None,
         }),
+        spec::Regularization::TruncatedSvdBy { criterion } => {
+            RegularizationBody::TruncatedSvd(TruncatedSvdRegularization {
+                kind: TruncatedSvdTag::TruncatedSvd,
+                rank: None,
+                parameter: Some(RankParameterBody {
+                    // the reader takes no others
+                    criterion: match criterion {
+                        spec::Criterion::Reml => RankCriterionName::Reml,
+                        spec::Criterion::Discrepancy => RankCriterionName::Discrepancy,
+                        _ => RankCriterionName::Gcv,
+                    },
+                }),
+            })
+        }
         spec::Regularization::JamesStein(spec::JamesStein { factor, positive_part, target }) => {
             RegularizationBody::JamesStein(JamesSteinRegularization {
                 kind: JamesSteinTag::JamesStein,

@@ -1,0 +1,147 @@
+//! The predicted mean squared error, corrected for λ* having been chosen by the nodes that it is
+//! predicted from.
+//!
+//! `predicted_mse` takes λ* as given and is too small, since it is the least of many. How much is
+//! found by simulation (parametric bootstrap): the regularised estimate fa takes the place of the
+//! truth, `a* = fa + σ̂ λ^{−½} N(0,1)` with `σ*² = σ̂² χ²_ν/ν` are measured again, λ* is chosen
+//! anew by the same rule, and
+//!
+//! `corrected = predicted_mse · Σ‖f*a* − fa‖² / Σ predicted_mse*`
+//!
+//! over [`DRAWS`] draws. The seed is fixed: the same nodes give the same figure.
+
+use nalgebra::DVector;
+
+use super::{context::Context, oblique::Oblique};
+use crate::{
+    estimation::{
+        randomization::normal::Normals,
+        selection::{
+            Rule, Spectral,
+            filters::{self, SelectedFilter},
+        },
+        spec::{Criterion, Parameter},
+    },
+    numerics::cancel::Asking,
+};
+
+/// Draws of the simulation.
+const DRAWS: usize = 60;
+const SEED: u64 = 0x5eed;
+/// Up to so many degrees of freedom χ² is a sum of squares, beyond a cube (Wilson and Hilferty).
+const FEW: usize = 60;
+
+/// What is drawn of σ: the variance, and the residual sum of squares that goes with it.
+struct Noise {
+    variance: f64,
+    told: bool,
+    freedom: usize,
+}
+
+impl Noise {
+    fn of(context: &Context) -> Option<Self> {
+        let variance = context.variance?;
+        Some(Noise { variance, told: context.spec.noise_sigma.is_some(), freedom: context.degrees_of_freedom })
+    }
+
+    /// σ*² and RSS*.
+    fn draw(&self, random: &mut Normals) -> (f64, f64) {
+        let nu = self.freedom as f64;
+        let chi_squared = match self.freedom {
+            0 => 0.0,
+            few if few <= FEW => random.take(few).iter().map(|x| x * x).sum(),
+            _ => {
+                let share = 2.0 / (9.0 * nu);
+                nu * (1.0 - share + share.sqrt() * random.draw()).powi(3)
+            }
+        };
+        let rss = self.variance * chi_squared;
+        (if self.told || self.freedom == 0 { self.variance } else { rss / nu }, rss)
+    }
+}
+
+/// `predicted · Σ errors / Σ predictions` over the draws of `again`, which answers both.
+fn corrected(
+    predicted: f64,
+    noise: &Noise,
+    work: usize,
+    again: impl Fn(&mut Normals, f64, f64) -> Option<(f64, f64)>,
+) -> Option<f64> {
+    let (mut errors, mut predictions) = (0.0, 0.0);
+    for draw in (0..DRAWS).asking(work) {
+        let mut random = Normals::new(SEED, draw as u64);
+        let (variance, rss) = noise.draw(&mut random);
+        let (error, prediction) = again(&mut random, variance, rss)?;
+        errors += error;
+        predictions += prediction;
+    }
+    Some(predicted * errors / predictions).filter(|corrected| corrected.is_finite())
+}
+
+/// How the parameter was found, unless by looking at every node.
+fn parameter(criterion: Option<Criterion>, fixed: bool, value: f64) -> Option<Parameter> {
+    match criterion {
+        _ if fixed => Some(Parameter::Fixed(value)),
+        Some(Criterion::Press) => None,
+        Some(criterion) => Some(Parameter::Criterion(criterion)),
+        None => None,
+    }
+}
+
+/// Of a filter on the eigenvectors, `rule` at the parameter that was selected.
+pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selected: &SelectedFilter) -> Option<f64> {
+    let (lambda, a) = (problem.lambda, &context.spectrum.a);
+    let (noise, value) = (Noise::of(context)?, selected.parameter());
+    let predicted = problem.sums(rule, value).mse[0];
+    if rule == Rule::None {
+        // least squares chooses nothing
+        return Some(predicted);
+    }
+    let asked = parameter(selected.selection.criterion, selected.selection.fixed, value)?;
+    let truth: Vec<f64> = (0..a.len()).map(|i| rule.at(i, lambda[i], value).factor * a[i]).collect();
+    corrected(predicted, &noise, 2000 * a.len(), |random, variance, rss| {
+        let drawn: Vec<f64> = lambda
+            .iter()
+            .zip(&truth)
+            .map(|(&l, t)| if l > 0.0 { t + (noise.variance / l).sqrt() * random.draw() } else { 0.0 })
+            .collect();
+        let told = context.spec.noise_sigma;
+        let again = Spectral::new(lambda, &drawn, Some(variance), rss, problem.count, problem.unpenalised).told(told);
+        let value = filters::choose(&again, rule, &drawn, asked)?;
+        let error = (0..a.len()).map(|i| (rule.at(i, lambda[i], value).factor * drawn[i] - truth[i]).powi(2)).sum();
+        Some((error, again.sums(rule, value).mse[0]))
+    })
+}
+
+/// Coefficients at most for which λ of a penalty is chosen again so many times.
+const MOST_OBLIQUE: usize = 200;
+
+/// Of a penalty along oblique directions at `lambda`, which `choose` finds anew for other heights.
+pub(super) fn of_penalty(
+    context: &Context,
+    oblique: &Oblique,
+    lambda: f64,
+    asked: (Option<Criterion>, bool),
+    choose: impl Fn(&Oblique, f64, f64, Parameter) -> Option<f64>,
+) -> Option<f64> {
+    let noise = Noise::of(context)?;
+    let asked = parameter(asked.0, asked.1, lambda)?;
+    let size = oblique.delta.len();
+    if size > MOST_OBLIQUE {
+        return None;
+    }
+    let (predicted, _) = oblique.mse(lambda)?;
+    let truth: Vec<f64> = (0..size).map(|i| oblique.factor(i, lambda) * oblique.a[i]).collect();
+    corrected(predicted, &noise, 400 * size * size, |random, variance, rss| {
+        // along these directions least squares has the variance σ²
+        let drawn: Vec<f64> = truth
+            .iter()
+            .enumerate()
+            .map(|(i, t)| if i < oblique.silent { 0.0 } else { t + noise.variance.sqrt() * random.draw() })
+            .collect();
+        let again = oblique.with(drawn.clone(), variance);
+        let value = choose(&again, variance, rss, asked)?;
+        let error = DVector::from_fn(size, |i, _| again.factor(i, value) * drawn[i] - truth[i]);
+        Some(((&oblique.z * error).norm_squared(), again.mse(value)?.0))
+    })
+}

@@ -1,0 +1,167 @@
+//! Criteria beyond those that stand beside every fit, against their definitions by dense matrices;
+//! and predicted errors corrected for λ* having been chosen.
+
+use crate::oracle::coverage::{Truth, designs};
+use crate::oracle::random::Random;
+use crate::problems::{Problem, by, config, fit, linear, matrix, spectral};
+use flankfit_engine::estimation::{
+    FitResult, fit as try_fit,
+    spec::{Count, Criterion, FitSpec, Include, Regularization, Scheme, Tikhonov},
+};
+use nalgebra::{DMatrix, DVector};
+use proptest::prelude::*;
+
+/// Least squares with the penalty `k P`, as `X`, `y` and P stand.
+struct Dense {
+    x: DMatrix<f64>,
+    y: DVector<f64>,
+    p: DMatrix<f64>,
+    /// Rank of P.
+    rank: usize,
+}
+
+impl Dense {
+    /// `XᵀX + kP`.
+    fn normal(&self, k: f64) -> DMatrix<f64> {
+        self.x.transpose() * &self.x + k * &self.p
+    }
+
+    fn hat(&self, k: f64) -> DMatrix<f64> {
+        &self.x * self.normal(k).try_inverse().unwrap() * self.x.transpose()
+    }
+
+    /// −2 ln of the restricted likelihood of `y ~ N(Xa, σ²)`, `a ~ N(0, σ² (kP)⁻¹)`, flat where P
+    /// is.
+    fn reml(&self, k: f64) -> f64 {
+        let coefficients = self.normal(k).try_inverse().unwrap() * self.x.transpose() * &self.y;
+        let rss = (&self.y - &self.x * &coefficients).norm_squared()
+            + k * (coefficients.transpose() * &self.p * &coefficients)[(0, 0)];
+        let flat = self.x.ncols() - self.rank;
+        (self.y.len() - flat) as f64 * rss.ln() + self.normal(k).determinant().ln() - self.rank as f64 * k.ln()
+    }
+
+    fn sure(&self, k: f64) -> f64 {
+        let plain = &self.y - self.hat(0.0) * &self.y;
+        let variance = plain.norm_squared() / (self.y.len() - self.x.ncols()) as f64;
+        let hat = self.hat(k);
+        (&self.y - &hat * &self.y).norm_squared() + 2.0 * variance * hat.trace()
+    }
+
+    fn press(&self, k: f64) -> f64 {
+        let hat = self.hat(k);
+        let residuals = &self.y - &hat * &self.y;
+        (0..self.y.len()).map(|i| (residuals[i] / (1.0 - hat[(i, i)])).powi(2)).sum()
+    }
+
+    /// Nothing between the ends of `range` is better than what was chosen.
+    fn check(&self, what: &str, criterion: Criterion, result: &FitResult, range: [f64; 2]) {
+        let value = |k: f64| match criterion {
+            Criterion::Reml => self.reml(k),
+            Criterion::Sure => self.sure(k),
+            _ => self.press(k),
+        };
+        assert_eq!(result.regularization.criterion, Some(criterion));
+        let chosen = result.regularization.lambda_star.unwrap();
+        assert!(result.regularization.choices.iter().any(|choice| choice.criterion == Some(criterion)));
+        let (found, scale) = (value(chosen), value(chosen).abs().max(1e-300));
+        for step in 0..=400 {
+            let k = range[0] * (range[1] / range[0]).powf(f64::from(step) / 400.0);
+            assert!(found <= value(k) + 1e-7 * scale, "{what} {criterion:?}: {found} at {chosen}, {} at {k}", value(k));
+        }
+    }
+}
+
+proptest! {
+    #![proptest_config(config(40))]
+
+    #[test]
+    fn what_is_chosen_is_best(seed: u64, n in 2usize..6, extra in 4usize..14, log_condition in 0.0f64..4.0) {
+        let problem = Problem::graded(seed, n, extra, log_condition);
+        let m = n + extra;
+        let nodes = matrix(&problem.x, &problem.y, None);
+        let x = DMatrix::from_fn(m, n, |i, j| problem.x[i][j]);
+        let y = DVector::from_vec(problem.y.clone());
+        let lengths: Vec<f64> = (0..n).map(|j| x.column(j).norm()).collect();
+        let scaled = DMatrix::from_fn(m, n, |i, j| x[(i, j)] / lengths[j]);
+        let ridge = Dense { x: scaled, y: y.clone(), p: DMatrix::identity(n, n), rank: n };
+        // squared differences of neighbouring coefficients, whose mean is not penalised
+        let differences = DMatrix::from_fn(n - 1, n, |i, j| f64::from(i32::from(j == i + 1) - i32::from(j == i)));
+        let rough = Dense { x, y, p: differences.transpose() * differences, rank: n - 1 };
+        for criterion in Criterion::MORE {
+            let regularization = Regularization::Ridge { parameter: by(criterion) };
+            let result = fit(&nodes, &FitSpec { regularization, ..linear() });
+            ridge.check("ridge", criterion, &result, [1e-6, 1e3]);
+            let tikhonov = Tikhonov { order: 1, weights: None, parameter: by(criterion) };
+            let result = fit(&nodes, &FitSpec { regularization: Regularization::Tikhonov(tikhonov), ..linear() });
+            let size = lengths.iter().fold(0.0f64, |a, b| a.max(*b)).powi(2);
+            rough.check("Tikhonov", criterion, &result, [1e-6 * size, 1e2 * size]);
+        }
+    }
+
+    /// The spectral schemes choose from where every direction is penalised.
+    #[test]
+    fn likeliest_of_the_spectral_schemes(seed: u64, n in 3usize..7, extra in 3usize..9) {
+        let problem = Problem::graded(seed, n, extra, 6.0);
+        for scheme in [Scheme::FirstOrder, Scheme::Exact] {
+            let regularization = spectral(scheme, Count::Given(n - 1), by(Criterion::Reml));
+            let result = fit(&problem.nodes(), &FitSpec { regularization, ..linear() });
+            let lambda = &result.spectrum.eigenvalues;
+            let found = result.regularization.lambda_star.unwrap();
+            prop_assert!(found >= lambda[n - 2] * (1.0 - 1e-9) && found <= lambda[n - 1] * (1.0 + 1e-9));
+            for criterion in [Criterion::Sure, Criterion::Press] {
+                let regularization = spectral(scheme, Count::Given(n - 1), by(criterion));
+                let result = fit(&problem.nodes(), &FitSpec { regularization, ..linear() });
+                let found = result.regularization.lambda_star.unwrap();
+                prop_assert!(found >= lambda[0] * (1.0 - 1e-9) && found <= lambda[n - 1] * (1.0 + 1e-9));
+            }
+        }
+    }
+}
+
+/// Mean corrected prediction over mean true error. Errors have heavy tails: so few draws leave the
+/// ratio of a case uncertain by a third, and that of all of them together by a seventh.
+#[test]
+fn corrected_predictions_are_near_the_truth() {
+    let (mut logarithm, mut uncorrected, mut cases) = (0.0, 0.0, 0.0);
+    for design in [&designs()[0], &designs()[3], &designs()[5]] {
+        let n = design.x[0].len();
+        let length = |j: usize| design.x.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
+        let lengths: Vec<f64> = (0..n).map(length).collect();
+        for (truth, noise) in [(Truth::Smallest, 1.0), (Truth::Every, 0.1), (Truth::Largest, 10.0)] {
+            let (coefficients, sigma) = (design.truth(truth, 1.0), noise * design.directions[0].0);
+            let mut random = Random::new(5);
+            let (mut error, mut corrected, mut plain) = (0.0, 0.0, 0.0);
+            for _ in 0..150 {
+                let fitted = |row: &Vec<f64>| row.iter().zip(&coefficients).map(|(x, a)| x * a).sum::<f64>();
+                let y: Vec<f64> = design.x.iter().map(|row| fitted(row) + sigma * random.normal()).collect();
+                let include = Include { predicted_mse: true, ..Include::default() };
+                let result = fit(&matrix(&design.x, &y, None), &FitSpec { include, ..linear() });
+                let own = result.coefficients.iter().zip(&coefficients).zip(&lengths);
+                error += own.map(|((c, a), length)| ((c.value - a) * length).powi(2)).sum::<f64>();
+                corrected += result.regularization.predicted_mse_corrected.unwrap();
+                let chosen = result.regularization.choices.iter().find(|c| c.criterion == Some(Criterion::MinMse));
+                plain += chosen.unwrap().predicted_mse.unwrap();
+            }
+            let (ratio, plain) = (corrected / error, plain / error);
+            assert!((0.4..2.0).contains(&ratio), "{} {truth:?} {noise}: {ratio}, uncorrected {plain}", design.name);
+            logarithm += ratio.ln();
+            uncorrected += plain.ln();
+            cases += 1.0;
+        }
+    }
+    let [mean, plain] = [logarithm, uncorrected].map(|sum: f64| (sum / cases).exp());
+    assert!((0.8..1.4).contains(&mean) && plain < 0.7, "{mean}, uncorrected {plain}");
+}
+
+#[test]
+fn what_has_no_answer_is_refused() {
+    let x: Vec<Vec<f64>> = (0..9).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();
+    let y: Vec<f64> = (0..9).map(|k| f64::from(k * 4 % 7)).collect();
+    let of = |regularization: Regularization| try_fit(&matrix(&x, &y, None), &FitSpec { regularization, ..linear() });
+    // dependent columns: no node can be left out of what is not determined
+    assert!(of(Regularization::Ridge { parameter: by(Criterion::Press) }).is_err());
+    assert!(of(Regularization::TruncatedSvdBy { criterion: Criterion::LCurve }).is_err());
+    let result = of(Regularization::TruncatedSvdBy { criterion: Criterion::Gcv }).unwrap();
+    assert!(result.regularization.rank.is_some_and(|rank| rank <= 2));
+    assert_eq!(result.regularization.criterion, Some(Criterion::Gcv));
+}
