@@ -44,7 +44,7 @@ fn spec(work: &str) -> Option<FitSpec> {
         "rank" => FitSpec { estimator: Estimator::Rank, ..chebyshev() },
         "least_absolute_deviations" => FitSpec { estimator: Estimator::LeastAbsolute, ..chebyshev() },
         "least_trimmed_squares" => {
-            FitSpec { estimator: Estimator::LeastTrimmed { coverage: 0.75, seed: 0 }, ..chebyshev() }
+            FitSpec { estimator: Estimator::LeastTrimmed { coverage: 0.5, seed: 0 }, ..chebyshev() }
         }
         "robust_gaussian" => {
             let gaussian = Gaussian { axis: Some(FilterAxis::V), cutoff: 3.0, robust: Some(Order::Two) };

@@ -239,6 +239,21 @@ fn trimmed_squares_find_the_surface_under_forty_percent_of_gross_errors() {
     }
 }
 
+#[test]
+fn the_seed_hardly_moves_trimmed_squares() {
+    for (data, (m, n)) in [(40, 8), (45, 12), (80, 6), (200, 12), (600, 8)].into_iter().enumerate() {
+        let problem = Problem::new(500 + data as u64, m, n, false);
+        let fits: Vec<FitResult> =
+            (0..6).map(|seed| problem.fit(Estimator::LeastTrimmed { coverage: 0.75, seed })).collect();
+        for j in 0..n {
+            let found = fits.iter().map(|fit| fit.coefficients[j].value);
+            let spread = found.clone().fold(f64::NEG_INFINITY, f64::max) - found.fold(f64::INFINITY, f64::min);
+            let error = fits[0].coefficients[j].std_error.unwrap();
+            assert!(spread <= 0.2 * error, "{m} nodes, coefficient {j}: {spread} of {error}");
+        }
+    }
+}
+
 /// `Σ_{i<j} |rᵢ − rⱼ| √12/(2(m + 1))`.
 fn dispersion(r: &[f64]) -> f64 {
     let m = r.len();

@@ -7,8 +7,10 @@
 //!
 //! * Few nodes: every subset is tried, so that the answer is the global one.
 //! * Else FAST-LTS (Rousseeuw and Van Driessen 2006): from random elemental subsets (and from least
-//!   squares) two concentration steps each (fit, keep the h smallest), then the ten best to the
-//!   end. Of many nodes the first steps see a random sample. The same seed gives the same answer.
+//!   squares) two concentration steps each (fit, keep the h smallest), then the best of them to the
+//!   end, where nodes are exchanged as long as that lowers the sum ([`super::exchange`]). Of many
+//!   nodes the first steps see a random sample. The same seed gives the same answer, and other
+//!   seeds hardly another one.
 //!
 //! Scale: `s² = Σ_h r²/(h − n) · α/D` with α = h/m, q = Φ⁻¹((1 + α)/2) and `D = α − 2qφ(q)`, the
 //! consistency factor at normal errors (Croux and Rousseeuw 1992); no further correction for small
@@ -16,7 +18,7 @@
 
 use super::{
     exact::{self, EXACT},
-    normal,
+    exchange, normal,
     outcome::{Measured, Outcome, Solved, Weighting},
     random::SplitMix,
     rows::{Rows, dot, weighted_solution},
@@ -34,12 +36,17 @@ use crate::{
 
 /// Subsets up to which all of them are tried.
 const ALL: usize = 20_000;
-/// Elemental starts, those taken further, and the nodes that the first steps see.
+/// Elemental starts, those taken further (at least and at most), and the nodes that the first steps
+/// see.
 const STARTS: usize = 500;
-const BEST: usize = 10;
+const BEST: [usize; 2] = [10, 40];
 const SEEN: usize = 1_500;
 /// Products that all starts may take.
 const WORK: usize = 20_000_000_000;
+/// Products that one step of all those taken further may take.
+const FURTHER: usize = 40_000_000;
+/// Nodes up to which they are exchanged: of more, no exchange moves anything that matters.
+const EXCHANGED: usize = 2_000;
 /// Concentration steps at most; each lowers the sum, so there are few.
 const STEPS: usize = 200;
 
@@ -182,6 +189,9 @@ fn smallest(rows: &Rows, among: &[usize], h: usize, x: &[f64]) -> Vec<usize> {
     kept
 }
 
+/// A sum that no concentration lowers, its step and the nodes in it.
+type Local = (f64, Vec<f64>, Vec<usize>);
+
 /// Concentrates from `x` until the subset stands, at most `limit` times.
 fn concentrate(
     rows: &Rows,
@@ -190,8 +200,8 @@ fn concentrate(
     mut x: Vec<f64>,
     limit: usize,
     steps: &mut usize,
-) -> Option<(f64, Vec<f64>, Vec<usize>)> {
-    let mut last: Option<(f64, Vec<f64>, Vec<usize>)> = None;
+) -> Option<Local> {
+    let mut last: Option<Local> = None;
     for _ in 0..limit {
         cancel::checkpoint();
         let subset = smallest(rows, among, h, &x);
@@ -223,6 +233,21 @@ fn elemental(rows: &Rows, among: &[usize], random: &mut SplitMix) -> Option<Vec<
     }
 }
 
+/// Exchanges nodes and concentrates again, as long as the sum falls.
+fn descend(rows: &Rows, all: &[usize], mut here: Local, steps: &mut usize) -> Local {
+    for _ in 0..STEPS {
+        cancel::checkpoint();
+        let (sum, x, kept) = &here;
+        let Some(subset) = exchange::better(rows, kept, x, *sum) else { break };
+        let Some((_, next)) = fitted(rows, &subset) else { break };
+        match concentrate(rows, all, subset.len(), next, STEPS, steps) {
+            Some(found) if found.0 < *sum => here = found,
+            _ => break,
+        }
+    }
+    here
+}
+
 fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     let (m, n) = (rows.count(), rows.n);
     let mut random = SplitMix::new(seed);
@@ -238,7 +263,7 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     let mut steps = 0;
     let mut candidates: Vec<(f64, Vec<f64>)> = Vec::new();
     // a start costs two fits of the nodes seen
-    let starts = (WORK / (2 * seen.len() * n * n)).clamp(BEST, STARTS);
+    let starts = (WORK / (2 * seen.len() * n * n)).clamp(BEST[0], STARTS);
     for start in 0..starts {
         cancel::checkpoint();
         let x = if start == 0 { Some(vec![0.0; n]) } else { elemental(rows, &seen, &mut random) };
@@ -248,13 +273,14 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
     // many starts lead to the same place
     candidates.dedup_by(|a, b| (a.0 - b.0).abs() <= 1e-12 * b.0.abs());
-    candidates.truncate(BEST);
+    candidates.truncate((FURTHER / (m * n * n)).clamp(BEST[0], BEST[1]));
     candidates.push((f64::INFINITY, vec![0.0; n]));
     let mut best: Option<(f64, Vec<usize>)> = None;
     for (_, x) in candidates {
-        if let Some((sum, _, kept)) = concentrate(rows, &all, h, x, STEPS, &mut steps)
-            && best.as_ref().is_none_or(|(least, _)| sum < *least)
-        {
+        let found = concentrate(rows, &all, h, x, STEPS, &mut steps);
+        let descended = |found| if m <= EXCHANGED { descend(rows, &all, found, &mut steps) } else { found };
+        let Some((sum, _, kept)) = found.map(descended) else { continue };
+        if best.as_ref().is_none_or(|(least, _)| sum < *least) {
             best = Some((sum, kept));
         }
     }

@@ -19,6 +19,7 @@
 mod approach;
 mod estimate;
 mod exact;
+mod exchange;
 mod l_estimator;
 mod least_absolute;
 mod likelihood;

@@ -75,33 +75,69 @@ pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
     (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
 }
 
+/// The factor of weighted normal equations `Σ ωₖ qₖqₖᵀ`.
+pub(super) struct Normal {
+    length: Vec<f64>,
+    factor: nalgebra::DMatrix<f64>,
+}
+
+impl Normal {
+    /// `None` where the weights leave too little.
+    pub(super) fn new(n: usize, q: &[f64], weights: &[f64]) -> Option<Self> {
+        let mut gram = nalgebra::DMatrix::<f64>::zeros(n, n);
+        let (fours, four_weights) = (q.chunks_exact(4 * n.max(1)), weights.chunks_exact(4));
+        let rest = fours.remainder().chunks_exact(n.max(1)).zip(four_weights.remainder());
+        for (rows, w) in fours.zip(four_weights).asking(4 * n * n) {
+            let row = |k: usize| &rows[k * n..(k + 1) * n];
+            let rows = [row(0), row(1), row(2), row(3)];
+            for (i, column) in gram.as_mut_slice().chunks_exact_mut(n).enumerate() {
+                let share: [f64; 4] = std::array::from_fn(|k| w[k] * rows[k][i]);
+                let others = rows[0].iter().zip(rows[1]).zip(rows[2].iter().zip(rows[3]));
+                for (to, ((a, b), (c, d))) in column[..=i].iter_mut().zip(others) {
+                    *to += (share[0] * a + share[1] * b) + (share[2] * c + share[3] * d);
+                }
+            }
+        }
+        for (row, &w) in rest.asking(n * n) {
+            for (i, column) in gram.as_mut_slice().chunks_exact_mut(n).enumerate() {
+                column[..=i].iter_mut().zip(row).for_each(|(to, x)| *to += w * row[i] * x);
+            }
+        }
+        let length: Vec<f64> = (0..n).map(|i| gram[(i, i)].sqrt()).collect();
+        if length.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
+            return None;
+        }
+        let unit = nalgebra::DMatrix::from_fn(n, n, |i, j| gram[(i.min(j), i.max(j))] / (length[i] * length[j]));
+        let factor = triangular::cholesky(&unit)?;
+        if (0..n).any(|i| factor[(i, i)] < 1e-7) {
+            return None;
+        }
+        Some(Normal { length, factor })
+    }
+
+    /// `y` whose product with itself is that of `q` with the inverse between.
+    pub(super) fn whitened(&self, q: &[f64]) -> Vec<f64> {
+        let mut y: Vec<f64> = q.iter().zip(&self.length).map(|(q, d)| q / d).collect();
+        triangular::solve_upper_transposed(&self.factor, &mut y);
+        y
+    }
+
+    /// Solves for a right-hand side.
+    pub(super) fn solve(&self, right: &[f64]) -> Vec<f64> {
+        let mut x = self.whitened(right);
+        triangular::solve_upper(&self.factor, &mut x);
+        x.iter_mut().zip(&self.length).for_each(|(x, d)| *x /= d);
+        x
+    }
+}
+
 /// Solves the weighted normal equations `(Σ ωₖ qₖqₖᵀ) x = Σ ωₖ qₖ yₖ`; `None` where the weights
 /// leave too little.
 pub(super) fn weighted_solution(n: usize, q: &[f64], weights: &[f64], y: &[f64]) -> Option<Vec<f64>> {
-    let mut gram = nalgebra::DMatrix::<f64>::zeros(n, n);
+    let normal = Normal::new(n, q, weights)?;
     let mut right = vec![0.0; n];
-    for ((row, &w), &y) in q.chunks_exact(n).zip(weights).zip(y).asking(n * n).filter(|((_, w), _)| **w != 0.0) {
-        for i in 0..n {
-            let share = w * row[i];
-            right[i] += share * y;
-            for j in i..n {
-                gram[(i, j)] += share * row[j];
-            }
-        }
+    for ((row, &w), &y) in q.chunks_exact(n).zip(weights).zip(y).asking(n).filter(|((_, w), _)| **w != 0.0) {
+        right.iter_mut().zip(row).for_each(|(to, x)| *to += w * x * y);
     }
-    gram.fill_lower_triangle_with_upper_triangle();
-    let length: Vec<f64> = (0..n).map(|i| gram[(i, i)].sqrt()).collect();
-    if length.iter().any(|d| !(*d > 0.0 && d.is_finite())) {
-        return None;
-    }
-    let unit = nalgebra::DMatrix::from_fn(n, n, |i, j| gram[(i, j)] / (length[i] * length[j]));
-    let factor = triangular::cholesky(&unit)?;
-    if (0..n).any(|i| factor[(i, i)] < 1e-7) {
-        return None;
-    }
-    right.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
-    triangular::solve_upper_transposed(&factor, &mut right);
-    triangular::solve_upper(&factor, &mut right);
-    right.iter_mut().zip(&length).for_each(|(x, d)| *x /= d);
-    Some(right)
+    Some(normal.solve(&right))
 }

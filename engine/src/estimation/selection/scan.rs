@@ -1,9 +1,11 @@
 //! Minima of a function of ln λ: all of them on a grid, each refined by the sign of the slope.
 
-use crate::numerics::root::boundary;
+use crate::numerics::root::{boundary, root};
 
 /// Grid points for each factor of e.
 const DENSITY: f64 = 2.5;
+/// Width to which a turning point is found.
+const TURN: f64 = 1e-9;
 /// Most cells.
 const MOST: f64 = 400.0;
 
@@ -41,14 +43,14 @@ pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f6
 /// Where a slope that changes its sign once turns positive; `None` where it does not within `[low,
 /// high]`.
 pub(crate) fn turning([low, high]: [f64; 2], slope: impl Fn(f64) -> f64) -> Option<f64> {
-    if slope(low) >= 0.0 {
+    let ends = [low, high].map(|x| (x, slope(x)));
+    if ends[0].1 >= 0.0 {
         return Some(low);
     }
-    if slope(high) <= 0.0 {
+    if ends[1].1 <= 0.0 {
         return None;
     }
-    let [_, rises] = boundary([low, high], 1e-9, |x| slope(x) < 0.0);
-    Some(rises)
+    root(ends, |x| TURN * x.abs().max(1.0), slope)
 }
 
 #[cfg(test)]
