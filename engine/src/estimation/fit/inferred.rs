@@ -7,7 +7,7 @@ use super::{
     predict::{outside, predictions},
 };
 use crate::estimation::{
-    inference::Noise,
+    inference::{Inferred, Noise},
     prior::PooledNoise,
     regularized::Applied,
     result::{Covariance, Interval, IntervalKind, Predictions, RegularizationKind, Warning},
@@ -83,18 +83,20 @@ impl Solved<'_> {
             }
         }
     }
+
     /// Student's interval about the mean of the posterior, and that about least squares by the
     /// nodes alone.
     fn posterior_intervals(&self, applied: &Applied, noise: &Noise) -> Vec<Option<Interval>> {
         let alone = self.noise(self.spec.level);
         let of = |j: usize| {
-            let (value, half) = (applied.estimate.coefficients[j], applied.estimate.spread[j]);
-            let half = noise.quantile() * noise.sigma * half;
+            let (value, std_error) = (applied.estimate.coefficients[j], noise.sigma * applied.estimate.spread[j]);
+            let half = noise.quantile() * std_error;
             let plain = alone.map(|alone| alone.quantile() * alone.sigma * applied.estimate.leverage[j]);
             let middle = self.least_squares.coefficients[j];
             Some(Interval {
                 ends: [value - half, value + half],
                 kind: IntervalKind::Posterior,
+                about: Inferred { value, std_error, bias_bound: 0.0, student: noise.student },
                 least_squares: plain.map(|plain| [middle - plain, middle + plain]),
                 gain: plain.filter(|plain| *plain > 0.0).map(|plain| half / plain),
             })
