@@ -95,7 +95,10 @@ mod tests {
 
         #[test]
         fn digits_give_the_order_that_comparing_gives(
-            values in prop::collection::vec(prop_oneof![any::<f64>(), (-3i32..3).prop_map(f64::from), Just(-0.0)], 1..5_000)
+            values in prop::collection::vec(
+                prop_oneof![any::<f64>(), (-3i32..3).prop_map(f64::from), Just(-0.0)],
+                1..5_000,
+            )
         ) {
             let order = ordered(&values);
             prop_assert_eq!(&order.from, &by_comparing(&values));

@@ -37,8 +37,8 @@ pub struct SurfaceFeetBody {
     pub points: Vec<Vec<f64>>,
     /// Distance of each given node from the surface, in the caller's unit, never negative.
     pub distances: Vec<f64>,
-    /// Above 0 on the side that the normal S_u × S_v points to. Left out where there is no normal at
-    /// one of the closest points.
+    /// Above 0 on the side that the normal S_u × S_v points to. Left out where there is no normal
+    /// at one of the closest points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signed_distances: Option<Vec<f64>>,
     /// Whether the connection stands at right angles on the surface; where not, the closest point

@@ -1,9 +1,9 @@
 //! Weighted polynomials under the windows of a Gaussian filter, four lines side by side.
 //!
 //! All lines share their positions, so the weighting function is computed once for a window and
-//! serves every line; only the weights of the nodes differ. With the moments `Sⱼ = Σ p tʲ`, t counted
-//! from the middle of the window in units of its width, the filtered height is `Σ p (c₀ + c₁t + c₂t²)
-//! z`, which is the value at t = 0 of the parabola of least squares.
+//! serves every line; only the weights of the nodes differ. With the moments `Sⱼ = Σ p tʲ`, t
+//! counted from the middle of the window in units of its width, the filtered height is `Σ p (c₀ +
+//! c₁t + c₂t²) z`, which is the value at t = 0 of the parabola of least squares.
 
 use std::ops::Range;
 
@@ -110,8 +110,8 @@ impl Windows {
 }
 
 impl Window {
-    /// By what the numbers of four lines under the window are multiplied, put into `row`. Answers in
-    /// which lanes the nodes determine the order well enough for that.
+    /// By what the numbers of four lines under the window are multiplied, put into `row`. Answers
+    /// in which lanes the nodes determine the order well enough for that.
     pub(super) fn rows(&self, order: Order, delta: &[F64x4], row: &mut [F64x4]) -> [bool; LANES] {
         let moments = moments(&self.powers, delta);
         let mut sound = [false; LANES];

@@ -2,9 +2,9 @@
 //!
 //! With thousands of pieces such a function looks smooth, and where the rows are orthonormal its
 //! second derivatives are nearly those of a multiple of the identity. So BFGS (Nocedal and Wright
-//! 2006, section 6.1) begins with that multiple and takes full steps. It ends where so few kinks lie
-//! about the answer that walking over all of them costs next to nothing, or where the pieces are
-//! too coarse for further steps.
+//! 2006, section 6.1) begins with that multiple and takes full steps. It ends where so few kinks
+//! lie about the answer that walking over all of them costs next to nothing, or where the pieces
+//! are too coarse for further steps.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,8 +1,8 @@
 //! Least rank dispersion with normal scores (van der Waerden).
 //!
 //! `D = Σ a(R(rₖ)) rₖ`, `a(i) = Φ⁻¹(i/(m + 1))`: as efficient as least squares at normal errors,
-//! and more at all others (Chernoff and Savage 1958). The scores of the ends grow with the number of
-//! nodes, so a gross error keeps some pull, unlike with Wilcoxon's.
+//! and more at all others (Chernoff and Savage 1958). The scores of the ends grow with the number
+//! of nodes, so a gross error keeps some pull, unlike with Wilcoxon's.
 //!
 //! D is convex and piecewise linear, but its scores are no sum over pairs, so that its corners
 //! cannot be walked along as in [`super::rank`]. It is minimised by a proximal bundle method

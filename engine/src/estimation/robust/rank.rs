@@ -303,8 +303,8 @@ struct Window {
 }
 
 impl Window {
-    /// Pairs whose residuals differ by no more than `width`, but at least `least` and at most `most`
-    /// of them.
+    /// Pairs whose residuals differ by no more than `width`, but at least `least` and at most
+    /// `most` of them.
     fn new(sorted: &[f64], width: f64, least: usize, most: usize) -> Self {
         let m = sorted.len();
         let range = sorted[m - 1] - sorted[0];
@@ -410,7 +410,8 @@ impl Round {
     }
 }
 
-/// τ of the standard errors, from ascending residuals; `None` where residuals are all equal or too few.
+/// τ of the standard errors, from ascending residuals; `None` where residuals are all equal or too
+/// few.
 pub(super) fn tau(r: &[f64], n: usize) -> Option<f64> {
     let m = r.len();
     if m <= n + 1 || m < 3 {
@@ -441,8 +442,8 @@ pub(super) fn tau(r: &[f64], n: usize) -> Option<f64> {
     (tau.is_finite() && tau > 0.0).then_some(tau)
 }
 
-/// 1/f(0) of ascending residuals about their median, over the middle of them that a normal law would put
-/// within ±1/√m of its σ.
+/// 1/f(0) of ascending residuals about their median, over the middle of them that a normal law
+/// would put within ±1/√m of its σ.
 pub(super) fn sparsity_at_median(r: &[f64], n: usize) -> Option<f64> {
     let m = r.len();
     if m <= n + 1 {

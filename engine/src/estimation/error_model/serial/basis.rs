@@ -131,8 +131,8 @@ impl LineBasis {
         Some(Moments { mean, variance, skewness, kurtosis: about_mean.1 / (variance * variance) })
     }
 
-    /// Tr A⁴: closed walks of four steps, each worth 1/16. A pair has two of its own, two pairs with
-    /// a node in common have four.
+    /// Tr A⁴: closed walks of four steps, each worth 1/16. A pair has two of its own, two pairs
+    /// with a node in common have four.
     fn fourth(&self) -> f64 {
         let triples = self.linked.windows(2).filter(|pair| pair[0] && pair[1]).count() as f64;
         (2.0 * self.pairs() + 4.0 * self.lines * triples) / 16.0
