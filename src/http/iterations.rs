@@ -84,7 +84,7 @@ async fn create_iteration(
         // the permit for the nodes is held until they are stored
         let (draft, permit) = read_fit_and(&state, payload, work).await?.into_parts();
         let (draft, _permit) = match draft {
-            Drafted::Made(draft) => (draft, permit),
+            Drafted::Made(draft) => (*draft, permit),
             Drafted::Waiting(waiting) => {
                 let Waiting { nodes, spec, measurand, details } = *waiting;
                 let nodes = WithPermit::new(nodes, permit);
@@ -109,12 +109,12 @@ fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -
         return Ok(Drafted::Waiting(Box::new(Waiting { nodes, spec, measurand, details })));
     }
     let computed = fits::compute(&nodes, &spec, plans)?;
-    Ok(Drafted::Made(of_parts(nodes, measurand, details, computed)))
+    Ok(Drafted::Made(Box::new(of_parts(nodes, measurand, details, computed))))
 }
 
 /// An iteration, or what it is made of once its prior has been read.
 enum Drafted {
-    Made(IterationDraft),
+    Made(Box<IterationDraft>),
     Waiting(Box<Waiting>),
 }
 

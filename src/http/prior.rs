@@ -1,5 +1,5 @@
-//! The earlier iterations of a job that a fit takes for its prior: found, read and handed to it; and
-//! found again for a replay.
+//! The earlier iterations of a job that a fit takes for its prior: found, read and handed to it;
+//! and found again for a replay.
 
 use std::sync::Arc;
 
@@ -76,7 +76,7 @@ async fn gather(
             chosen
         }
     };
-    for (k, one) in chosen.iter().enumerate().filter(|(_, one)| one.measurand.axes != of.axes) {
+    if let Some((k, one)) = chosen.iter().enumerate().find(|(_, one)| one.measurand.axes != of.axes) {
         let place = match chain.which {
             Which::Previous => "/prior/iterations".to_owned(),
             Which::Listed(_) => format!("/prior/iterations/{k}"),

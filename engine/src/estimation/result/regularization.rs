@@ -133,8 +133,8 @@ pub struct BiasReport {
     pub sharp_bound: f64,
     /// Ineq. 51; `None` for ridge and for n = 1, where it does not hold.
     pub paper_bound: Option<f64>,
-    /// r, the norm that the true coefficients are taken to have at most, in the scaled columns; with
-    /// a prior the distance from its mean.
+    /// r, the norm that the true coefficients are taken to have at most, in the scaled columns;
+    /// with a prior the distance from its mean.
     pub coefficient_norm_limit: f64,
     /// Where r came from.
     pub coefficient_norm_limit_source: NormLimitSource,

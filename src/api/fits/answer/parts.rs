@@ -45,8 +45,8 @@ answer! {
         least_squares: f64 = least_squares,
         /// Standard error of `least_squares`.
         least_squares_std_error?: f64 = least_squares_std_error,
-        /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of the
-        /// posterior's mean for coefficients within r of the prior's.
+        /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
+        /// the posterior's mean for coefficients within r of the prior's.
         bias_bound: f64 = bias_bound,
         /// Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
         /// holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.
@@ -83,6 +83,7 @@ impl From<IntervalKind> for IntervalKindName {
             IntervalKind::Student => IntervalKindName::Student,
             IntervalKind::LeastSquares => IntervalKindName::LeastSquares,
             IntervalKind::BiasAware => IntervalKindName::BiasAware,
+            IntervalKind::Posterior => IntervalKindName::Posterior,
         }
     }
 }

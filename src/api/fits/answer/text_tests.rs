@@ -15,11 +15,11 @@ use flankfit_engine::estimation::{
     inference::{Inferred, SimultaneousMethod},
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
-        EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind, IterationReport,
+        EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind as Kind, IterationReport,
         LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
-        NormLimitSource, Numerics, PerturbationBounds, PerturbationReport, Predictions, PriorConflict, PriorReport,
-        ProductOfB, RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint,
-        RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, UsedCorrection, Warning,
+        NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions, PriorConflict,
+        PriorReport, ProductOfB, RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport,
+        RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, UsedCorrection, Warning,
     },
     spec::{
         Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
@@ -182,8 +182,7 @@ impl Maker {
     fn interval(&mut self) -> Interval {
         Interval {
             ends: [self.number(), self.number()],
-            kind: [IntervalKind::Student, IntervalKind::LeastSquares, IntervalKind::BiasAware, IntervalKind::Posterior]
-                [self.below(4)],
+            kind: [Kind::Student, Kind::LeastSquares, Kind::BiasAware, Kind::Posterior][self.below(4)],
             about: Inferred {
                 value: self.number(),
                 std_error: self.number(),
@@ -202,11 +201,11 @@ impl Maker {
             paper_bound: self.maybe(),
             coefficient_norm_limit: self.number(),
             coefficient_norm_limit_source: [
-                NormLimitSource::Request,
-                NormLimitSource::Estimate,
-                NormLimitSource::Heights,
-                NormLimitSource::Limits,
-                NormLimitSource::Prior,
+                Limit::Request,
+                Limit::Estimate,
+                Limit::Heights,
+                Limit::Limits,
+                Limit::Prior,
             ][self.below(5)],
             upper_confidence: self.maybe(),
             e: self.maybe(),
@@ -280,6 +279,10 @@ impl Maker {
         }
     }
 
+    fn conflict(&mut self) -> PriorConflict {
+        PriorConflict { statistic: self.number(), p: self.number(), let_go: false }
+    }
+
     fn prior(&mut self) -> PriorReport {
         PriorReport {
             iterations: self.there().then(|| vec![1, 2]),
@@ -287,11 +290,7 @@ impl Maker {
             corrections: self.list(|m| UsedCorrection { iteration: 1, record_id: m.text() }),
             move_std_error: self.there().then(|| self.numbers()),
             move_ratio: self.maybe(),
-            conflict: self.there().then(|| PriorConflict {
-                statistic: self.number(),
-                p: self.number(),
-                let_go: self.below(2) == 0,
-            }),
+            conflict: self.there().then(|| self.conflict()),
             share: self.numbers(),
             sigma: self.maybe(),
             degrees_of_freedom: self.there().then(|| self.below(99)),
