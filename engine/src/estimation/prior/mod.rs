@@ -3,9 +3,9 @@
 //!
 //! Everything is said along the columns of the nodes of now, from their least squares and in units
 //! of σ: the coefficients are `A = Â + σ U⁻¹ δ`, U the columns in Q's coordinates. There the nodes
-//! of now say `δ = 0` with covariance 1, whatever the basis and its scaling, and a move that spreads
-//! by q standard errors of least squares, `Q = q²σ²(XᵀX)⁻¹`, has covariance q². Earlier nodes say
-//! `U_k U⁻¹ δ = (Q_kᵀY_k − U_k Â)/σ`.
+//! of now say `δ = 0` with covariance 1, whatever the basis and its scaling, and a move that
+//! spreads by q standard errors of least squares, `Q = q²σ²(XᵀX)⁻¹`, has covariance q². Earlier
+//! nodes say `U_k U⁻¹ δ = (Q_kᵀY_k − U_k Â)/σ`.
 //!
 //! How far the flank moves nobody knows: the posterior is the mixture over q with the likelihood as
 //! weights, reported by its mean and covariance. A prior that the nodes contradict is let go.

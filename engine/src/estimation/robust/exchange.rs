@@ -2,9 +2,9 @@
 //!
 //! Concentration steps end in many places: where the h smallest residuals belong to the nodes that
 //! were fitted. Most of them can still be left by an exchange. Without node i and with node j the
-//! least sum of squares changes by `uᵀM⁻¹u`, `u = (rᵢ, rⱼ)`, `M = [[hᵢᵢ − 1, hᵢⱼ], [hᵢⱼ, 1 + hⱼⱼ]]`,
-//! h the products of rows with the inverse of the subset's normal equations between. Only nodes next
-//! to the limit between inside and outside can lower it.
+//! least sum of squares changes by `uᵀM⁻¹u`, `u = (rᵢ, rⱼ)`, `M = [[hᵢᵢ − 1, hᵢⱼ],
+//! [hᵢⱼ, 1 + hⱼⱼ]]`, h the products of rows with the inverse of the subset's normal equations
+//! between. Only nodes next to the limit between inside and outside can lower it.
 
 use super::rows::{Normal, Rows, dot};
 use crate::numerics::cancel::Asking;
@@ -15,7 +15,8 @@ const TRIED: [usize; 2] = [60, 4];
 /// standard error.
 const GAIN: f64 = 1e-6;
 
-/// The subset after the exchange that lowers its `sum` most; `None` where none does. `x` is its fit.
+/// The subset after the exchange that lowers its `sum` most; `None` where none does. `x` is its
+/// fit.
 pub(super) fn better(rows: &Rows, kept: &[usize], x: &[f64], sum: f64) -> Option<Vec<usize>> {
     let (m, n) = (rows.count(), rows.n);
     let r = rows.residuals(x);

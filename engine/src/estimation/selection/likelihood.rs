@@ -1,15 +1,15 @@
 //! The restricted likelihood of a parameter.
 //!
 //! A penalty K is the prior `A ~ N(0, σ²K⁻¹)`: along direction i the heights have `bᵢ = √λᵢ aᵢ` of
-//! variance `σ²/(1 − fᵢ)`, since `κᵢ = λᵢ(1/fᵢ − 1)`. Directions that are not penalised, and the constant of
-//! standardised columns, have a flat prior. Less constants, −2 ln L is
+//! variance `σ²/(1 − fᵢ)`, since `κᵢ = λᵢ(1/fᵢ − 1)`. Directions that are not penalised, and the
+//! constant of standardised columns, have a flat prior. Less constants, −2 ln L is
 //!
 //! `(m − n₀) ln(RSS + Σ(1−fᵢ) bᵢ²) − Σ ln(1−fᵢ)`
 //!
 //! with σ² at its maximum and n₀ flat directions, and `Σ(1−fᵢ) bᵢ²/σ² − Σ ln(1−fᵢ)` where σ is
 //! told. Likelihoods with different numbers of flat directions are of different data and are not
-//! compared: in the spectral schemes λ* is looked for where all L directions are penalised, from λ_L
-//! on.
+//! compared: in the spectral schemes λ* is looked for where all L directions are penalised, from
+//! λ_L on.
 
 use std::ops::Range;
 

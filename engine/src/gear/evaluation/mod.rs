@@ -45,7 +45,6 @@ use single::Outcome;
 pub use spacing::{HOLE_DISTANCES, LEAST_COVERED, LONGEST_DISTANCE};
 use subject::Subject;
 pub use summary::{Spread, Summary, Twist};
-use trace_surface::SurfaceLimits;
 pub use trace_surface::{Levelled, TraceFigures, TraceSurface, figures_of_traces};
 pub use values::{Assessable, EDGE, FEWEST_SAMPLES, Suspect, Suspects, Values};
 pub use warning::Warning;
@@ -207,7 +206,12 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             .collect(),
         None => posted.to_vec(),
     };
-    let limits = SurfaceLimits::new(settings, [profile.as_ref(), helix.as_ref()], tolerances.as_ref().ok(), &foreign);
+    let limits = trace_surface::SurfaceLimits::new(
+        settings,
+        [profile.as_ref(), helix.as_ref()],
+        tolerances.as_ref().ok(),
+        &foreign,
+    );
     let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &limits);
     warnings.extend(more);
     let classified = traces.iter().filter_map(|t| t.classes);

@@ -19,7 +19,7 @@ use flankfit_engine::estimation::{
         LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
         NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions, PriorConflict,
         PriorReport, ProductOfB, RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport,
-        RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, UsedCorrection, Warning,
+        RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
@@ -27,6 +27,9 @@ use flankfit_engine::estimation::{
     },
 };
 use flankfit_engine::numerics::distribution::Student;
+
+#[path = "text_tests_prior.rs"]
+mod prior;
 
 const ALL: Include = Include {
     residuals: true,
@@ -279,21 +282,35 @@ impl Maker {
         }
     }
 
-    fn conflict(&mut self) -> PriorConflict {
-        PriorConflict { statistic: self.number(), p: self.number(), let_go: false }
-    }
-
-    fn prior(&mut self) -> PriorReport {
-        PriorReport {
-            iterations: self.there().then(|| vec![1, 2]),
-            fit_ids: self.there().then(|| vec![self.text(), self.text()]),
-            corrections: self.list(|m| UsedCorrection { iteration: 1, record_id: m.text() }),
-            move_std_error: self.there().then(|| self.numbers()),
-            move_ratio: self.maybe(),
-            conflict: self.there().then(|| self.conflict()),
-            share: self.numbers(),
-            sigma: self.maybe(),
-            degrees_of_freedom: self.there().then(|| self.below(99)),
+    fn robust(&mut self) -> RobustReport {
+        RobustReport {
+            converged: self.below(2) == 1,
+            iterations: self.below(1_000),
+            tolerance_reached: self.maybe(),
+            scale: self.maybe(),
+            dispersion: self.maybe(),
+            objective: self.number(),
+            weights: self.numbers(),
+            rejected: vec![self.below(9), 12],
+            certificate: self.maybe(),
+            unique: self.there().then(|| self.below(2) == 1),
+            vertex: self.there().then(|| vec![self.below(9), 3]),
+            subset_size: self.there().then(|| self.below(99)),
+            start: self.there().then_some(Start::LeastTrimmed),
+            solution: [LocalSolution::Global, LocalSolution::FromStart, LocalSolution::BestOfMany][self.below(3)],
+            minimax: self.there().then(|| MinimaxReport {
+                contamination: self.number(),
+                estimated: self.below(2) == 1,
+                k: self.number(),
+                variance: self.number(),
+            }),
+            likelihood: self.there().then(|| LikelihoodReport {
+                distribution: Distribution::Laplace,
+                shape: self.maybe(),
+                shape_std_error: self.maybe(),
+                log_likelihood: self.number(),
+            }),
+            coefficients: self.numbers(),
         }
     }
 
@@ -383,35 +400,7 @@ impl Maker {
                 values: self.there().then(|| self.numbers()),
                 node_indices: self.there().then(|| vec![0, self.below(1_000_000)]),
             },
-            robust: self.there().then(|| RobustReport {
-                converged: self.below(2) == 1,
-                iterations: self.below(1_000),
-                tolerance_reached: self.maybe(),
-                scale: self.maybe(),
-                dispersion: self.maybe(),
-                objective: self.number(),
-                weights: self.numbers(),
-                rejected: vec![self.below(9), 12],
-                certificate: self.maybe(),
-                unique: self.there().then(|| self.below(2) == 1),
-                vertex: self.there().then(|| vec![self.below(9), 3]),
-                subset_size: self.there().then(|| self.below(99)),
-                start: self.there().then_some(Start::LeastTrimmed),
-                solution: [LocalSolution::Global, LocalSolution::FromStart, LocalSolution::BestOfMany][self.below(3)],
-                minimax: self.there().then(|| MinimaxReport {
-                    contamination: self.number(),
-                    estimated: self.below(2) == 1,
-                    k: self.number(),
-                    variance: self.number(),
-                }),
-                likelihood: self.there().then(|| LikelihoodReport {
-                    distribution: Distribution::Laplace,
-                    shape: self.maybe(),
-                    shape_std_error: self.maybe(),
-                    log_likelihood: self.number(),
-                }),
-                coefficients: self.numbers(),
-            }),
+            robust: self.there().then(|| self.robust()),
             lambda_curve: self.there().then(|| {
                 self.list(|m| LambdaCurvePoint {
                     lambda_star: m.number(),

@@ -15,8 +15,8 @@ use flankfit_engine::{
 #[schema(as = ToleranceLimits)]
 pub struct ToleranceLimitsBody {
     /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes that no limits are told
-    /// for here (the standard has none of crownings and twist). Over a part of the evaluation range or
-    /// of the face width a slope has that share of them.
+    /// for here (the standard has none of crownings and twist). Over a part of the evaluation range
+    /// or of the face width a slope has that share of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 11)]
     pub class: Option<u8>,
