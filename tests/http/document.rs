@@ -86,8 +86,8 @@ fn references_lead_somewhere_and_nothing_is_nullable_but_measured_entries() {
                     return;
                 }
                 if let Some(Value::Array(kinds)) = object.get("type") {
-                    // of measurements, what is undefined keeps its place
-                    let measured = ["_um/", "_mm/", "angle_deg/", "GearDeviationsRequest/properties/points/"]
+                    // of measurements and of nodes, what is undefined keeps its place
+                    let measured = ["_um/", "_mm/", "angle_deg/", "GearDeviationsRequest/properties/points/", "/Influence/"]
                         .iter()
                         .any(|unit| place.contains(unit));
                     let entry = place.ends_with("/items") && measured;
