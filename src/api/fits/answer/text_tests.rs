@@ -17,9 +17,9 @@ use flankfit_engine::estimation::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
         EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind as Kind, IterationReport,
         LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
-        NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions, PriorConflict,
-        PriorReport, ProductOfB, RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport,
-        RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
+        NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB,
+        RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport,
+        Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
@@ -186,12 +186,8 @@ impl Maker {
         Interval {
             ends: [self.number(), self.number()],
             kind: [Kind::Student, Kind::LeastSquares, Kind::BiasAware, Kind::Posterior][self.below(4)],
-            about: Inferred {
-                value: self.number(),
-                std_error: self.number(),
-                bias_bound: self.number(),
-                student: Student::NORMAL,
-            },
+            // not written
+            about: Inferred { value: 0.5, std_error: 0.5, bias_bound: 0.5, student: Student::NORMAL },
             least_squares: self.there().then(|| [self.number(), self.number()]),
             gain: self.maybe(),
         }
@@ -282,38 +278,6 @@ impl Maker {
         }
     }
 
-    fn robust(&mut self) -> RobustReport {
-        RobustReport {
-            converged: self.below(2) == 1,
-            iterations: self.below(1_000),
-            tolerance_reached: self.maybe(),
-            scale: self.maybe(),
-            dispersion: self.maybe(),
-            objective: self.number(),
-            weights: self.numbers(),
-            rejected: vec![self.below(9), 12],
-            certificate: self.maybe(),
-            unique: self.there().then(|| self.below(2) == 1),
-            vertex: self.there().then(|| vec![self.below(9), 3]),
-            subset_size: self.there().then(|| self.below(99)),
-            start: self.there().then_some(Start::LeastTrimmed),
-            solution: [LocalSolution::Global, LocalSolution::FromStart, LocalSolution::BestOfMany][self.below(3)],
-            minimax: self.there().then(|| MinimaxReport {
-                contamination: self.number(),
-                estimated: self.below(2) == 1,
-                k: self.number(),
-                variance: self.number(),
-            }),
-            likelihood: self.there().then(|| LikelihoodReport {
-                distribution: Distribution::Laplace,
-                shape: self.maybe(),
-                shape_std_error: self.maybe(),
-                log_likelihood: self.number(),
-            }),
-            coefficients: self.numbers(),
-        }
-    }
-
     fn result(&mut self) -> FitResult {
         FitResult {
             coefficients: self.list(|m| Coefficient {
@@ -400,7 +364,35 @@ impl Maker {
                 values: self.there().then(|| self.numbers()),
                 node_indices: self.there().then(|| vec![0, self.below(1_000_000)]),
             },
-            robust: self.there().then(|| self.robust()),
+            robust: self.there().then(|| RobustReport {
+                converged: self.below(2) == 1,
+                iterations: self.below(1_000),
+                tolerance_reached: self.maybe(),
+                scale: self.maybe(),
+                dispersion: self.maybe(),
+                objective: self.number(),
+                weights: self.numbers(),
+                rejected: vec![self.below(9), 12],
+                certificate: self.maybe(),
+                unique: self.there().then(|| self.below(2) == 1),
+                vertex: self.there().then(|| vec![self.below(9), 3]),
+                subset_size: self.there().then(|| self.below(99)),
+                start: self.there().then_some(Start::LeastTrimmed),
+                solution: [LocalSolution::Global, LocalSolution::FromStart, LocalSolution::BestOfMany][self.below(3)],
+                minimax: self.there().then(|| MinimaxReport {
+                    contamination: self.number(),
+                    estimated: self.below(2) == 1,
+                    k: self.number(),
+                    variance: self.number(),
+                }),
+                likelihood: self.there().then(|| LikelihoodReport {
+                    distribution: Distribution::Laplace,
+                    shape: self.maybe(),
+                    shape_std_error: self.maybe(),
+                    log_likelihood: self.number(),
+                }),
+                coefficients: self.numbers(),
+            }),
             lambda_curve: self.there().then(|| {
                 self.list(|m| LambdaCurvePoint {
                     lambda_star: m.number(),
