@@ -87,9 +87,10 @@ fn references_lead_somewhere_and_nothing_is_nullable_but_measured_entries() {
                 }
                 if let Some(Value::Array(kinds)) = object.get("type") {
                     // of measurements and of nodes, what is undefined keeps its place
-                    let measured = ["_um/", "_mm/", "angle_deg/", "GearDeviationsRequest/properties/points/", "/Influence/"]
-                        .iter()
-                        .any(|unit| place.contains(unit));
+                    let measured =
+                        ["_um/", "_mm/", "angle_deg/", "GearDeviationsRequest/properties/points/", "/Influence/"]
+                            .iter()
+                            .any(|unit| place.contains(unit));
                     let entry = place.ends_with("/items") && measured;
                     assert!(kinds.len() == 1 || entry || place.contains("GridNodes/properties/z"), "{place}");
                 }

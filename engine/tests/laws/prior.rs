@@ -333,7 +333,7 @@ fn a_prior_is_of_the_constant_too() {
 /// and the coverage of the intervals, at moves of 0, 0.1, 0.3, 1 and 3 standard errors.
 #[test]
 fn the_chain_is_better_than_least_squares_whatever_the_flank_does() {
-    let (n, m, sets) = (4, 20, 300);
+    let (n, m, sets) = (4, 20, 1000);
     let mut random = Random::new(77);
     // columns of length 1 at right angles: standard errors are σ
     let wave = |k: usize, j: usize| (std::f64::consts::PI * (k as f64 + 0.5) * j as f64 / m as f64).cos();

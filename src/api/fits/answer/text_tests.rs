@@ -278,6 +278,18 @@ impl Maker {
         }
     }
 
+    fn curve_point(&mut self) -> LambdaCurvePoint {
+        LambdaCurvePoint {
+            lambda_star: self.number(),
+            condition: self.maybe(),
+            bias_norm: self.number(),
+            predicted_mse: self.maybe(),
+            rms: self.number(),
+            gcv: self.maybe(),
+            coefficient_norm: self.number(),
+        }
+    }
+
     fn result(&mut self) -> FitResult {
         FitResult {
             coefficients: self.list(|m| Coefficient {
@@ -393,17 +405,7 @@ impl Maker {
                 }),
                 coefficients: self.numbers(),
             }),
-            lambda_curve: self.there().then(|| {
-                self.list(|m| LambdaCurvePoint {
-                    lambda_star: m.number(),
-                    condition: m.maybe(),
-                    bias_norm: m.number(),
-                    predicted_mse: m.maybe(),
-                    rms: m.number(),
-                    gcv: m.maybe(),
-                    coefficient_norm: m.number(),
-                })
-            }),
+            lambda_curve: self.there().then(|| self.list(Maker::curve_point)),
             ridge_trace: self
                 .there()
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
