@@ -11,7 +11,7 @@ pub struct MatrixBFactors {
     pub e: f64,
     /// One entry for each regularised eigenvalue, ascending.
     pub products: Vec<ProductOfB>,
-    /// λ_max[BᵀB]: the largest cᵢ²λᵢ.
+    /// `λ_max[BᵀB]`: the largest cᵢ²λᵢ.
     pub largest_eigenvalue: f64,
     /// Eq. 42, its bound; for more than one eigenvalue the trace (Eq. 41).
     pub largest_eigenvalue_bound: f64,
