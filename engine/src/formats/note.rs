@@ -1,5 +1,7 @@
 //! What a reader has to say about a file that it could read all the same.
 
+use thiserror::Error;
+
 /// Why a note stands there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NoteCode {
@@ -43,15 +45,95 @@ impl NoteCode {
     }
 }
 
+/// What there is to say of a line.
+#[derive(Clone, Debug, PartialEq, Error)]
+#[non_exhaustive]
+pub enum Remark {
+    /// Lines of no known block: the first, and how many follow it.
+    #[error("the line {first}{} fits no known block", more(*.following))]
+    UnknownBlock {
+        /// Its text, shortened.
+        first: String,
+        /// Lines behind it.
+        following: usize,
+    },
+    /// A line among results that is none.
+    #[error("the line {0} is no result")]
+    NoResult(String),
+    /// A header code again.
+    #[error("header code {0} stands here again")]
+    RepeatedCode(u32),
+    /// A result code again.
+    #[error("the result {0} stands here again")]
+    RepeatedResult(u32),
+    /// The unit of angles.
+    #[error("angles are “{0}”; only decimal degrees are taken from the header")]
+    AnglesNotDecimal(String),
+    /// A number that no double holds.
+    #[error("“{0}” is beyond the numbers that there are; it is not taken")]
+    BeyondDouble(String),
+    /// A separator of more than one sign.
+    #[error("the separator is not one sign but “{0}”; a colon is taken")]
+    Separator(String),
+    /// The mark of undefined points is no number; this one is taken.
+    #[error("undefined points are marked by “{mark}”, no number; {taken} is taken")]
+    UndefinedMark {
+        /// As it stands there.
+        mark: String,
+        /// The number that is taken.
+        taken: f64,
+    },
+    /// A trace of this tooth without its number of values.
+    #[error("the trace of tooth {0} does not say how many values it has")]
+    CountNotGiven(String),
+    /// The code of a result and its label name different flanks.
+    #[error("result {0} belongs to the other flank than its label says")]
+    SideDisagrees(u32),
+    /// Left and right flank have different values where a gear has one.
+    #[error("left and right flank of gear {gear} have different {figures}; none is taken")]
+    FlanksDiffer {
+        /// The gear's name, shortened.
+        gear: String,
+        /// What differs, in the plural.
+        figures: &'static str,
+    },
+    /// The order of a grid's values.
+    #[error("the order of the topography's amounts is not said; coordinates are taken to run fastest")]
+    OrderAssumed,
+    /// Points without a grid.
+    #[error("the points of the topography fill no grid")]
+    NotAGrid,
+}
+
+fn more(following: usize) -> String {
+    if following == 0 { String::new() } else { format!(" and {following} more") }
+}
+
+impl Remark {
+    /// Why it is made.
+    pub fn code(&self) -> NoteCode {
+        match self {
+            Remark::UnknownBlock { .. } | Remark::NoResult(_) => NoteCode::UnknownBlock,
+            Remark::RepeatedCode(_) => NoteCode::RepeatedCode,
+            Remark::RepeatedResult(_) => NoteCode::RepeatedResult,
+            Remark::AnglesNotDecimal(_) => NoteCode::AnglesNotDecimal,
+            Remark::BeyondDouble(_) | Remark::Separator(_) | Remark::UndefinedMark { .. } => NoteCode::UnknownSetting,
+            Remark::CountNotGiven(_) => NoteCode::CountNotGiven,
+            Remark::SideDisagrees(_) => NoteCode::SideDisagrees,
+            Remark::FlanksDiffer { .. } => NoteCode::FlanksDiffer,
+            Remark::OrderAssumed => NoteCode::OrderAssumed,
+            Remark::NotAGrid => NoteCode::NotAGrid,
+        }
+    }
+}
+
 /// A remark about a line.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Note {
-    /// Stable code.
-    pub code: NoteCode,
     /// From 1.
     pub line: usize,
-    /// The same in words.
-    pub text: String,
+    /// What there is to say of it.
+    pub remark: Remark,
 }
 
 /// The remarks about a file: the first ones, and how many there were.
@@ -66,10 +148,10 @@ impl Notes {
     pub const MOST: usize = 100;
 
     /// Adds a note.
-    pub(super) fn push(&mut self, code: NoteCode, line: usize, text: impl Into<String>) {
+    pub(super) fn push(&mut self, line: usize, remark: Remark) {
         self.count += 1;
         if self.list.len() < Self::MOST {
-            self.list.push(Note { code, line, text: text.into() });
+            self.list.push(Note { line, remark });
         }
     }
 

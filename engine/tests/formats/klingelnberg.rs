@@ -187,7 +187,7 @@ fn hands_and_internal_gears() {
     let sexagesimal = text.replace("ANGLE     decimal", "ANGLE     sexagezimal");
     let mut notes = Default::default();
     let facts = read_curves(sexagesimal.as_bytes()).unwrap().header.gear(&mut notes);
-    assert_eq!(notes.list()[0].code, NoteCode::AnglesNotDecimal);
+    assert_eq!(notes.list()[0].remark.code(), NoteCode::AnglesNotDecimal);
     assert_eq!((facts.pressure_angle, facts.helix_angle), (None, None));
 }
 
@@ -338,8 +338,8 @@ fn unknown_blocks_are_named() {
     let file = small("Zahn-Nr.: 4", "Geheimnis:\n 1 2 3\n 4 5 6\nmehr davon\nZahn-Nr.: 4").unwrap();
     assert_eq!((file.curves.len(), file.notes.count()), (2, 1));
     let note = &file.notes.list()[0];
-    assert_eq!((note.code, note.line), (NoteCode::UnknownBlock, 10));
-    assert_eq!(note.text, "the line “1 2 3” and 2 more fits no known block");
+    assert_eq!((note.remark.code(), note.line), (NoteCode::UnknownBlock, 10));
+    assert_eq!(note.remark.to_string(), "the line “1 2 3” and 2 more fits no known block");
     // the letter of the section says what the trace under the unknown title is
     assert_eq!((&file.curves[1].block, file.curves[1].kind), (&Block::Other("Geheimnis".into()), Kind::Profile));
 }
@@ -348,9 +348,9 @@ fn unknown_blocks_are_named() {
 fn repeated_codes_and_missing_counts_are_noted() {
     let file = small("UNITS mm\n", "UNITS mm\n  22 :Zähnezahl z....: 51\n").unwrap();
     assert_eq!((file.header.number(22), file.header.lines.len()), (Some(51.0), 2));
-    assert_eq!((file.notes.list()[0].code, file.notes.list()[0].line), (NoteCode::RepeatedCode, 4));
+    assert_eq!((file.notes.list()[0].remark.code(), file.notes.list()[0].line), (NoteCode::RepeatedCode, 4));
     let file = small("/ 4 Werte z= 7.5", "").unwrap();
-    assert_eq!((file.notes.list()[0].code, file.notes.list()[0].line), (NoteCode::CountNotGiven, 5));
+    assert_eq!((file.notes.list()[0].remark.code(), file.notes.list()[0].line), (NoteCode::CountNotGiven, 5));
     assert_eq!((file.curves[0].values.len(), file.curves[0].kind), (4, Kind::Profile));
     assert_eq!(Shown(file.curves[0].values[3]).to_string(), "-0.25");
 }

@@ -109,7 +109,7 @@ fn flanks_that_differ_are_noted() {
     let read = parsed(&model(flank(0.25, vec![]), flank(0.3, vec![])));
     let gear = read.gear(None).unwrap();
     assert_eq!((gear.facts.profile_shift, gear.flanks[1].profile_shift), (None, Some(0.3)));
-    assert_eq!(read.notes.list()[0].code, NoteCode::FlanksDiffer);
+    assert_eq!(read.notes.list()[0].remark.code(), NoteCode::FlanksDiffer);
     assert!(gear.facts.pressure_angle.is_some());
 }
 
@@ -134,13 +134,13 @@ fn topographies_of_every_layout() {
         assert_eq!((grid.side, &grid.diameter[..], &grid.z[..]), (Side::Right, &DIAMETERS[..], &COORDINATES[..]));
         let wanted = AMOUNTS.map(|amount| 1000.0 * amount);
         assert_eq!(grid.deviation, wanted);
-        assert_eq!(read.notes.list().first().map(|note| note.code), assumed.then_some(NoteCode::OrderAssumed));
+        assert_eq!(read.notes.list().first().map(|note| note.remark.code()), assumed.then_some(NoteCode::OrderAssumed));
     }
     let scattered = topography(array(&[0.001, 0.002, 0.003]), &[120.0, 121.0, 125.0], &[0.0, 10.0, 5.0]);
     let read = parsed(&model(flank(0.0, scattered), flank(0.0, vec![])));
     let points = &read.gear(None).unwrap().flanks[0].scattered;
     assert_eq!((points.len(), points[2].diameter, points[2].z, points[2].deviation), (3, 125.0, 5.0, 3.0));
-    assert_eq!(read.notes.list()[0].code, NoteCode::NotAGrid);
+    assert_eq!(read.notes.list()[0].remark.code(), NoteCode::NotAGrid);
 }
 
 #[test]

@@ -3,7 +3,7 @@
 use super::{
     super::{
         file_error::{FilePosition, shown},
-        note::{NoteCode, Notes},
+        note::{Notes, Remark},
         source::{Line, Lines, append_numbers, number},
     },
     FileError, FileKind, Header,
@@ -137,8 +137,7 @@ impl Undefined {
         let setting = header.preamble.iter().find(|setting| setting.key == "UNDEFINED");
         let marker = setting.map_or(Some(UNDEFINED), |setting| number(&setting.value));
         if let (Some(setting), None) = (setting, marker) {
-            let text = format!("undefined points are marked by “{}”, no number; {UNDEFINED} is taken", setting.value);
-            notes.push(NoteCode::UnknownSetting, setting.line, text);
+            notes.push(setting.line, Remark::UndefinedMark { mark: setting.value.clone(), taken: UNDEFINED });
         }
         Undefined { marker: marker.unwrap_or(UNDEFINED) }
     }
@@ -216,8 +215,7 @@ impl Body {
     /// none.
     fn values(&mut self, head: &TraceHead, line: Line, lines: &mut Lines) -> Result<Vec<f64>, FileError> {
         if head.count.is_none() {
-            let text = format!("the trace of tooth {} does not say how many values it has", head.tooth);
-            self.file.notes.push(NoteCode::CountNotGiven, line.number, text);
+            self.file.notes.push(line.number, Remark::CountNotGiven(head.tooth.to_string()));
         }
         // a value takes at least a digit and a separator, whatever the head promises
         let most = lines.bytes_left() / 2 + 1;
@@ -273,8 +271,7 @@ impl Body {
 
     fn end_unknown(&mut self) {
         if let Some((first, text, count)) = self.unknown.take() {
-            let more = if count > 1 { format!(" and {} more", count - 1) } else { String::new() };
-            self.file.notes.push(NoteCode::UnknownBlock, first, format!("the line {text}{more} fits no known block"));
+            self.file.notes.push(first, Remark::UnknownBlock { first: text, following: count - 1 });
         }
     }
 }

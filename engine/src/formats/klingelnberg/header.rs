@@ -2,7 +2,7 @@
 
 use super::{
     super::file_error::shown,
-    super::note::{NoteCode, Notes},
+    super::note::{Notes, Remark},
     super::source::{Line, Lines, number},
     FileError, trace_head,
 };
@@ -110,7 +110,7 @@ impl Header {
         }
         if let Some((code, text)) = self.numbered(line) {
             if self.get(code).is_some() {
-                notes.push(NoteCode::RepeatedCode, line.number, format!("header code {code} stands here again"));
+                notes.push(line.number, Remark::RepeatedCode(code));
             }
             let (label, fields) = text.split_once(self.separator).unwrap_or((text, ""));
             let fields: Vec<String> = fields.split(self.separator).map(|field| field.trim().to_owned()).collect();
@@ -118,8 +118,7 @@ impl Header {
                 word.bytes().any(|b| b.is_ascii_digit()) && word.parse::<f64>().is_ok_and(f64::is_infinite)
             };
             for word in fields.iter().flat_map(|field| field.split_ascii_whitespace()).filter(beyond) {
-                let text = format!("“{}” is beyond the numbers that there are; it is not taken", shown(word));
-                notes.push(NoteCode::UnknownSetting, line.number, text);
+                notes.push(line.number, Remark::BeyondDouble(shown(word)));
             }
             self.lines.push(HeaderLine { code, label: plain_label(label), fields, line: line.number });
             return Ok(true);
@@ -156,10 +155,7 @@ impl Header {
         match (chars.next(), chars.next()) {
             _ if value.eq_ignore_ascii_case("tab") => self.separator = '\t',
             (Some(c), None) if !c.is_ascii_alphanumeric() && !matches!(c, '.' | '-' | '+') => self.separator = c,
-            _ => {
-                let text = format!("the separator is not one sign but “{value}”; a colon is taken");
-                notes.push(NoteCode::UnknownSetting, line.number, text);
-            }
+            _ => notes.push(line.number, Remark::Separator(value.to_owned())),
         }
     }
 

@@ -4,7 +4,7 @@
 use super::{
     super::{
         gear_facts::{GearFacts, radians, teeth},
-        note::{NoteCode, Notes},
+        note::{Notes, Remark},
     },
     Header, HeaderLine,
 };
@@ -187,8 +187,7 @@ impl Header {
         if let Some(setting) = self.preamble.iter().find(|setting| setting.key == "ANGLE")
             && !setting.value.to_lowercase().starts_with("dec")
         {
-            let text = format!("angles are “{}”; only decimal degrees are taken from the header", setting.value);
-            notes.push(NoteCode::AnglesNotDecimal, setting.line, text);
+            notes.push(setting.line, Remark::AnglesNotDecimal(setting.value.clone()));
             return facts;
         }
         facts.pressure_angle = self.number(24).map(radians);

@@ -2,7 +2,7 @@
 
 use super::{
     super::{
-        note::{NoteCode, Notes},
+        note::{Notes, Remark},
         source::{Line, Lines, number},
     },
     FileError, FileKind, Header,
@@ -83,16 +83,11 @@ impl Values {
         for line in lines.filter(|line| !line.is_blank()).asking(500) {
             if let Some(result) = result_of(line, header.separator, &mut notes)? {
                 if !seen.insert(result.code) {
-                    notes.push(
-                        NoteCode::RepeatedResult,
-                        line.number,
-                        format!("the result {} stands here again", result.code),
-                    );
+                    notes.push(line.number, Remark::RepeatedResult(result.code));
                 }
                 results.push(result);
             } else {
-                let text = format!("the line {} is no result", super::super::file_error::shown(line.text));
-                notes.push(NoteCode::UnknownBlock, line.number, text);
+                notes.push(line.number, Remark::NoResult(super::super::file_error::shown(line.text)));
             }
         }
         Ok(Values { header, results, notes })
@@ -131,11 +126,7 @@ fn result_of(line: Line, separator: char, notes: &mut Notes) -> Result<Option<Re
     if let (Some(label), Some(code_side)) = (by_label, by_code)
         && label != code_side
     {
-        notes.push(
-            NoteCode::SideDisagrees,
-            line.number,
-            format!("result {code} belongs to the other flank than its label says"),
-        );
+        notes.push(line.number, Remark::SideDisagrees(code));
     }
     let name = words().collect::<Vec<_>>().join(" ");
     let statistic = meaning.map_or(Statistic::Unknown, |meaning| meaning.statistic);

@@ -4,7 +4,7 @@ use super::{
     super::{
         file_error::{FileError, shown},
         gear_facts::{GearFacts, radians, teeth},
-        note::{NoteCode, Notes},
+        note::{Notes, Remark},
         source::{number, place_in},
         topography::Topography,
     },
@@ -165,11 +165,7 @@ impl Reader<'_> {
             (&mut facts.profile_shift, both(|flank| flank.profile_shift), "profile shifts"),
         ] {
             if fact.is_none() && differs {
-                let text = format!(
-                    "left and right flank of gear {} have different {name}; none is taken",
-                    shown(&component.id)
-                );
-                self.notes.push(NoteCode::FlanksDiffer, line, text);
+                self.notes.push(line, Remark::FlanksDiffer { gear: shown(&component.id), figures: name });
             } else if fact.is_none() {
                 *fact = value;
             }
@@ -210,15 +206,13 @@ impl Reader<'_> {
         match shape {
             Shape::Grid { diameter, z, amounts, assumed } => {
                 if assumed {
-                    let text =
-                        "the order of the topography's amounts is not said; coordinates are taken to run fastest";
-                    self.notes.push(NoteCode::OrderAssumed, line, text);
+                    self.notes.push(line, Remark::OrderAssumed);
                 }
                 let deviation = amounts.iter().map(|amount| scale * amount).collect();
                 Ok((Some(Topography { tooth: None, side, diameter, z, deviation }), Vec::new()))
             }
             Shape::Scattered(points) => {
-                self.notes.push(NoteCode::NotAGrid, line, "the points of the topography fill no grid");
+                self.notes.push(line, Remark::NotAGrid);
                 let scattered =
                     |[diameter, z, amount]: [f64; 3]| ScatteredDeviation { diameter, z, deviation: scale * amount };
                 Ok((None, points.into_iter().map(scattered).collect()))

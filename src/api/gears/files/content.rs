@@ -13,7 +13,7 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::Nodes,
-    formats::{FileError, Notes},
+    formats::{FileError, Note, Notes},
     gear::{Gear, Side, Trace, deviation::Deviations},
 };
 
@@ -67,7 +67,8 @@ pub(in crate::api) fn nothing_measured(what: &str) -> Problem {
 /// What a reader had to say.
 pub(in crate::api) fn notices(notes: &Notes) -> Vec<NoticeBody> {
     let each = notes.list().iter();
-    each.map(|note| NoticeBody::new(note.code.as_str(), &format!("line {}: {}", note.line, note.text))).collect()
+    each.map(|Note { line, remark }| NoticeBody::new(remark.code().as_str(), &format!("line {line}: {remark}")))
+        .collect()
 }
 
 impl FileRead {
