@@ -30,7 +30,7 @@ use crate::{
             gear::of_job,
         },
         jobs::records::RecordBody,
-        problem::{Problem, ProblemCode},
+        problem::{Problem, ProblemCode, Room},
     },
     jobs::{RecordKind, Successors},
 };
@@ -62,8 +62,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_iteration_deviations(request: RecordRequest) -> Result<Response, Problem> {
-    let build = |text: &[u8], context: &RecordContext| {
-        let built = deviations::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
+    let build = |text: &[u8], context: &RecordContext, room: Room| {
+        let built = deviations::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), room)?;
         Ok(context.gear_record(RecordKind::Deviations, text, built)?.into())
     };
     request.keep("deviations", build).await
@@ -89,7 +89,7 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
     )
 )]
 async fn create_iteration_evaluation(request: RecordRequest) -> Result<Response, Problem> {
-    let build = |text: &[u8], context: &RecordContext| {
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
         let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
         Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
@@ -117,7 +117,7 @@ async fn create_iteration_evaluation(request: RecordRequest) -> Result<Response,
     )
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
-    let build = |text: &[u8], context: &RecordContext| {
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
         let gear = of_job(&context.job)?;
         let (built, include) = correction::build(text, &context.nodes, &context.measurand, gear.as_ref())?;
         let draft = context.gear_record(RecordKind::Correction, text, built)?;
@@ -132,7 +132,7 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
 /// Predicted and measured are compared with the next iteration of the same flank and tooth, by the
 /// gear that the job had when the correction was made; `not_compared` says why where they cannot
 /// be.
-/// What is told node by node, and the fits of the settings, come with `include`.
+/// What is given node by node, and the fits of the settings, come with `include`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction",
     tag = "iterations",

@@ -96,7 +96,8 @@ async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Resul
     responses((status = 200, description = "Deviations in the order of the points.", body = DeviationsBody))
 )]
 async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, |text| deviations::build(text, None, None)).await?.result))
+    let work = |text: &[u8], room: Room| Ok(deviations::build(text, None, None, room)?.result);
+    Ok(json_held(read_json_in_room(&state, payload, work).await?))
 }
 
 /// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.

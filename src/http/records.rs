@@ -28,7 +28,7 @@ use crate::{
         built::Built,
         gears::correction::include::{CorrectionInclude, StoredIncludeName},
         jobs::records::{self, RecordBody, RecordPageBody},
-        problem::Problem,
+        problem::{Problem, Room},
     },
     jobs::{Answer, Job, List, Measurand, Record, RecordDraft, RecordKind, Stored},
 };
@@ -88,11 +88,12 @@ impl FromRequest<AppState> for RecordRequest {
 }
 
 impl RecordRequest {
-    /// Makes the record on the pool, keeps it with the iteration and answers it.
+    /// Makes the record on the pool, as far as there is room for it, keeps it with the iteration
+    /// and answers it.
     pub async fn keep(
         self,
         route: &str,
-        build: impl FnOnce(&[u8], &RecordContext) -> Result<NewRecord, Problem> + Send + 'static,
+        build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
         let RecordRequest { state, job, number, key, payload } = self;
         let iteration = format!("/v1/jobs/{job}/iterations/{number}");
@@ -102,8 +103,12 @@ impl RecordRequest {
             let context =
                 RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
             let limit = state.settings.body_limit;
-            let built = state.pool.run(move || build(&payload.into_json(limit)?, &context)).await??;
-            let NewRecord { draft, answer } = built;
+            let mut permit = state.budget.permit();
+            let made = move || {
+                let made = build(&payload.into_json(limit)?, &context, &mut |bytes| permit.grow(bytes))?;
+                Ok::<_, Problem>((made, permit))
+            };
+            let (NewRecord { draft, answer }, _held) = state.pool.run(made).await??;
             let answer = move |record: &Record, _: Stored| {
                 created(&iteration, record, answer.as_deref().map_or_else(|| records::record(record), <[u8]>::to_vec))
             };

@@ -13,7 +13,7 @@ use crate::{
     api::{
         curves::{self, request::IterationCurveRequest},
         jobs::records::{self, RecordBody},
-        problem::Problem,
+        problem::{Problem, Room},
         surfaces::{self, request::SurfaceRequest},
     },
     jobs::RecordKind,
@@ -42,7 +42,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Problem> {
-    let build = |text: &[u8], context: &RecordContext| {
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
         Ok(records::draft(RecordKind::Curve, text, curves::build(text, Some(&context.nodes))?)?.into())
     };
     request.keep("curves", build).await
@@ -67,7 +67,7 @@ async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Prob
     )
 )]
 async fn create_iteration_surface(request: RecordRequest) -> Result<Response, Problem> {
-    let build = |text: &[u8], context: &RecordContext| {
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
         Ok(records::draft(RecordKind::Surface, text, surfaces::build(text, Some(&context.nodes), &context.plans)?)?
             .into())
     };

@@ -25,7 +25,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// Every fit, λ* choice and decision of a job in the order in which they were made.
 ///
 /// They come iteration by iteration in pages; a page of big iterations may hold fewer than `limit`.
-/// Of each list of an iteration the last hundred entries are told, and `earlier` counts the others.
+/// Of each list of an iteration the last hundred entries are listed; `earlier` counts the others.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/trace", operation_id = "get_trace", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),

@@ -135,7 +135,7 @@ pub struct TracedIteration {
     pub earlier: Earlier,
 }
 
-/// How many entries of each list stand before those told.
+/// How many entries of each list stand before those listed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Earlier {
     pub fits: u64,

@@ -8,7 +8,7 @@ use flankfit_engine::gear::{
     tooth::{self, Position},
 };
 
-/// What was measured. What nobody told is `None`.
+/// What was measured. What was not given is `None`.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Measurand {
     pub flank: Option<Side>,

@@ -9,7 +9,7 @@ pub use super::{
     near::reason::{NearReason, OpenCoefficient},
     prior::reason::PriorReason,
     recursive::reason::StreamReason,
-    regularized::reason::{Kept, RegularizationReason},
+    regularized::reason::{RankOf, RegularizationReason},
     robust::reason::RobustReason,
 };
 

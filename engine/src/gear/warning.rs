@@ -34,7 +34,7 @@ pub enum Warning {
     MotionsIndistinguishable(Vec<Motion>),
     /// An axial shift that modifications alone tell, µm.
     #[error(
-        "axial_shift: {} µm are told by the modifications alone, which change along z; deviations of the same shape \
+        "axial_shift: {} µm are determined by the modifications alone, which change along z; deviations of the same shape \
          do the same. Leave it out of the motions to have positions along z without it", tenth(*.0)
     )]
     AxialShiftByModification(f64),
@@ -68,7 +68,7 @@ pub enum Warning {
          rotations the one next to 0 is answered", whole(*.0)
     )]
     RotationModuloPitch(f64),
-    /// So many points on other teeth than they are told to be of.
+    /// So many points on other teeth than they are said to be of.
     #[error(
         "{} on another, where most others lie on theirs; their nodes are on the tooth that they lie on",
         contradicting(*.0)
@@ -211,9 +211,9 @@ pub fn tenth(x: f64) -> Shown {
     Shown((x * 10.0).round() / 10.0)
 }
 
-/// The beginning of what is said of so many points on other teeth than they are told to be of.
+/// The beginning of what is said of so many points on other teeth than they are said to be of.
 pub fn contradicting(count: usize) -> impl fmt::Display {
-    counted(count, "point told to be of one tooth lies", "points told to be of one tooth lie")
+    counted(count, "point said to be of one tooth lies", "points said to be of one tooth lie")
 }
 
 fn whole(x: f64) -> Shown {

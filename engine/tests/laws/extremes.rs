@@ -175,7 +175,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
 fn finite(result: &FitResult) -> Result<(), String> {
     let text = format!("{:#?}", FitResult { warnings: Vec::new(), ..result.clone() });
     let bad = |line: &&str| {
-        // a σ that was told has infinitely many degrees of freedom
+        // a σ that was given has infinitely many degrees of freedom
         let line = line.replace("freedom: inf", "");
         let words = line.split(|c: char| !c.is_alphanumeric());
         words.into_iter().any(|word| word == "inf" || word == "NaN")

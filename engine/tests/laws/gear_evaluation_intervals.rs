@@ -149,7 +149,7 @@ fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
     made.map(|made| made as f64 / RUNS as f64)
 }
 
-/// A part at its limit is told to conform, or not to, in one measurement of twenty each.
+/// A part at its limit is found to conform, or not to, in one measurement of twenty each.
 #[test]
 fn a_part_at_its_limit_is_rarely_told_to_conform() {
     let told = ToleranceLimits { helix_slope: Some([-50.0, 6.0]), ..ToleranceLimits::default() };
@@ -247,7 +247,7 @@ fn intervals_of_the_surface_of_a_flank_hold() {
 #[test]
 fn decisions_on_biased_figures_are_no_bolder() {
     let length = |k: usize| grid(|u, v| terms(u, v)[k].powi(2)).deviation.iter().sum::<f64>();
-    // nearly all of the norm is in the twist; were it all, a limit told exactly would prove alone
+    // nearly all of the norm is in the twist; were it all, a limit given exactly would prove alone
     // that the twist is no greater than what it is
     let (c, norm) = (2.0, 1.02 * 2.0 * length(4).sqrt());
     let spec = FitSpec { coefficient_norm_limit: Some(norm), ..FitSpec::new(Model::Linear) };

@@ -203,7 +203,8 @@ fn figures_are_answered_where_the_traces_tell_them() {
                 near(value, terms[k + 1], 1e-3);
             }
         }
-        let warnings: Vec<_> = found.warnings.iter().filter(|warning| warning.code() == "figures_not_told").collect();
+        let warnings: Vec<_> =
+            found.warnings.iter().filter(|warning| warning.code() == "figures_not_determined").collect();
         assert_eq!(warnings.len(), usize::from(told.contains(&false)), "{profiles:?} {helices:?}");
         if let Some(warning) = warnings.first() {
             let Warning::FiguresUndetermined { figures, flanks, .. } = warning else { panic!("{warning}") };

@@ -165,7 +165,7 @@ fn the_order_of_nodes_does_not_matter() {
 }
 
 /// A covariance says what standard deviations say; a posterior posted as the next prior is the
-/// chain of one move after the other, where σ is told.
+/// chain of one move after the other, where σ is given.
 #[test]
 fn a_posterior_is_the_next_prior() {
     let measured = measured(8, 2, 3, 0.02);

@@ -10,7 +10,7 @@ use super::{
 use crate::api::{
     built::Built,
     faults::Faults,
-    fits::reader::fields::{self, FitFields},
+    fits::{reader::fields, spec::request::FitFields},
     json::{members::of_request, request::request},
     problem::Problem,
     shapes::fault::{CurveFields, curve_fault},
@@ -64,7 +64,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>) -> Result<Built, Problem> {
     let (Some(points), Some(method)) = (points, method) else { return Err(Problem::invalid(faults)) };
     let graph = matches!(points.points, Points::Graph { .. });
     let method = method_reader::read(method, &points.points, &mut faults);
-    let fit = fields::read(fit, method.as_ref().and_then(RequestedMethod::takes_no_fit), &mut faults);
+    let fit = fields::read(&fit, method.as_ref().and_then(RequestedMethod::takes_no_fit), &mut faults);
     let (Some(method), Some(fit)) = (method, fit) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
     match method {

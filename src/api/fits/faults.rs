@@ -135,7 +135,7 @@ fn of_prior(reason: &PriorReason) -> String {
             "a `prior` is of all coefficients, the constant too, which `standardized` leaves aside"
         }
         PriorReason::NormLimit => {
-            "the `prior` says how large the coefficients are: a limit of their norm cannot be told beside"
+            "the `prior` says how large the coefficients are: a limit of their norm cannot be given as well"
         }
         PriorReason::NoNoise => "there is no estimate of the noise to weigh the `prior` against: tell `noise_sigma`",
         other => return other.to_string(),
@@ -183,7 +183,7 @@ fn near(reason: &NearReason) -> String {
         NearReason::NoSpectrum => "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
         NearReason::FewNodes { coefficients, nodes } => {
             return format!(
-                "{coefficients} coefficients cannot be told from {nodes} counted nodes: take fewer spans, or ask for \
+                "{coefficients} coefficients cannot be determined from {nodes} counted nodes: take fewer spans, or ask for \
                  `tikhonov`"
             );
         }

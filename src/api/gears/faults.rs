@@ -261,11 +261,11 @@ impl Field<RegistrationReason> for RegistrationField {
         match reason {
             RegistrationReason::TeethContradict(share) => format!(
                 "the teeth contradict each other: however the part is turned, at most {} % of the points lie on the \
-                 teeth that they are told to be of. Count teeth clockwise from 1, or leave `teeth` out",
+                 teeth that they are said to be of. Count teeth clockwise from 1, or leave `teeth` out",
                 Shown((100.0 * share).round())
             ),
             RegistrationReason::TurnedOn(count) => format!(
-                "the points lie {} from the teeth that they are told to be of, and `rotation` is not among the \
+                "the points lie {} from the teeth that they are said to be of, and `rotation` is not among the \
                  motions: free it, or correct the teeth",
                 pitches(*count)
             ),

@@ -23,7 +23,7 @@ use flankfit_engine::gear::{Gear, GearData, GearField, Hand, Tool, data::DEDENDU
     "profile_shift_coefficient": 0.0, "face_width_mm": 30.0
 }))]
 pub struct GearBody {
-    /// z, the number of teeth; an internal gear is told by `internal`.
+    /// z, the number of teeth; an internal gear is marked by `internal`.
     #[serde(deserialize_with = "teeth")]
     #[schema(minimum = 1, maximum = 10000)]
     pub teeth: u32,

@@ -19,7 +19,7 @@ fn sentence(warning: &Warning) -> String {
                 .to_owned()
         }
         Warning::AxialShiftByModification(shift) => format!(
-            "axial_shift: {} µm are told by the modifications alone, which change along z; deviations of the same \
+            "axial_shift: {} µm are determined by the modifications alone, which change along z; deviations of the same \
              shape do the same. Leave it out of the motions to have `z_mm` without it",
             tenth(*shift)
         ),

@@ -18,7 +18,7 @@ use crate::{
             text::Moment,
             writer::{Json, Object},
         },
-        measurand::{axes::AxesBody, side::SideName},
+        measurand::axes::MeasurandBody,
     },
     jobs::{FitRecord, FitSummary, Iteration, List, Measurand, MeasurementDetails, NewFit, NewIteration, Page, Stored},
 };
@@ -32,15 +32,9 @@ pub struct PostedIterationBody {
     pub id: Uuid,
     /// The job that it belongs to.
     pub job_id: Uuid,
-    /// The flank that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tooth: Option<String>,
-    /// What the axes of the nodes mean.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]

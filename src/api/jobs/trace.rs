@@ -18,7 +18,7 @@ use crate::{
             text::Moment,
             writer::{Json, Object},
         },
-        measurand::{axes::AxesBody, side::SideName},
+        measurand::axes::MeasurandBody,
     },
     jobs::{Choice, DecisionEvent, Earlier, List, RecordSummary, Trace, TracedFit, TracedIteration},
 };
@@ -43,15 +43,9 @@ pub struct TracedIterationBody {
     pub number: u32,
     /// UUIDv7.
     pub id: Uuid,
-    /// The flank that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tooth: Option<String>,
-    /// What the axes of the nodes mean.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
@@ -90,18 +84,18 @@ pub struct TracedFitBody {
     pub prior: Option<PriorResultBody>,
 }
 
-/// How many entries of each list of a traced iteration stand before those told, which are the last
-/// hundred.
+/// How many entries of each list of a traced iteration stand before those listed, which are the
+/// last hundred.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EarlierEntries)]
 pub struct EarlierBody {
-    /// Fits before those told.
+    /// Fits before those listed.
     pub fits: u64,
-    /// Choices of a fit before those told.
+    /// Choices of a fit before those listed.
     pub choices: u64,
-    /// Decisions before those told.
+    /// Decisions before those listed.
     pub decisions: u64,
-    /// Records before those told.
+    /// Records before those listed.
     pub records: u64,
 }
 

@@ -1,7 +1,7 @@
 //! What nodes are of, as it is written: the flank, the tooth, and what the axes mean.
 //!
 //! Quantities and units may be words of the caller's own. Only those known here are ever reckoned
-//! with; where a known one is needed and another is told, the request is refused.
+//! with; where a known one is needed and another is given, the request is refused.
 
 use std::sync::Arc;
 
@@ -194,7 +194,7 @@ impl AxesBody {
     }
 
     /// What a height is multiplied with to be a deviation in µm, positive where material stands
-    /// out: 1 where nothing is told.
+    /// out: 1 where nothing is given.
     pub fn deviation_factor(&self) -> Result<f64, String> {
         let Some(axis) = self.z.as_ref().or(self.y.as_ref()) else { return Ok(1.0) };
         let quantity = axis.quantity.as_str();
@@ -210,7 +210,7 @@ impl AxesBody {
     }
 
     /// What u is, with the factor that makes it what the coordinate is taken in; `None` where
-    /// nothing is told.
+    /// nothing is given.
     pub fn profile(&self) -> Result<Option<(ProfileAxisName, f64)>, String> {
         let Some(axis) = &self.u else { return Ok(None) };
         match (axis.quantity.as_str(), axis.unit.as_str()) {

@@ -22,10 +22,7 @@ use crate::{
             text::Moment,
             writer::{Json, Object},
         },
-        measurand::{
-            axes::{AxesBody, MeasurandBody},
-            side::SideName,
-        },
+        measurand::axes::MeasurandBody,
         problem::Problem,
         warning::WarningBody,
     },
@@ -109,15 +106,9 @@ pub struct StreamBody {
     pub id: Uuid,
     /// The job that it belongs to.
     pub job_id: Uuid,
-    /// The flank that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub tooth: Option<String>,
-    /// What the axes of the nodes mean.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
     pub state: StreamStateName,
     /// Of the last block; 0 before the first.
     pub sequence: u64,

@@ -10,8 +10,7 @@ use super::{
 use crate::api::{
     built::Built,
     faults::Faults,
-    fits::faults::shape_faults,
-    fits::reader::fields::{self, FitFields},
+    fits::{faults::shape_faults, reader::fields, spec::request::FitFields},
     json::{
         members::{self, of_request},
         request::request,
@@ -55,7 +54,7 @@ pub fn build(text: &[u8], own: Option<&Nodes>, plans: &Plans) -> Result<Built, P
     let fit_given = members::given(&fit);
     let plain = fit_given.is_empty();
     let fit = fields::read(
-        fit,
+        &fit,
         requested.as_ref().is_none_or(|requested| !requested.is_near()).then_some(THROUGH),
         &mut faults,
     );

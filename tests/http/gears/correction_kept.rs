@@ -183,7 +183,7 @@ async fn axes_that_say_something_else_are_not_compared() {
         ),
         (flank(1.0, [1.0; 3], None), by_matrix(), surface(json!({"v": axis("face_width", "um")})), "other places"),
         (flank(1.0, [1.0; 3], None), by_matrix(), surface(json!({"z": axis("waviness", "um")})), "`waviness`"),
-        (curve(1.0, None), along.clone(), curve(0.5, Some(json!({"x": axis("diameter", "mm")}))), "not told"),
+        (curve(1.0, None), along.clone(), curve(0.5, Some(json!({"x": axis("diameter", "mm")}))), "not given"),
         (
             curve(1.0, Some(json!({"x": axis("face_width", "mm")}))),
             along,

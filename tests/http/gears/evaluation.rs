@@ -235,7 +235,7 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         assert_eq!((&cross["tooth"], cross.get("twist_um"), cross.get("mean_um")), (&json!("9"), None, None));
         assert!((cross["profile_slope_um"]["value"].as_f64().unwrap() - 10.0).abs() < 1e-6, "{cross}");
         assert!((cross["helix_crowning_um"]["value"].as_f64().unwrap() - 7.0).abs() < 1e-6, "{cross}");
-        assert_eq!(answer["warnings"][0]["code"], "figures_not_told");
+        assert_eq!(answer["warnings"][0]["code"], "figures_not_determined");
         let says = answer["warnings"][0]["message"].as_str().unwrap();
         assert!(says.contains("twist_um") && says.contains(&format!("tooth 9 {flank}")), "{says}");
         assert_eq!(answer["evaluation"]["traces_share_zero"], false);

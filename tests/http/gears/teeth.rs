@@ -96,7 +96,7 @@ async fn a_record_is_of_the_tooth_and_flank_of_its_iteration() {
         assert_eq!(kept("evaluations", &traces(teeth, "left")).await.status, 201, "{teeth:?}");
     }
 
-    // grids: a tooth that is not told is the iteration's
+    // grids: a tooth that is not given is the iteration's
     let grid = |flank: &str, tooth: Option<u32>| {
         let mut grid = json!({"flank": flank, "roll_length_mm": U, "z_mm": V, "deviation_um": vec![[0.5; 5]; 4]});
         if let Some(tooth) = tooth {

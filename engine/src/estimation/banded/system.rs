@@ -77,7 +77,7 @@ pub(crate) struct Solved {
 /// Why there is no solution.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Unsolved {
-    /// These coefficients cannot be told.
+    /// These coefficients cannot be determined.
     Undetermined(Vec<usize>),
     /// Corrections did not shrink.
     Stagnant,

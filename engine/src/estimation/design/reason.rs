@@ -40,7 +40,7 @@ pub enum ModelReason {
     MatrixTakesLinear,
     /// Fewer nodes than coefficients.
     #[error(
-        "{coefficients} coefficients cannot be told from {nodes} counted nodes: lower the degree or measure more nodes"
+        "{coefficients} coefficients cannot be determined from {nodes} counted nodes: lower the degree or measure more nodes"
     )]
     TooFewNodes {
         /// Coefficients of the model.

@@ -18,7 +18,7 @@ pub enum FilterReason {
     /// The second axis of a curve.
     #[error("a curve has no v; its x is u")]
     NoV,
-    /// A grid whose axis is not told.
+    /// A grid whose axis is not given.
     #[error("missing; a grid needs u or v")]
     AxisMissing,
     /// Windows that are too much work.
@@ -42,7 +42,7 @@ pub enum FilterReason {
     },
     /// A cut-off below the spacing.
     #[error(
-        "{} is not longer than twice the closest spacing {}: no wave so short can be told there",
+        "{} is not longer than twice the closest spacing {}: no wave so short can be seen there",
         Shown(*.cutoff), Shown(*.closest)
     )]
     Cutoff {

@@ -100,12 +100,12 @@ fn same(a: &[f64], b: &[f64]) -> bool {
 }
 
 /// The latest used one first.
-type Kept = Vec<(Key, Arc<Plan>)>;
+type Cached = Vec<(Key, Arc<Plan>)>;
 
 /// The plans made last. Clones share them.
 #[derive(Clone, Default)]
 pub struct Plans {
-    kept: Arc<Mutex<Kept>>,
+    kept: Arc<Mutex<Cached>>,
 }
 
 impl std::fmt::Debug for Plans {

@@ -5,7 +5,7 @@
 //! Student's. So the probability that it lies between two limits is between its values at the worst
 //! and at the best bias. That a part conforms is said only where it is 0.95 at least, that it does
 //! not where it is 0.05 at most; what lies between cannot be told. The limits are so drawn in by a
-//! guard band, and a part that lies at a limit is told to conform in one measurement of twenty at
+//! guard band, and a part that lies at a limit is found to conform in one measurement of twenty at
 //! most.
 
 use super::{noise::Noise, quantile::half_width};

@@ -19,7 +19,7 @@ impl Noise {
         Noise { sigma, student: Student::new(freedom), miss: 1.0 - level }
     }
 
-    /// σ that was told.
+    /// σ that was given.
     pub fn known(sigma: f64, level: f64) -> Self {
         Noise { sigma, student: Student::NORMAL, miss: 1.0 - level }
     }

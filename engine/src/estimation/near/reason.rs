@@ -51,7 +51,7 @@ pub enum NearReason {
     #[error("every point is of weight 0")]
     NoPointCounts,
     /// Fewer points than control points.
-    #[error("{controls} control points cannot be told from so few points, {points}")]
+    #[error("{controls} control points cannot be determined from so few points, {points}")]
     FewPoints {
         /// Control points.
         controls: usize,
@@ -191,7 +191,7 @@ pub enum NearReason {
     },
     /// Fewer nodes than coefficients.
     #[error(
-        "{coefficients} coefficients cannot be told from {nodes} counted nodes: take fewer spans, or Tikhonov \
+        "{coefficients} coefficients cannot be determined from {nodes} counted nodes: take fewer spans, or Tikhonov \
          regularisation"
     )]
     FewNodes {

@@ -14,7 +14,7 @@ const IMPROBABLE: f64 = 1e-4;
 /// Denominators of F above which it is chi squared.
 const MOST_FREEDOM: f64 = 1e9;
 
-/// Compares the nodes of now with the branches; `freedom` is that of σ̂, `None` for a told σ.
+/// Compares the nodes of now with the branches; `freedom` is that of σ̂, `None` for a given σ.
 pub(super) fn conflict(branches: &[Branch], freedom: Option<usize>) -> PriorConflict {
     let weights = weights(branches.iter().map(|branch| branch.ln_earlier));
     let freedom = freedom.map_or(MOST_FREEDOM, |freedom| freedom as f64);

@@ -21,7 +21,7 @@ pub(crate) struct Current<'a> {
     pub freedom: usize,
 }
 
-/// σ, and the degrees of freedom of its estimate; `None` where it was told.
+/// σ, and the degrees of freedom of its estimate; `None` where it was given.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct PooledNoise {
     pub sigma: f64,

@@ -174,7 +174,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     Ok(Some(Outcome { noise, conflict, ratio, posterior }))
 }
 
-/// σ that was told, or that of all residuals together.
+/// σ that was given, or that of all residuals together.
 fn pooled_noise(current: &Current, observed: &[Observed]) -> Result<PooledNoise, Faults> {
     if let Some(sigma) = current.spec.noise_sigma {
         return Ok(PooledNoise { sigma, freedom: None });

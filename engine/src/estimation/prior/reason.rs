@@ -19,7 +19,7 @@ pub enum PriorReason {
     #[error("a prior is of all coefficients, the constant too, which standardised columns leave aside")]
     Standardized,
     /// A limit of the norm beside a prior.
-    #[error("the prior says how large the coefficients are: a limit of their norm cannot be told beside")]
+    #[error("the prior says how large the coefficients are: a limit of their norm cannot be given as well")]
     NormLimit,
     /// A wrong number of entries.
     #[error(

@@ -47,7 +47,7 @@ pub enum StudyReason {
     #[error("every entry is 0: there is nothing to randomise")]
     ZeroMatrix,
     /// Fewer rows than columns.
-    #[error("{columns} coefficients cannot be told from {}", counted(*.rows, "row", "rows"))]
+    #[error("{columns} coefficients cannot be determined from {}", counted(*.rows, "row", "rows"))]
     FewRows {
         /// Rows.
         rows: usize,

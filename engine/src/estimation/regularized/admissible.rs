@@ -7,7 +7,7 @@
 
 use super::{
     penalty,
-    reason::{Kept, RegularizationReason},
+    reason::{RankOf, RegularizationReason},
     shrink, truncated,
 };
 use crate::estimation::fault::{Faults, Field};
@@ -29,7 +29,7 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
         Regularization::Spectral { count: Count::Given(count), .. } => checked_count(*count, size).map(drop),
         Regularization::Ridge { parameter } => has_least(*parameter),
         Regularization::Tikhonov(asked) => penalty::check(asked, design, spec.scaling, size),
-        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, Kept::Directions),
+        Regularization::TruncatedSvd { rank } => truncated::check_rank(*rank, size, RankOf::Directions),
         Regularization::TruncatedSvdBy { criterion } => truncated::check_criterion(*criterion),
         Regularization::JamesStein(asked) => {
             if let Some(target) = &asked.target {

@@ -9,18 +9,18 @@ use crate::{
 
 /// Of what so many are kept.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kept {
+pub enum RankOf {
     /// All that the model can have.
     Directions,
     /// Those that are numerically nonzero.
     SingularValues,
 }
 
-impl fmt::Display for Kept {
+impl fmt::Display for RankOf {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(match self {
-            Kept::Directions => "directions",
-            Kept::SingularValues => "singular values told from 0",
+            RankOf::Directions => "directions",
+            RankOf::SingularValues => "singular values above rounding",
         })
     }
 }
@@ -94,7 +94,7 @@ pub enum RegularizationReason {
         /// How many there are.
         there: usize,
         /// Of what.
-        of: Kept,
+        of: RankOf,
     },
     /// All eigenvalues are to be regularised.
     #[error(

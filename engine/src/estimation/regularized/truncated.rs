@@ -9,7 +9,7 @@ use super::{
     bias, chosen_rank,
     context::{Applied, Context},
     linear_map::LinearMap,
-    reason::{Kept, RegularizationReason},
+    reason::{RankOf, RegularizationReason},
     report::{condition, report},
 };
 use crate::estimation::fault::{Faults, Field};
@@ -25,7 +25,7 @@ use crate::estimation::{
 };
 
 /// Refuses to keep none, or more than `there` are.
-pub(super) fn check_rank(rank: usize, there: usize, of: Kept) -> Result<(), Faults> {
+pub(super) fn check_rank(rank: usize, there: usize, of: RankOf) -> Result<(), Faults> {
     if (1..=there).contains(&rank) {
         return Ok(());
     }
@@ -73,7 +73,7 @@ pub(super) fn apply_by(
 pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
     let n = spectrum.lambda.len();
-    check_rank(rank, spectrum.rank, Kept::SingularValues)?;
+    check_rank(rank, spectrum.rank, RankOf::SingularValues)?;
     let dropped = n - rank;
     let filtered: Vec<Filtered> = (0..n)
         .map(|i| match i < dropped {

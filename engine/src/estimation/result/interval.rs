@@ -10,7 +10,7 @@ pub enum IntervalKind {
     /// Student's t about least squares, since the regularised estimate has a bias that nothing
     /// limits.
     LeastSquares,
-    /// About a filtered estimate whose bias a told norm limit bounds.
+    /// About a filtered estimate whose bias a given norm limit bounds.
     BiasAware,
     /// About the mean of the posterior of nodes and prior, from its standard deviation.
     Posterior,
@@ -48,7 +48,7 @@ pub struct Interval {
     /// Student's interval about least squares, where this one is bias-aware or of a posterior and
     /// least squares has one.
     pub least_squares: Option<[f64; 2]>,
-    /// Its width over that of least squares, where a norm limit or a prior was told and least
+    /// Its width over that of least squares, where a norm limit or a prior was given and least
     /// squares has one.
     pub gain: Option<f64>,
 }

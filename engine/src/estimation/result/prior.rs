@@ -19,9 +19,9 @@ pub struct PriorReport {
     /// Share of the information on each coefficient that is the prior's: 1 less the variance over
     /// that of least squares, both for the same σ.
     pub share: Vec<f64>,
-    /// σ̂ of a height of weight 1, of all residuals together; or σ that was told.
+    /// σ̂ of a height of weight 1, of all residuals together; or σ that was given.
     pub sigma: Option<f64>,
-    /// The degrees of freedom of all residuals together; `None` where σ was told.
+    /// The degrees of freedom of all residuals together; `None` where σ was given.
     pub degrees_of_freedom: Option<usize>,
 }
 

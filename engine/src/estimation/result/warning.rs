@@ -60,7 +60,7 @@ pub enum Warning {
         /// ‖Â‖.
         norm: f64,
     },
-    /// r is the norm of an estimate that is not told from 0 where it matters most.
+    /// r is the norm of an estimate that is not distinguishable from 0 where it matters most.
     #[error(
         "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
          from 0 ({along:.2e} with a standard error of {error:.1e}): the bounds of the bias hold for that r only; give \

@@ -11,7 +11,7 @@ use super::{
     regularization::Regularization,
 };
 
-/// Level of confidence intervals where none is told.
+/// Level of confidence intervals where none is given.
 pub const DEFAULT_LEVEL: f64 = 0.95;
 
 /// Everything about a fit but the nodes.

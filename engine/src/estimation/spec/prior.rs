@@ -32,7 +32,7 @@ use crate::estimation::data::Nodes;
 /// let known = Prior::Given { mean: vec![4.0], spread: PriorSpread::StdError(vec![0.5]) };
 /// let found = fit(&nodes, &FitSpec { prior: Some(known), ..spec })?;
 /// assert!((found.coefficients[0].value - 3.5).abs() < 1e-14);
-/// assert!((found.coefficients[0].std_error.expect("σ is told") - 0.125f64.sqrt()).abs() < 1e-14);
+/// assert!((found.coefficients[0].std_error.expect("σ is given") - 0.125f64.sqrt()).abs() < 1e-14);
 /// assert!((found.prior.expect("there is one").share[0] - 0.5).abs() < 1e-14);
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```

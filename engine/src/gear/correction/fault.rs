@@ -141,7 +141,7 @@ pub enum CorrectionReason {
     AllFixed,
     /// Fewer nodes than settings.
     #[error(
-        "{} cannot be told from {} {}{}",
+        "{} cannot be determined from {} {}{}",
         counted(*.settings, "setting", "settings"), counted(*.nodes, "node", "nodes"),
         match .left { Left::Defined => "defined", Left::Weighted => "with a weight above 0" },
         .traces.map_or_else(String::new, |lost| format!(" of {} with a zero each", counted(lost, "trace", "traces")))
@@ -159,9 +159,9 @@ pub enum CorrectionReason {
     /// A setting that no node tells; its name.
     #[error("`{}` changes none of the defined nodes: leave it out", .0)]
     NoEffect(String),
-    /// Without a datum no setting can be told.
+    /// Without a datum no setting can be determined.
     #[error(
-        "the deviations have no datum, and every setting changes {} nearly alike: nothing can be told",
+        "the deviations have no datum, and every setting changes {} nearly alike: nothing can be determined",
         if *.traces { "all nodes of a trace" } else { "all nodes" }
     )]
     NoDatum {

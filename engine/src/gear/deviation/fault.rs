@@ -21,7 +21,7 @@ pub enum MeasureField {
         /// From 0.
         index: usize,
     },
-    /// The tooth that a point is told to be of.
+    /// The tooth that a point is said to be of.
     Tooth {
         /// From 0.
         index: usize,

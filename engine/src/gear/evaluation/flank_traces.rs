@@ -79,7 +79,7 @@ pub fn flank_traces(gear: &Gear, posted: &[Posted], settings: &Settings) -> Vec<
     flanks
 }
 
-/// Evaluation ranges in roll length and z, where they are told.
+/// Evaluation ranges in roll length and z, where they are given.
 pub(super) fn ranges(gear: &Gear, settings: &Settings) -> [Option<[f64; 2]>; 2] {
     let rolls = settings.profile.and_then(|asked| {
         let [a, b] = asked.diameters.map(|diameter| gear.roll_length(diameter));

@@ -16,7 +16,7 @@ use crate::{
 /// Limits of the figures, µm, in the sign that they are answered in; ascending.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToleranceLimits {
-    /// The class of ISO 1328-1 whose tolerances bound the slopes that no limits are told for.
+    /// The class of ISO 1328-1 whose tolerances bound the slopes that no limits are given for.
     pub class: Option<u8>,
     /// Of f_Hα.
     pub profile_slope: Option<[f64; 2]>,

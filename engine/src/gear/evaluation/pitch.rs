@@ -44,7 +44,7 @@ pub struct PitchSettings {
     pub diameter: Option<f64>,
     /// k of F_pk, 1 to z − 1; by default z/8, rounded.
     pub sector: Option<usize>,
-    /// Whether tolerances are rounded before a class is told.
+    /// Whether tolerances are rounded before a class is found.
     pub rounding: Rounding,
 }
 

@@ -192,7 +192,7 @@ pub struct Settings {
     pub direction: Direction,
     /// Sign of slopes.
     pub sign: SlopeSign,
-    /// Whether tolerances are rounded before a class is told.
+    /// Whether tolerances are rounded before a class is found.
     pub rounding: super::super::tolerance::Rounding,
     /// What becomes of samples that stand out of their neighbours.
     pub outliers: Outliers,

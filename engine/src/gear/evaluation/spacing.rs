@@ -12,7 +12,7 @@
 use super::missing::missing;
 use crate::numerics::{cancel::Asking, quantiles::median};
 
-/// Share of the evaluation range that the distance of two samples may be: no form deviation is told
+/// Share of the evaluation range that the distance of two samples may be: no form deviation is seen
 /// where it is longer. ISO 1328-1:2013 filters profiles and helices with a cut-off of 1/30 of the
 /// range, so that a wave of 1/20 is still there by three quarters and could hide in it.
 pub const LONGEST_DISTANCE: f64 = 0.05;
@@ -117,8 +117,8 @@ impl Spacing {
         }
     }
 
-    /// Whether slope and crowning can be told: from three quarters of the range, and no farther
-    /// beyond the samples than the longest distance that is no hole.
+    /// Whether slope and crowning can be determined: from three quarters of the range, and no
+    /// farther beyond the samples than the longest distance that is no hole.
     pub(crate) fn tells_figures(&self) -> bool {
         self.covered >= LEAST_COVERED && self.open_end <= LONGEST_DISTANCE * (1.0 + SAME)
     }
@@ -128,7 +128,7 @@ impl Spacing {
         0.5 * self.missing.iter().map(|[from, to]| to - from).sum::<f64>()
     }
 
-    /// Whether samples are farther from each other than form deviations can be told by, everywhere.
+    /// Whether samples are farther from each other than form deviations can be seen by, everywhere.
     pub(crate) fn is_sparse(&self) -> bool {
         self.usual > 2.0 * LONGEST_DISTANCE * (1.0 + SAME)
     }

@@ -24,7 +24,7 @@ pub enum RegistrationField {
     },
     /// z of the pivot.
     Pivot,
-    /// The teeth that points are told to be of.
+    /// The teeth that points are said to be of.
     Teeth,
     /// All points.
     Points,
@@ -90,13 +90,13 @@ pub enum RegistrationReason {
     /// Teeth of which most are wrong however the part is turned; the best share.
     #[error(
         "the teeth contradict each other: however the part is turned, at most {} % of the points lie on the teeth that \
-         they are told to be of. Count teeth clockwise from 1, or leave them out",
+         they are said to be of. Count teeth clockwise from 1, or leave them out",
         Shown((100.0 * .0).round())
     )]
     TeethContradict(f64),
     /// Teeth that all lie some pitches away, where no rotation is free.
     #[error(
-        "the points lie {} from the teeth that they are told to be of, and rotation is not among the motions: free it, \
+        "the points lie {} from the teeth that they are said to be of, and rotation is not among the motions: free it, \
          or correct the teeth",
         pitches(*.0)
     )]

@@ -106,7 +106,7 @@ impl<'a> Part<'a> {
         self.reference.node(&foot, Direction::Normal)
     }
 
-    /// The flank of node `i` that is nearest to the point carried back, where it is not told;
+    /// The flank of node `i` that is nearest to the point carried back, where it is not given;
     /// `None` where it is, or where there is none.
     pub(super) fn nearest(&self, i: usize, back: &Vector) -> Option<(u32, Side)> {
         let touch = self.start?.touches.get(i)?;

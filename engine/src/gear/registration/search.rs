@@ -30,7 +30,7 @@ pub(super) struct Search<'a> {
     pub(super) freedom: Freedom,
     pub(super) pivot: f64,
     pub(super) ball: f64,
-    /// Whether points stay on the teeth that they are told to be of: flank and tooth of every one
+    /// Whether points stay on the teeth that they are said to be of: flank and tooth of every one
     /// are told.
     pub(super) told: bool,
     pub(super) points: Vec<MeasuredPoint>,

@@ -83,7 +83,7 @@ pub fn register(
 }
 
 /// The same where the part may lie anywhere: `deviations` are those of the points that `start`
-/// carried back, and points whose flank or tooth is not told go to the nearest one anew after each
+/// carried back, and points whose flank or tooth is not given go to the nearest one anew after each
 /// step.
 pub fn register_from(
     reference: &Reference,

@@ -10,8 +10,8 @@
 //! all motions that are free, every point going to the nearest flank anew after each step, and far
 //! ones counting little. Of places that fit alike the one with the least motion is taken.
 //!
-//! Rotations by whole pitches carry the teeth into each other: only points whose tooth is told
-//! (`tooth` of a [`MeasuredPoint`]) say how many. With teeth *and* flanks told nothing is sought
+//! Rotations by whole pitches carry the teeth into each other: only points whose tooth is given
+//! (`tooth` of a [`MeasuredPoint`]) say how many. With teeth *and* flanks given nothing is sought
 //! where they agree: the rotation is the angle that most of them ask for, over the full circle.
 //! Where they do not agree the part is laid by the nearest flanks, and turned by what most teeth
 //! say; the others are taken for wrongly named. Without a majority there is no place.
@@ -36,11 +36,11 @@ const MOST_POINTS: usize = 240;
 /// begins where it should: regularisation then counts from there.
 const AT_HOME: f64 = 0.1;
 
-/// Share of told teeth that must agree: more than half.
+/// Share of given teeth that must agree: more than half.
 const LEAST_AGREE: f64 = 0.5;
 /// Share from which a few that disagree are not mentioned where the part fits badly.
 const MOST_AGREE: f64 = 0.9;
-/// A place without told teeth is better than theirs where its cost is less than so many of it.
+/// A place without given teeth is better than theirs where its cost is less than so many of it.
 const LESS_COST: f64 = 0.25;
 
 /// Where a registration begins.
@@ -48,13 +48,13 @@ const LESS_COST: f64 = 0.25;
 pub struct Start {
     /// The motions that were found.
     pub pose: Pose,
-    /// The points carried back by `pose`, in their order; what is not told of them stays open.
+    /// The points carried back by `pose`, in their order; what is not given of them stays open.
     pub touches: Vec<MeasuredPoint>,
     /// Whether no point tells how many whole pitches the part is turned by, though it may be
     /// turned.
     pub teeth_assumed: bool,
-    /// How many points lie on another tooth than they are told to be of, when most lie where they
-    /// are told to. Their teeth are open in `touches`.
+    /// How many points lie on another tooth than they are said to be of, when most lie where they
+    /// are said to. Their teeth are open in `touches`.
     pub teeth_contradict: usize,
     /// Whether points may lie on other flanks as well, by another motion that fits alike.
     pub flanks_ambiguous: bool,
@@ -133,11 +133,11 @@ pub fn start(
 struct Found {
     p: Vec<f64>,
     flanks_ambiguous: bool,
-    /// What the told teeth say there; `None` where none is told.
+    /// What the given teeth say there; `None` where none is given.
     agreement: Option<Agreement>,
 }
 
-/// The place by the told teeth where these agree, else by the flanks that are nearest, turned by
+/// The place by the given teeth where these agree, else by the flanks that are nearest, turned by
 /// what most teeth say.
 fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
     let open = search.open();

@@ -1,4 +1,4 @@
-//! What told teeth say of a place: over which angle most of them agree, and which contradict.
+//! What given teeth say of a place: over which angle most of them agree, and which contradict.
 
 use std::{
     collections::BTreeMap,
@@ -17,12 +17,12 @@ use crate::gear::deviation::{MeasuredPoint, foot::phase};
 /// their teeth are called, modules.
 const ON_FLANKS: f64 = 0.15;
 
-/// Told teeth at a place.
+/// Given teeth at a place.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Agreement {
-    /// Whole pitches by which most told teeth ask to be turned on.
+    /// Whole pitches by which most given teeth ask to be turned on.
     pub(super) pitches: u32,
-    /// Share of the points whose told teeth ask for it.
+    /// Share of the points whose given teeth ask for it.
     pub(super) share: f64,
     /// Whether the points lie on flanks there, and on no others as well.
     pub(super) is_sure: bool,
@@ -32,12 +32,12 @@ impl Agreement {
     /// Teeth that are taken as they are told.
     pub(super) const ASSUMED: Agreement = Agreement { pitches: 0, share: 1.0, is_sure: false };
 
-    /// Whether every tooth is where it is told to be.
+    /// Whether every tooth is where it is said to be.
     pub(super) fn is_whole(&self) -> bool {
         self.pitches == 0 && self.share == 1.0
     }
 
-    /// By how many pitches the points lie from the teeth that they are told to be of, the short way
+    /// By how many pitches the points lie from the teeth that they are said to be of, the short way
     /// round.
     pub(super) fn turned_on(&self, teeth: u32) -> u32 {
         if 2 * self.pitches > teeth { teeth - self.pitches } else { self.pitches }
@@ -58,7 +58,7 @@ impl Search<'_> {
         self.with([0.0; 2], least.map_or(0.0, |(_, turn)| turn))
     }
 
-    /// What the told teeth say at a place; `None` where none is told.
+    /// What the given teeth say at a place; `None` where none is given.
     pub(super) fn agreement(&self, p: &[f64]) -> Option<Agreement> {
         let undoing = self.pose(p).undoing();
         let teeth = self.gear.data().teeth;
@@ -74,7 +74,7 @@ impl Search<'_> {
         Some(Agreement { pitches, share: count as f64 / total as f64, is_sure: false })
     }
 
-    /// By how many pitches a told tooth lies on from the nearest one.
+    /// By how many pitches a given tooth lies on from the nearest one.
     pub(super) fn pitches_off(&self, undoing: &InversePose, touch: &MeasuredPoint) -> Option<u32> {
         let teeth = self.gear.data().teeth;
         let told = touch.tooth.filter(|tooth| (1..=teeth).contains(tooth))?;
@@ -103,7 +103,7 @@ impl Search<'_> {
         p
     }
 
-    /// Whether the part may be turned to where its told teeth say.
+    /// Whether the part may be turned to where its given teeth say.
     pub(super) fn may_turn(&self) -> bool {
         let turns = |column: &Column| matches!(column, Column::Screw | Column::Motion(Motion::Rotation));
         self.freedom.columns.iter().any(turns)

@@ -57,7 +57,7 @@ answer! {
         /// of kind `bias_aware` or `posterior`.
         least_squares_interval?: [f64; 2] = interval.as_ref().and_then(|interval| interval.least_squares.as_ref()),
         /// Width of `interval` over that of Student's about least squares; there where a norm limit
-        /// (`coefficient_norm_limit`) or a `prior` was told.
+        /// (`coefficient_norm_limit`) or a `prior` was given.
         interval_gain?: f64 = interval.as_ref().and_then(|interval| interval.gain),
     }
 }
@@ -66,8 +66,8 @@ names! {
     /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
     /// Student's t about least squares, as nothing limits the bias of the regularised estimate;
     /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
-    /// coefficients within the norm limit that was told; `posterior`, Student's t about the mean of
-    /// the posterior of nodes and prior: it holds as far as the prior does (docs/prior.md).
+    /// coefficients within the norm limit that was given; `posterior`, Student's t about the mean
+    /// of the posterior of nodes and prior: it holds as far as the prior does (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",

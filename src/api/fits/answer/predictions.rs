@@ -36,7 +36,7 @@ answer! {
         /// Sharp bounds on the bias of each height, given r.
         bias_bound: Vec<f64> = bias_bound,
         /// `[low, high]` of the true height at each place by itself. Like
-        /// `coefficients[].interval`: about least squares where no norm limit was told.
+        /// `coefficients[].interval`: about least squares where no norm limit was given.
         confidence?: Vec<[f64; 2]> = confidence,
         /// `[low, high]` of a further measurement of weight 1 at each place by itself.
         prediction?: Vec<[f64; 2]> = prediction,

@@ -35,9 +35,9 @@ answer! {
         /// variance over that of least squares, both for `sigma`.
         share: Vec<f64> = share,
         /// Standard deviation of a height of weight 1, by the residuals of all iterations together,
-        /// or as told; the errors of the coefficients rest on it.
+        /// or as given; the errors of the coefficients rest on it.
         sigma?: f64 = sigma,
-        /// Degrees of freedom of `sigma`; absent where it was told.
+        /// Degrees of freedom of `sigma`; absent where it was given.
         degrees_of_freedom?: usize = degrees_of_freedom,
     }
 }

@@ -1,89 +1,82 @@
-//! What requests other than fits say of the fit that they ask for: as in a fit request, beside
-//! model and domain.
+//! How is fitted, beside model and domain: as a fit request says it, and as requests do that make
+//! a fit of something else than posted nodes.
 
-use super::spec;
+use super::{estimator::read_estimator, regularization::read_regularization};
 use crate::api::{
     faults::Faults,
-    fits::spec::{
-        filters::FilterBody,
-        request::{EstimatorBody, FitSpecMembers, IncludeName, NodeUncertaintyBody, RegularizationBody, ScalingName},
-    },
+    fits::spec::{include::include, request::*},
     json::{
-        members::{Members, given},
-        request::request,
+        members::{Member, given},
+        value::read_object,
     },
 };
-use flankfit_engine::estimation::{
-    FitSpec,
-    spec::{Model, Regularization},
+use flankfit_engine::{
+    estimation::{
+        FitSpec,
+        spec::{self, Model, Regularization},
+    },
+    fault::words::Shown,
 };
 
-request! {
-    /// How is fitted; each as in a fit request.
-    #[derive(Default)]
-    pub struct FitFields as FitFieldsMembers {
-        optional scaling: ScalingName,
-        /// Default `none`.
-        optional regularization: RegularizationBody,
-        optional estimator: EstimatorBody,
-        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for the bounds of the bias; by default
-        /// estimated.
-        #[schema(exclusive_minimum = 0)]
-        optional coefficient_norm_limit: f64,
-        /// Standard deviation of a height of weight 1, in the unit of the heights; by default
-        /// estimated from the residuals.
-        #[schema(exclusive_minimum = 0)]
-        optional noise_sigma: f64,
-        optional node_uncertainty: NodeUncertaintyBody,
-        /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
-        #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
-        optional level: f64,
-        /// Parts of the answer that come only when asked for.
-        optional include: Vec<IncludeName>,
-        /// Applied to the heights before the fit, in this order.
-        #[schema(max_items = 16)]
-        optional filters: Vec<FilterBody>,
-    }
+/// What a request asks for that names its fit otherwise than by a model: least squares, unless it
+/// says how to regularise. Where nothing is fitted none of the fields may be there, and `unfit`
+/// says why.
+pub fn read(fields: &FitFieldsMembers<'_>, unfit: Option<&str>, faults: &mut Faults) -> Option<FitSpec> {
+    let Some(why) = unfit else { return of_model(fields, Model::Linear, Regularization::None, faults) };
+    let there = given(fields);
+    there.iter().for_each(|name| faults.push(format!("/{name}"), why));
+    there.is_empty().then(|| FitSpec::new(Model::Linear))
 }
 
-/// Reads the fields; the spec's model is still to be set. Where nothing is fitted none may be
-/// there, and `unfit` says why.
-pub fn read(fields: FitFieldsMembers<'_>, unfit: Option<&str>, faults: &mut Faults) -> Option<FitSpec> {
-    if let Some(why) = unfit {
-        let there = given(&fields);
-        there.iter().for_each(|name| faults.push(format!("/{name}"), why));
-        return there.is_empty().then(|| FitSpec::new(Model::Linear));
-    }
-    // What is asked for by name is least squares: nothing is regularised unless the request says
-    // so.
-    let regularized = fields.regularization.is_given();
-    let spec = spec::without_model(&members_of_spec(fields), Model::Linear, faults)?;
-    let regularization = if regularized { spec.regularization } else { Regularization::None };
-    Some(FitSpec { regularization, ..spec })
-}
-
-fn members_of_spec(fields: FitFieldsMembers<'_>) -> FitSpecMembers<'_> {
-    let FitFieldsMembers {
-        scaling,
-        regularization,
-        estimator,
+/// The spec of `model`, when none of the fields has a fault; `regularization` where they name none.
+pub fn of_model(
+    fields: &FitFieldsMembers<'_>,
+    model: Model,
+    regularization: Regularization,
+    faults: &mut Faults,
+) -> Option<FitSpec> {
+    let before = faults.count();
+    let scaling = fields.scaling.read(faults).map(|name| match name {
+        ScalingName::UnitLength => spec::Scaling::UnitLength,
+        ScalingName::None => spec::Scaling::None,
+        ScalingName::Standardized => spec::Scaling::Standardized,
+    });
+    let asked = fields.regularization.text().and_then(|slice| read_regularization(slice, faults));
+    let estimator = fields.estimator.text().and_then(|slice| read_estimator(slice, faults));
+    let coefficient_norm_limit = positive(&fields.coefficient_norm_limit, faults);
+    let noise_sigma = positive(&fields.noise_sigma, faults);
+    let node_uncertainty = fields.node_uncertainty.text().and_then(|slice| read_uncertainty(slice, faults));
+    let level = fields.level.read(faults);
+    let include = fields.include.read(faults).map(|names| include(&names));
+    let filters = fields.filters.text().and_then(|slice| super::filters::read(slice, faults));
+    (faults.count() == before).then(|| FitSpec {
+        scaling: scaling.unwrap_or_default(),
+        regularization: asked.unwrap_or(regularization),
+        estimator: estimator.unwrap_or_default(),
         coefficient_norm_limit,
         noise_sigma,
         node_uncertainty,
-        level,
-        include,
-        filters,
-    } = fields;
-    FitSpecMembers {
-        scaling,
-        regularization,
-        estimator,
-        coefficient_norm_limit,
-        noise_sigma,
-        node_uncertainty,
-        level,
-        include,
-        filters,
-        ..FitSpecMembers::at("")
+        level: level.unwrap_or(spec::DEFAULT_LEVEL),
+        include: include.unwrap_or_default(),
+        filters: filters.unwrap_or_default(),
+        ..FitSpec::new(model)
+    })
+}
+
+fn positive(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> {
+    let value = member.read(faults)?;
+    if value <= 0.0 {
+        faults.push(member.pointer(), format!("{} is not greater than 0", Shown(value)));
     }
+    Some(value)
+}
+
+fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncertainty> {
+    let body: NodeUncertaintyBody = read_object(slice, "/node_uncertainty", faults)?;
+    for (key, value) in [("position", body.position), ("height", body.height)] {
+        if value < 0.0 {
+            faults.push(format!("/node_uncertainty/{key}"), format!("{} is negative", Shown(value)));
+        }
+    }
+    Some(spec::NodeUncertainty { position: body.position, height: body.height })
 }

@@ -1,16 +1,14 @@
 //! Everything about a fit but the nodes: wire parts to a checked [`FitSpec`], with the contract's
 //! defaults and ranges.
 
-use super::{estimator::read_estimator, regularization::read_regularization};
+use super::fields;
 use crate::api::{
     faults::Faults,
     fits::spec::{
-        include::include,
         request::*,
         zeros::{unsigned_zero, unsigned_zeros},
     },
     json::{
-        members::Member,
         tags::{read_tag, unknown_type},
         value::{read_object, read_value},
     },
@@ -25,53 +23,16 @@ const MODELS: &str = "polynomial, b_spline and linear are";
 
 /// The spec, when none of its members has a fault.
 pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec> {
-    let model = members.model.required_with(faults, |slice, _, faults| read_model(slice, faults));
-    // The rest is looked at in any case: all faults are told at once.
-    let rest = without_model(members, model.clone().unwrap_or(spec::Model::Linear), faults);
-    model.and(rest)
-}
-
-/// The spec of `model`, when none of the other members has a fault.
-pub fn without_model(members: &FitSpecMembers<'_>, model: spec::Model, faults: &mut Faults) -> Option<FitSpec> {
     let before = faults.count();
-    let scaling = members.scaling.read(faults).map(|name| match name {
-        ScalingName::UnitLength => spec::Scaling::UnitLength,
-        ScalingName::None => spec::Scaling::None,
-        ScalingName::Standardized => spec::Scaling::Standardized,
-    });
-    let regularization = members.regularization.text().and_then(|slice| read_regularization(slice, faults));
-    let estimator = members.estimator.text().and_then(|slice| read_estimator(slice, faults));
+    let model = members.model.required_with(faults, |slice, _, faults| read_model(slice, faults));
+    // The rest is looked at in any case: all faults are reported at once.
     let domain = members.domain.text().and_then(|slice| read_domain(slice, faults));
-    let coefficient_norm_limit = positive(&members.coefficient_norm_limit, faults);
-    let noise_sigma = positive(&members.noise_sigma, faults);
-    let node_uncertainty = members.node_uncertainty.text().and_then(|slice| read_uncertainty(slice, faults));
-    let level = members.level.read(faults);
     let prior = members.prior.text().and_then(|slice| super::prior::read(slice, faults));
     let predict = members.predict.text().and_then(|slice| super::predict::read(slice, faults));
-    let include = members.include.read(faults).map(|names| include(&names));
-    let filters = members.filters.text().and_then(|slice| super::filters::read(slice, faults));
-    if faults.count() > before {
-        return None;
-    }
-    Some(FitSpec {
-        scaling: scaling.unwrap_or_default(),
-        // a prior leaves nothing to be regularised
-        regularization: regularization.unwrap_or_else(|| match prior {
-            Some(_) => spec::Regularization::None,
-            None => spec::Regularization::default(),
-        }),
-        estimator: estimator.unwrap_or_default(),
-        domain,
-        coefficient_norm_limit,
-        noise_sigma,
-        node_uncertainty,
-        level: level.unwrap_or(spec::DEFAULT_LEVEL),
-        prior,
-        predict,
-        include: include.unwrap_or_default(),
-        filters: filters.unwrap_or_default(),
-        ..FitSpec::new(model)
-    })
+    // a prior leaves nothing to be regularised
+    let regularization = if prior.is_some() { spec::Regularization::None } else { spec::Regularization::default() };
+    let fit = fields::of_model(&members.fit, model.unwrap_or(spec::Model::Linear), regularization, faults);
+    fit.filter(|_| faults.count() == before).map(|fit| FitSpec { domain, prior, predict, ..fit })
 }
 
 fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
@@ -158,22 +119,4 @@ fn read_domain(slice: &[u8], faults: &mut Faults) -> Option<spec::Domain> {
     }
     let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
     Some(spec::Domain { u: body.u.map(interval), v: body.v.map(interval) })
-}
-
-fn positive(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> {
-    let value = member.read(faults)?;
-    if value <= 0.0 {
-        faults.push(member.pointer(), format!("{} is not greater than 0", Shown(value)));
-    }
-    Some(value)
-}
-
-fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncertainty> {
-    let body: NodeUncertaintyBody = read_object(slice, "/node_uncertainty", faults)?;
-    for (key, value) in [("position", body.position), ("height", body.height)] {
-        if value < 0.0 {
-            faults.push(format!("/node_uncertainty/{key}"), format!("{} is negative", Shown(value)));
-        }
-    }
-    Some(spec::NodeUncertainty { position: body.position, height: body.height })
 }

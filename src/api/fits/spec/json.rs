@@ -20,28 +20,30 @@ impl From<&FitSpec> for FitSpecBody {
     fn from(spec: &FitSpec) -> Self {
         FitSpecBody {
             model: model(&spec.model),
-            scaling: Some(match spec.scaling {
-                spec::Scaling::UnitLength => ScalingName::UnitLength,
-                spec::Scaling::None => ScalingName::None,
-                spec::Scaling::Standardized => ScalingName::Standardized,
-            }),
-            regularization: Some(regularization(&spec.regularization)),
-            estimator: Some(EstimatorBody::from(&spec.estimator)),
+            fit: FitFields {
+                scaling: Some(match spec.scaling {
+                    spec::Scaling::UnitLength => ScalingName::UnitLength,
+                    spec::Scaling::None => ScalingName::None,
+                    spec::Scaling::Standardized => ScalingName::Standardized,
+                }),
+                regularization: Some(regularization(&spec.regularization)),
+                estimator: Some(EstimatorBody::from(&spec.estimator)),
+                coefficient_norm_limit: spec.coefficient_norm_limit,
+                noise_sigma: spec.noise_sigma,
+                node_uncertainty: spec.node_uncertainty.map(|uncertainty| NodeUncertaintyBody {
+                    position: unsigned_zero(uncertainty.position),
+                    height: unsigned_zero(uncertainty.height),
+                }),
+                level: Some(spec.level),
+                include: named(spec.include),
+                filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),
+            },
             domain: spec.domain.map(|domain| {
                 let interval = |ends: [f64; 2]| ends.map(unsigned_zero);
                 DomainBody { u: domain.u.map(interval), v: domain.v.map(interval) }
             }),
-            coefficient_norm_limit: spec.coefficient_norm_limit,
-            noise_sigma: spec.noise_sigma,
-            node_uncertainty: spec.node_uncertainty.map(|uncertainty| NodeUncertaintyBody {
-                position: unsigned_zero(uncertainty.position),
-                height: unsigned_zero(uncertainty.height),
-            }),
-            level: Some(spec.level),
             prior: spec.prior.as_ref().map(PriorBody::from),
             predict: spec.predict.as_ref().map(PredictBody::from),
-            include: named(spec.include),
-            filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),
         }
     }
 }

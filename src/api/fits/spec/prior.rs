@@ -52,7 +52,7 @@ pub struct PriorBody {
 }
 
 /// `previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their
-/// numbers, ascending. Flank and tooth that nobody told are the same.
+/// numbers, ascending. Flanks and teeth that are not given count as equal.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum PriorIterationsBody {
@@ -87,7 +87,7 @@ documented!(
     PriorIterationsBody,
     "PriorIterations",
     "`previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their numbers, \
-     ascending. Flank and tooth that nobody told are the same.",
+     ascending. Flanks and teeth that are not given count as equal.",
     ObjectBuilder::new().schema_type(Type::String).enum_values(Some(["previous"])),
     list(whole(1), Some((1, 100))),
 );

@@ -18,11 +18,8 @@ use super::{filters::FilterBody, nodes::PostedNodes};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
 use crate::api::{
-    json::{present::present, request::request, tags::tags, text::ShortText},
-    measurand::{
-        axes::{AxesBody, MeasurandBody},
-        side::SideName,
-    },
+    json::{present::present, request::request, tags::tags},
+    measurand::axes::MeasurandBody,
 };
 
 /// A fit request.
@@ -55,17 +52,9 @@ pub struct FitFormSpec {
     #[serde(flatten)]
     #[schema(inline)]
     pub spec: FitSpecBody,
-    /// The flank that was measured.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub flank: Option<SideName>,
-    /// The tooth that was measured, as on traces: its number from 1 without zeros before it, or a
-    /// name.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
-    pub tooth: Option<ShortText>,
-    /// What the axes of the nodes mean.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    pub axes: Option<AxesBody>,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
 }
 
 request! {
@@ -74,26 +63,37 @@ request! {
     #[schema(as = FitSpec)]
     pub struct FitSpecBody as FitSpecMembers {
         required model: ModelBody,
-        optional scaling: ScalingName,
-        optional regularization: RegularizationBody,
-        optional estimator: EstimatorBody,
+        flatten fit: FitFields,
         /// The box on which mapped bases live; by default the smallest box of the counted nodes.
         optional domain: DomainBody,
-        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns; by default estimated.
+        optional prior: PriorBody,
+        /// Heights, slopes and bands at places of the domain.
+        optional predict: PredictBody,
+    }
+}
+
+request! {
+    /// How is fitted, whatever the model and wherever the nodes come from.
+    #[derive(Default)]
+    pub struct FitFields as FitFieldsMembers {
+        optional scaling: ScalingName,
+        /// Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
+        /// curve, a surface or a flank is asked for, `none`.
+        optional regularization: RegularizationBody,
+        optional estimator: EstimatorBody,
+        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
+        /// default estimated.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
-        /// Standard deviation of a height of weight 1, in the caller's unit; by default estimated
-        /// from the residuals.
+        /// Standard deviation of a height of weight 1, in the unit of the heights; by default
+        /// estimated from the residuals.
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma: f64,
         optional node_uncertainty: NodeUncertaintyBody,
         /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
         #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
         optional level: f64,
-        optional prior: PriorBody,
-        /// Heights, slopes and bands at places of the domain.
-        optional predict: PredictBody,
-        /// What is answered only when asked for.
+        /// Parts of the answer that come only when asked for.
         optional include: Vec<IncludeName>,
         /// Applied to the heights before the fit, in this order.
         #[schema(max_items = 16)]

@@ -14,8 +14,8 @@ use crate::{
     api::{
         faults::Faults,
         fits::{
-            reader::fields::{self, FitFieldsMembers},
-            spec::request::{RegularizationBody, ScalingName},
+            reader::fields,
+            spec::request::{FitFieldsMembers, RegularizationBody, ScalingName},
         },
         json::{
             error::ReadError,
@@ -154,7 +154,7 @@ pub fn read(
         coefficient_norm_limit: members.coefficient_norm_limit,
         ..FitFieldsMembers::at("")
     };
-    let fit = fields::read(fit, None, &mut faults);
+    let fit = fields::read(&fit, None, &mut faults);
     let include = CorrectionInclude::of(&members.include.read(&mut faults).unwrap_or_default());
     let limits = members.limits.read(&mut faults);
     let absolute = members.absolute.read(&mut faults);

@@ -228,7 +228,7 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-/// The whole of it as JSON, `nodes` and `result` too; `flank_assumed` says that nobody told which
+/// The whole of it as JSON, `nodes` and `result` too; `flank_assumed` says that no one said which
 /// flank was measured, `digest` is that of the request, `include` that of the fits.
 pub fn write(
     solution: &Solution,

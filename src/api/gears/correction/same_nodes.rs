@@ -83,7 +83,7 @@ pub fn same_nodes(before: &Measured, after: &Measured, flanks: Option<[&Flank; 2
 struct Meaning<'a>(Option<[&'a str; 2]>);
 
 impl<'a> Meaning<'a> {
-    /// Quantity and unit. Surfaces have roll lengths and z in mm where nothing is told.
+    /// Quantity and unit. Surfaces have roll lengths and z in mm where nothing is given.
     fn of(name: &str, axis: Option<&'a AxisBody>) -> Self {
         let axes_named = axis.map(|axis| [axis.quantity.as_str(), axis.unit.as_str()]);
         Meaning(axes_named.or(match name {
@@ -110,7 +110,7 @@ impl<'a> Meaning<'a> {
     fn words(self) -> String {
         match self.0 {
             Some([quantity, unit]) => format!("`{quantity}` in `{unit}`"),
-            None => "not told".to_owned(),
+            None => "not given".to_owned(),
         }
     }
 }

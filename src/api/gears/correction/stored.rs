@@ -76,8 +76,8 @@ pub struct MachineAnswerBody {
     /// What noise and the uncertainty of the sensitivity let expect of it.
     pub rms_expected_difference_um: f64,
     /// How much of the predicted change came, without what the noise of the first measurement puts
-    /// into it through the correction; left out where it is not told from none at all (standard
-    /// error above 0.3).
+    /// into it through the correction; left out where it is not distinguishable from none at all
+    /// (standard error above 0.3).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio: Option<f64>,
     /// Of the noise of both measurements, and of errors of the sensitivity that its settings have
@@ -117,7 +117,7 @@ pub enum VerdictName {
     /// What came is no multiple of what was predicted.
     Different,
     /// Noise or the uncertainty of the sensitivity are so great against the predicted change that
-    /// an answer is not told from none.
+    /// an answer is not distinguishable from none.
     Undecided,
 }
 

@@ -97,7 +97,7 @@ pub struct EnvelopeRequestBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = ToolProfile)]
 pub struct ToolProfileBody {
-    /// `[x, y]` of each point, mm, in the order that is told above.
+    /// `[x, y]` of each point, mm, in the order said above.
     pub points: Vec<[f64; 2]>,
     /// What goes through the points. Default `polyline`.
     #[serde(default, skip_serializing_if = "Option::is_none")]

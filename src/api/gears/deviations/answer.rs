@@ -21,7 +21,7 @@ use crate::{
         },
         json::writer::{Json, Object},
         measurand::side::SideName,
-        problem::Problem,
+        problem::{Problem, Room},
     },
     jobs::Measurand,
 };
@@ -88,12 +88,16 @@ pub struct StrayBody {
     pub reason: String,
 }
 
+/// Bytes that a node takes while it is answered: what is computed of it, and its text.
+const NODE: usize = 256;
+
 /// Answers a request; `own` is the gear of the job and `of` what the iteration that the points
 /// belong to measured. Processor work.
-pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room) -> Result<Built, Problem> {
     let mut faults = Faults::default();
     let checked = request::read(text, &mut faults)?;
     let Some(mut checked) = checked.filter(|_| faults.is_empty()) else { return Err(Problem::invalid(faults)) };
+    room(checked.given.count() * NODE)?;
     let Some(gear) = checked.gear.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
@@ -155,7 +159,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     Ok(Built { method: method.to_owned(), result })
 }
 
-/// Refuses points that lie on other flanks than the one that the iteration measured: told flanks
+/// Refuses points that lie on other flanks than the one that the iteration measured: given flanks
 /// and teeth, and those that were found.
 fn refuse_other_nodes(of: &Measurand, checked: &CheckedDeviations, deviations: &Deviations) -> Result<(), Faults> {
     let (flanks_given, teeth_given, places) = match &checked.given {
@@ -168,10 +172,10 @@ fn refuse_other_nodes(of: &Measurand, checked: &CheckedDeviations, deviations: &
                 [("/flanks", flanks), ("/teeth", teeth)].map(|(at, given)| if given { at } else { "/points" }),
             )
         }
-        // a tooth that is not told is the iteration's, if the gear has so many
+        // a tooth that is not given is the iteration's, if the gear has so many
         Given::Grid(grid) => (true, true, ["/grid/flank", if grid.tooth.is_some() { "/grid/tooth" } else { "/gear" }]),
     };
-    // without told teeth a registration knows the rotation up to whole pitches only
+    // without given teeth a registration knows the rotation up to whole pitches only
     let teeth_known = teeth_given || checked.registration.is_none();
     let flanks = deviations.nodes.iter().filter(|node| flanks_given || node.deviation.is_finite()).map(|node| {
         let tooth = if teeth_known && node.tooth > 0 { ToothOf::Counted(node.tooth) } else { ToothOf::Unknown };

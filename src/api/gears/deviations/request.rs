@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use super::borders::BordersBody;
 use crate::api::{
     faults::{Faults, Field},
-    fits::reader::fields::{self, FitFields},
+    fits::{reader::fields, spec::request::FitFields},
     gears::{
         design::modification::{ModificationBody, ModificationRangeBody},
         evaluation::request::DirectionName,
@@ -148,6 +148,16 @@ pub enum Given {
     Grid(DeviationGrid),
 }
 
+impl Given {
+    /// How many nodes are given.
+    pub fn count(&self) -> usize {
+        match self {
+            Given::Points { touches, .. } => touches.len(),
+            Given::Grid(grid) => grid.deviation.values().len(),
+        }
+    }
+}
+
 /// A grid, read, all but what needs the gear.
 pub struct DeviationGrid {
     pub tooth: Option<u32>,
@@ -173,7 +183,7 @@ pub fn read(text: &[u8], faults: &mut Faults) -> Result<Option<CheckedDeviations
     let registration = members.registration.read(faults);
     let registration = registration.map(|body| (motions(&body.motions, faults), body.pivot_z_mm));
     let unfit = (!members.registration.is_given()).then_some("it belongs to a `registration`, which fits");
-    let spec = fields::read(members.fit, unfit, faults);
+    let spec = fields::read(&members.fit, unfit, faults);
     let (Some(given), Some(spec)) = (given, spec) else { return Ok(None) };
     Ok((faults.count() == before).then_some(CheckedDeviations {
         gear,

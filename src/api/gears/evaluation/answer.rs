@@ -248,7 +248,7 @@ pub struct TraceSurfaceBody {
     #[schema(inline)]
     pub figures: TraceFiguresBody,
     /// Roll lengths that the figures are over: the evaluation range, or what was measured where no
-    /// range of profiles is told.
+    /// range of profiles is given.
     pub roll_length_range_mm: [f64; 2],
     /// The same along the width.
     pub z_range_mm: [f64; 2],

@@ -14,7 +14,7 @@ use flankfit_engine::{
 #[serde(deny_unknown_fields)]
 #[schema(as = ToleranceLimits)]
 pub struct ToleranceLimitsBody {
-    /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes that no limits are told
+    /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes that no limits are given
     /// for here (the standard has none of crownings and twist). Over a part of the evaluation range
     /// or of the face width a slope has that share of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -52,7 +52,7 @@ impl From<ToleranceLimitsBody> for ToleranceLimits {
 }
 
 /// A figure against its limits, by its standard error (ISO 14253-1): the limits are drawn in by a
-/// guard band, so that a part at a limit is told to conform in one measurement of twenty at most.
+/// guard band, so that a part at a limit is found to conform in one measurement of twenty at most.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Conformity)]
 pub struct ConformityBody {

@@ -74,7 +74,7 @@ pub struct FigureBody {
     /// Without regularisation.
     pub least_squares: f64,
     /// Confidence interval of the true figure at `level`, `[low, high]`: of a regularised surface
-    /// about least squares, unless a norm limit was told. Left out as `std_error` is.
+    /// about least squares, unless a norm limit was given. Left out as `std_error` is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -14,7 +14,8 @@ use crate::api::{
     fits::{
         answer::{result::FitResultBody, text},
         canonical,
-        reader::fields::{self, FitFields},
+        reader::fields,
+        spec::request::FitFields,
     },
     gears::{faults, gear::GearBody},
     json::{
@@ -153,7 +154,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let profile_range = members.profile_range.read(&mut faults);
     let helix_range = members.helix_range_mm.read(&mut faults);
     let limits = members.tolerance_limits.read(&mut faults).unwrap_or_default();
-    let spec = fields::read(members.fit, None, &mut faults);
+    let spec = fields::read(&members.fit, None, &mut faults);
     let (Some(gear), Some(side), Some(profile), Some(z), Some(posted), Some(spec)) =
         (gear, side, profile, z, posted, spec)
     else {

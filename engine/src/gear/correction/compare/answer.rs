@@ -36,7 +36,7 @@ pub struct Answer {
     pub difference_rms: f64,
     /// What `difference_rms` is expected to be: √(mean (2σ²/w + u²)).
     pub expected_difference_rms: f64,
-    /// β̂; `None` where it is not told from 0.
+    /// β̂; `None` where it is not distinguishable from 0.
     pub response_ratio: Option<f64>,
     /// e.
     pub response_ratio_std_error: Option<f64>,

@@ -18,9 +18,9 @@
 //! what was measured where χ² of r, or that of `d' − d − β̂c` with a degree of freedom less, is
 //! below its quantile, or where at least nine tenths of the misfit are gone.
 //!
-//! *What a measurement can tell.* The answer of a machine is told from no answer at all (β = 0,
-//! everything stays as it was) only where the quantile times e is below 1. Where it is not, a small
-//! χ² says nothing, and a β̂ far from 1 says no more than that it is uncertain.
+//! *What a measurement can tell.* The answer of a machine is distinguished from no answer at all
+//! (β = 0, everything stays as it was) only where the quantile times e is below 1. Where it is not,
+//! a small χ² says nothing, and a β̂ far from 1 says no more than that it is uncertain.
 //!
 //! | β c | β̂ | verdict |
 //! |---|---|---|
@@ -33,7 +33,7 @@
 //! once or twice in a thousand corrections. Where σ was estimated from the residuals of the
 //! correction they are those of Student's t and Fisher's F, and *weaker* asks that β̂ be too small
 //! without the correction by σ² h as well: such a σ holds form that both measurements share, and
-//! which biases nothing. A ratio that is not told from 0 is not answered.
+//! which biases nothing. A ratio that is not distinguishable from 0 is not answered.
 
 mod answer;
 mod comparison;

@@ -46,7 +46,7 @@ impl Scaled {
         Some(Scaled { ratio, largest, std_error: variance.sqrt(), quantile })
     }
 
-    /// Whether the answer could have been told from none.
+    /// Whether the answer could have been distinguished from none.
     pub(super) fn told(&self) -> bool {
         self.quantile * self.std_error < 1.0
     }

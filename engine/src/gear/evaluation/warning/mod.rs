@@ -99,7 +99,7 @@ impl Warning {
             Warning::ForeignReferenceLength { .. } => "foreign_reference_length",
             Warning::NearBaseCircle(_) => "near_base_circle",
             Warning::Trace { warning, .. } => warning.code(),
-            Warning::FiguresUndetermined { .. } => "figures_not_told",
+            Warning::FiguresUndetermined { .. } => "figures_not_determined",
             Warning::SurfaceMisfit { .. } => "surface_misfit",
             Warning::HelixSignDoubtful { .. } => "helix_sign_doubtful",
         }
@@ -312,7 +312,7 @@ mod tests {
              a twist are those in the sections of the traces (tooth 1 left, tooth 2 left, tooth 3 left, tooth 4 left, \
              tooth 5 left, 2 more)"
         );
-        assert_eq!((open.code(), open.field()), ("figures_not_told", None));
+        assert_eq!((open.code(), open.field()), ("figures_not_determined", None));
         assert_eq!(flank(&"é".repeat(30)).to_string(), format!("tooth {} left", "é".repeat(20)));
         let turned = Warning::HelixSignDoubtful { flank: flank("3"), apart: 2.346, turned: 0.1 };
         assert!(
