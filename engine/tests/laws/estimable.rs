@@ -4,7 +4,9 @@
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::{
     FitResult, FitSpec, Nodes, fit,
-    spec::{Count, Criterion, Include, Model, Parameter, Regularization, Scaling, Scheme},
+    spec::{
+        Count, Criterion, Degree, Include, Model, Parameter, PolynomialBasis, Regularization, Scaling, Scheme, Terms,
+    },
 };
 
 /// An entry of a matrix from rows of X and B.
@@ -76,6 +78,47 @@ fn sums_and_their_errors_are_those_of_least_squares() {
 }
 
 /// Raw powers far from 0: the sums keep their digits where the coefficients have none.
+/// Read as it is printed, with the coefficients that are answered, a sentence is right to less than
+/// its own interval.
+#[test]
+fn sentences_are_true_as_printed() {
+    let x: Vec<f64> = (0..41).map(|k| 30.0 + 0.1 * f64::from(k)).collect();
+    let mut random = Random::new(5);
+    let y: Vec<f64> = x.iter().map(|x| 0.01 * x + 0.001 * random.normal()).collect();
+    let nodes = Nodes::curve(x, y, None).unwrap();
+    for degree in [2, 3] {
+        let include = Include { collinearity: true, ..Include::default() };
+        let model =
+            Model::Polynomial { degree: Degree::Both(degree), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
+        let spec = FitSpec { include, regularization: Regularization::None, ..FitSpec::new(model) };
+        let found = fit(&nodes, &spec).unwrap();
+        let sums = found.estimable.as_ref().unwrap();
+        assert!(!sums.is_empty());
+        for sum in sums {
+            let (_, equation) = sum.sentence.split_once("known is ").unwrap();
+            let (left, right) =
+                equation.replace('−', "-").split_once(" = ").map(|(l, r)| (l.to_owned(), r.to_owned())).unwrap();
+            let (value, half) = right.split_once(" ± ").unwrap();
+            let (mut total, mut sign, mut weight) = (0.0, 1.0, 1.0);
+            for word in left.split(' ') {
+                match word {
+                    "+" => sign = 1.0,
+                    "-" => sign = -1.0,
+                    _ if word.contains("A[") => {
+                        let term = word.trim_start_matches(['-', 'A']).trim_matches(['[', ']']);
+                        let own = found.coefficients.iter().find(|c| c.term == term).unwrap().least_squares;
+                        total += sign * weight * own;
+                        (sign, weight) = (1.0, 1.0);
+                    }
+                    number => weight = number.parse().unwrap(),
+                }
+            }
+            let (value, half): (f64, f64) = (value.parse().unwrap(), half.parse().unwrap());
+            assert!((total - value).abs() < half, "{}: {total}", sum.sentence);
+        }
+    }
+}
+
 #[test]
 fn sums_cover_the_truth() {
     let x: Vec<Vec<f64>> = (0..24)

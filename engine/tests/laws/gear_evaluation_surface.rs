@@ -244,6 +244,12 @@ fn impossible_requests_name_their_place() {
     );
     let nothing = vec![f64::NAN; 30];
     assert_eq!(places(&FlankNodes { deviation: &nothing, ..full.nodes() }, &settings()), [SurfaceField::Deviations]);
+    // figures of a range that the nodes reach half of would be extrapolated
+    let [least, most] = [full.profile[0], full.profile[5]];
+    let wider = SurfaceSettings { profile_range: Some([least, 2.0 * most - least]), ..settings() };
+    assert_eq!(places(&full.nodes(), &wider), [SurfaceField::ProfileRange]);
+    let longer = SurfaceSettings { helix_range: Some([full.z[0] - 20.0, full.z[4]]), ..settings() };
+    assert_eq!(places(&full.nodes(), &longer), [SurfaceField::HelixRange]);
     let beside = SurfaceSettings { helix_range: Some([30.0, 40.0]), ..settings() };
     assert_eq!(places(&full.nodes(), &beside), [SurfaceField::Border]);
 }

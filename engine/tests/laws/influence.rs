@@ -231,6 +231,24 @@ fn a_node_that_alone_determines_a_coefficient() {
     assert!(found.internally_studentized.is_some() && found.externally_studentized.is_none());
 }
 
+/// Without one node the others lie on the line: how far it lies from them is not measured in units
+/// of a σ̂ that is rounding.
+#[test]
+fn an_exact_fit_of_the_others_has_no_spread() {
+    let x: Vec<Vec<f64>> = (0..4).map(|k| vec![1.0, f64::from(k)]).collect();
+    let plain = FitSpec { regularization: Regularization::None, ..linear() };
+    for weight in [1.0, 1e-200] {
+        let nodes = matrix(&x, &[2.0, 3.0, 4.0, 7.0], Some(vec![weight; 4]));
+        let result = fit(&nodes, &with_influence(plain.clone()));
+        let found = of(&result);
+        for list in [&found.externally_studentized, &found.dffits] {
+            let list = list.as_ref().unwrap();
+            assert!(list[3].is_none() && list[..3].iter().all(Option::is_some), "{list:?}");
+        }
+        assert!(found.leverage.iter().all(|h| *h <= 1.0));
+    }
+}
+
 #[test]
 fn what_has_no_influences_says_why() {
     let x: Vec<Vec<f64>> = (0..9).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();

@@ -269,6 +269,7 @@ fn what_cannot_be_meant_is_refused_by_its_place() {
     let covariance = |rows: Vec<Vec<f64>>| Prior::Given { mean: vec![0.0; 3], spread: PriorSpread::Covariance(rows) };
     let unknown = Chain { which: Which::Previous, moves: Moves::Estimated, correction: true, earlier: None };
     let other = Nodes::curve(vec![0.0, 1.0, 2.0, 3.0], vec![0.0; 4], None).unwrap();
+    let few = Nodes::matrix(vec![1.0; 6], 3, vec![0.0; 2], None, None).unwrap();
     let mut negative = given(3);
     if let Prior::Given { spread: PriorSpread::StdError(deviations), .. } = &mut negative {
         deviations[1] = 0.0;
@@ -292,6 +293,7 @@ fn what_cannot_be_meant_is_refused_by_its_place() {
         (with(Prior::Iterations(unknown)), Field::PriorIterations, Some(PriorReason::NoJob)),
         (with(chain(&all[..1], Moves::StdError(vec![1.0]))), Field::PriorMove, None),
         (with(chain(&[other], Moves::Estimated)), Field::PriorIterations, None),
+        (with(chain(&[few], Moves::Estimated)), Field::PriorIterations, None),
         (FitSpec { regularization: ridge, ..with(given(3)) }, Field::Regularization, Some(PriorReason::FilterOnTop)),
         (
             FitSpec { regularization: Regularization::JamesStein(stein), ..with(given(3)) },

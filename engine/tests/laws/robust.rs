@@ -433,6 +433,26 @@ fn every_estimator_is_equivariant_and_answers_the_same_bits_again() {
     }
 }
 
+#[test]
+fn the_sign_of_the_heights_does_not_matter() {
+    for (seed, m) in [(42, 40), (43, 41), (44, 17)] {
+        let problem = Problem::new(seed, m, 3, false);
+        let turned = Problem { x: problem.x.clone(), y: problem.y.iter().map(|y| -y).collect(), weight: None };
+        for estimator in estimators().into_iter().filter(|estimator| !matches!(estimator, Estimator::Quantile { .. })) {
+            let (one, other) = (problem.fit(estimator), turned.fit(estimator));
+            for (a, b) in one.coefficients.iter().zip(&other.coefficients) {
+                assert!((a.value + b.value).abs() < 1e-6, "{estimator:?}: {} {}", a.value, b.value);
+                assert!(
+                    (a.std_error.unwrap() / b.std_error.unwrap() - 1.0).abs() < 1e-6,
+                    "{estimator:?}: {:?} {:?}",
+                    a.std_error,
+                    b.std_error
+                );
+            }
+        }
+    }
+}
+
 pub fn estimators() -> Vec<Estimator> {
     let m = |loss| Estimator::M(MEstimator::new(loss));
     vec![

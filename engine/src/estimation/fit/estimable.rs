@@ -79,6 +79,7 @@ impl Solved<'_> {
         let Some(svd) = jacobi::svd(last) else { return Vec::new() };
         let best = svd.sigma.iter().copied().fold(0.0, f64::max);
         let heights: Vec<f64> = turned.qty.iter().skip(from).map(|x| x.to_f64()).collect();
+        let plain = &self.least_squares.coefficients;
         let mut found: Vec<EstimableSum> = (0..size)
             .filter(|&k| svd.sigma[k] * WELL >= best && best > 0.0)
             .map(|k| {
@@ -92,8 +93,10 @@ impl Solved<'_> {
                 let half = noise.map(|noise| noise.quantile() * noise.sigma * unit_error);
                 let terms: Vec<String> = group.iter().map(|&j| self.linear.design.labels[j].clone()).collect();
                 let weights: Vec<f64> = group.iter().zip(&v).map(|(&j, v)| v * length[j] / one).collect();
+                let size = group.iter().zip(&weights).map(|(&j, w)| (w * plain[j]).abs()).fold(0.0, f64::max);
+                let digits = digits_of_weights(size, half.unwrap_or(1e-6 * value.abs()));
                 EstimableSum {
-                    sentence: sentence(&terms, &weights, value, half),
+                    sentence: sentence(&terms, &weights, digits, value, half),
                     terms,
                     weights,
                     value,
@@ -108,8 +111,15 @@ impl Solved<'_> {
     }
 }
 
+/// Digits with which a weight must stand for products up to `size` to be right to a tenth of `half`;
+/// at least four, at most what a double has.
+fn digits_of_weights(size: f64, half: f64) -> i32 {
+    let digits = (10.0 * size / half).log10().ceil();
+    if digits.is_finite() { (digits as i32 + 1).clamp(4, 17) } else { 4 }
+}
+
 /// The sum in words.
-fn sentence(terms: &[String], weights: &[f64], value: f64, half: Option<f64>) -> String {
+fn sentence(terms: &[String], weights: &[f64], digits: i32, value: f64, half: Option<f64>) -> String {
     let mut text = String::from("cannot be told apart, but known is ");
     text.insert_str(0, &format!("the coefficients of {} ", listed(terms)));
     for (k, (term, weight)) in terms.iter().zip(weights).take(NAMED).enumerate() {
@@ -121,14 +131,14 @@ fn sentence(terms: &[String], weights: &[f64], value: f64, half: Option<f64>) ->
         };
         text.push_str(sign);
         if weight.abs() != 1.0 {
-            text.push_str(&format!("{} ", Shown(rounded(weight.abs(), 4))));
+            text.push_str(&format!("{} ", Shown(rounded(weight.abs(), digits))));
         }
         text.push_str(&format!("A[{term}]"));
     }
     if terms.len() > NAMED {
         text.push_str(" + …");
     }
-    text.push_str(&format!(" = {}", Shown(rounded(value, 6))));
+    text.push_str(&format!(" = {}", Shown(rounded(value, digits_of_weights(value.abs(), half.unwrap_or(0.0)).max(6)))));
     if let Some(half) = half {
         text.push_str(&format!(" ± {}", Shown(rounded(half, 2))));
     }

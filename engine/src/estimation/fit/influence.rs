@@ -27,6 +27,9 @@ const MOST_PRODUCTS: usize = 1_000_000_000;
 const MOST_NODES: usize = 200_000;
 /// 1 − h below this is 0 to rounding: the other nodes do not determine the fit there.
 const UNDETERMINED: f64 = 1e-10;
+/// A node whose share of the residual sum of squares is above 1 less this leaves an exact fit of the
+/// others, but for rounding.
+const EXACT_WITHOUT: f64 = 1e-12;
 
 /// Refuses influences that are too much work.
 fn check(nodes: usize, coefficients: usize) -> Result<(), Faults> {
@@ -148,12 +151,13 @@ impl Figures<'_> {
         let total: f64 = self.shares.iter().map(|share| share.leverage).sum();
         let others = (self.freedom > 1).then_some(());
         Influence {
-            leverage: self.shares.iter().map(|share| share.leverage).collect(),
+            // 1 is exceeded by rounding only
+            leverage: self.shares.iter().map(|share| share.leverage.min(1.0)).collect(),
             internally_studentized: self
                 .sigma
                 .map(|sigma| each(&|k, share| existing(weighted(k) / (sigma * share.left.sqrt())))),
             externally_studentized: others
-                .map(|()| each(&|k, share| existing(weighted(k) / (self.sigma_without(k) * share.left.sqrt())))),
+                .map(|()| each(&|k, share| existing(weighted(k) / (self.sigma_without(k)? * share.left.sqrt())))),
             cooks_distance: self.sigma.map(|sigma| {
                 each(&|k, share| existing((weighted(k) / (share.left * sigma)).powi(2) * share.reach / total))
             }),
@@ -161,7 +165,7 @@ impl Figures<'_> {
                 each(&|k, share| {
                     // a node without a say moves nothing
                     let moved = if share.reach > 0.0 { share.leverage / share.reach.sqrt() } else { 0.0 };
-                    existing(weighted(k) * moved / (share.left * self.sigma_without(k)))
+                    existing(weighted(k) * moved / (share.left * self.sigma_without(k)?))
                 })
             }),
             press_residual,
@@ -170,15 +174,16 @@ impl Figures<'_> {
         }
     }
 
-    /// σ̂ of plain least squares without node `k`.
-    fn sigma_without(&self, k: usize) -> f64 {
+    /// σ̂ of plain least squares without node `k`; `None` where the others are fitted exactly.
+    fn sigma_without(&self, k: usize) -> Option<f64> {
         let Share { left_plain, .. } = self.shares[k];
         if left_plain <= UNDETERMINED {
             // one node and one coefficient less
-            return (self.rss / self.freedom as f64).sqrt();
+            return Some((self.rss / self.freedom as f64).sqrt());
         }
         let own = self.sample.w(k) * self.plain[k] * self.plain[k] / left_plain;
-        ((self.rss - own).max(0.0) / (self.freedom as f64 - 1.0)).sqrt()
+        let others = self.rss - own;
+        (others > EXACT_WITHOUT * self.rss).then(|| (others / (self.freedom as f64 - 1.0)).sqrt())
     }
 }
 

@@ -10,7 +10,7 @@ use crate::{
         diagnostics::within_range,
         error::FitError,
         factor::{Factor, multiply_upper_vector, scaled_condition},
-        fault::{Faults, Field, Reason},
+        fault::{Faults, Field, ModelReason, Reason},
         spec::{Chain, Earlier, FitSpec, Model, PriorSpread, Which},
         spectrum::caller_columns,
     },
@@ -109,8 +109,12 @@ fn design_of(nodes: &Nodes, sample: &Sample, current: &Current) -> Result<Design
     if kind != (now.domain.is_some(), now.domain.is_some_and(|domain| domain.v.is_some())) {
         return Err(other());
     }
+    if sample.count() < now.size() {
+        let reason = ModelReason::TooFewNodes { coefficients: now.size(), nodes: sample.count() };
+        return Err(Faults::one(Field::PriorIterations, reason));
+    }
     let design = match (&current.spec.model, now.domain.and_then(|domain| Some((domain.u?, domain.v)))) {
-        (model @ Model::Polynomial { .. }, Some((u, v))) if sample.count() >= now.size() => {
+        (model @ Model::Polynomial { .. }, Some((u, v))) => {
             let boxes = bounding_box(sample);
             product_on(v.is_some(), model, (u, v.unwrap_or(boxes.1)), boxes)?
         }

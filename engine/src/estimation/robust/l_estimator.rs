@@ -104,6 +104,18 @@ fn clamped(residuals: &[f64], [low, high]: [&QuantileFit; 2]) -> Vec<f64> {
     residuals.iter().map(|r| r.clamp(from, to)).collect()
 }
 
+/// How much of each node lies below a quantile surface: 0 or 1, and of those on it the share that is
+/// left of τ m, so that heights of the other sign say the same of 1 − τ.
+fn below(fit: &QuantileFit) -> Vec<f64> {
+    let mut on: Vec<bool> = fit.residuals.iter().map(|r| *r == 0.0).collect();
+    fit.vertex.basis.iter().for_each(|&k| on[k] = true);
+    let count = |wanted: &dyn Fn(usize) -> bool| (0..on.len()).filter(|&k| wanted(k)).count() as f64;
+    let under = count(&|k| !on[k] && fit.residuals[k] < 0.0);
+    let share = ((fit.tau * on.len() as f64 - under) / count(&|k| on[k]).max(1.0)).clamp(0.0, 1.0);
+    let of = |k: usize| if on[k] { share } else { f64::from(u8::from(fit.residuals[k] < 0.0)) };
+    (0..on.len()).asking(10).map(of).collect()
+}
+
 fn trimmed(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { linear, sample, heights } = *measured;
     let (m, n) = (rows.count(), rows.n);
@@ -150,8 +162,8 @@ fn winsorized(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, F
     let residuals = rows.residuals(&step);
     let inside = clamped(&residuals, [low, high]);
     let influence = low.sparsity.zip(high.sparsity).map(|(s1, s2)| -> Vec<f64> {
-        let below = |fit: &QuantileFit, k: usize| f64::from(u8::from(fit.residuals[k] < 0.0));
-        let move_of = |k: usize| share * (share - below(low, k)) * s1 + share * (1.0 - share - below(high, k)) * s2;
+        let (under_low, under_high) = (below(low), below(high));
+        let move_of = |k: usize| share * (share - under_low[k]) * s1 + share * (1.0 - share - under_high[k]) * s2;
         inside.iter().enumerate().map(|(k, c)| c + move_of(k)).collect()
     });
     let scale = influence.as_ref().and_then(|influence| spread(influence, n));
@@ -192,10 +204,11 @@ fn combined(pairs: &[[f64; 2]], rows: &Rows, measured: &Measured) -> Result<Outc
     let mut outcome = quantiles.outcome();
     let largest = measured.heights.largest;
     let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, largest, &mut outcome.warnings);
+    let under: Vec<Vec<f64>> = quantiles.fits.iter().map(below).collect();
     let influence = |k: usize| -> f64 {
         cancel::checkpoint();
-        let of = |(length, fit): (&f64, &QuantileFit)| length * (fit.tau - f64::from(u8::from(fit.residuals[k] < 0.0)));
-        lengths.iter().flatten().zip(&quantiles.fits).map(of).sum()
+        let of = |((length, fit), under): ((&f64, &QuantileFit), &Vec<f64>)| length * (fit.tau - under[k]);
+        lengths.iter().flatten().zip(&quantiles.fits).zip(&under).map(of).sum()
     };
     let weight = |k: usize| if residuals[k] == 0.0 { 1.0 } else { (influence(k) / residuals[k]).abs().min(1.0) };
     let objective = weighted().map(|(fit, [_, weight])| weight * fit.sum()).sum();

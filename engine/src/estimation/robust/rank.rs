@@ -450,8 +450,7 @@ pub(super) fn sparsity_at_median(r: &[f64], n: usize) -> Option<f64> {
         return None;
     }
     let half = ((m as f64).sqrt().ceil() as usize).max(1);
-    let middle = (m - 1) / 2;
-    let (low, high) = (middle.saturating_sub(half), (middle + half).min(m - 1));
+    let (low, high) = (((m - 1) / 2).saturating_sub(half), (m / 2 + half).min(m - 1));
     let size = (r[high] - r[low]) * m as f64 / (high - low) as f64 * (m as f64 / (m - n) as f64).sqrt();
     (size > 0.0 && size.is_finite()).then_some(size)
 }

@@ -85,6 +85,18 @@ pub enum SurfaceReason {
     /// Every node lies outside.
     #[error("no node is left within the trimmed range")]
     AllTrimmed,
+    /// Nodes that leave more of the range open than a node distance and a twentieth of it.
+    #[error(
+        "the nodes that count reach from {} to {} mm, the range from {} to {} mm: its figures would be extrapolated; \
+         name a range that the nodes cover",
+        Shown(.reached[0]), Shown(.reached[1]), Shown(.range[0]), Shown(.range[1])
+    )]
+    NotCovered {
+        /// The least and the greatest roll length or z of a node.
+        reached: [f64; 2],
+        /// The trimmed range.
+        range: [f64; 2],
+    },
     /// No share, percent.
     #[error("{} is not within 0 and 100", Shown(*.0))]
     Percent(f64),

@@ -99,10 +99,13 @@ impl Trimmed {
         let trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, outward };
         let sign = settings.given.to_material(Kind::Profile, settings.side);
         let height = |k: usize| if there(k) { sign * nodes.deviation[k] } else { f64::NAN };
-        let used = (0..posted).filter(|&k| there(k) && trimmed.holds(at(k))).count();
+        let counted = || (0..posted).filter(|&k| there(k) && trimmed.holds(at(k)));
+        let used = counted().count();
         if used == 0 {
             return Err(SurfaceFaults::one(SurfaceField::Border, SurfaceReason::AllTrimmed).into());
         }
+        cover(counted().map(|k| at(k)[0]), trimmed.roll, SurfaceField::ProfileRange)?;
+        cover(counted().map(|k| at(k)[1]), trimmed.z, SurfaceField::HelixRange)?;
         let fitted = match nodes.grid {
             true => trimmed.grid(&roll, nodes.z, height),
             false => trimmed.scattered(&roll, nodes.z, height),
@@ -148,6 +151,29 @@ impl Trimmed {
 /// Nodes on the end of a range belong to it, but for rounding.
 fn within(x: f64, [low, high]: [f64; 2]) -> bool {
     x >= low - EDGE && x <= high + EDGE
+}
+
+/// Share of a range that may be without nodes at either end, where they lie closer.
+const OPEN_END: f64 = 0.05;
+
+/// Refuses places that leave more of the range open at an end than the distance of the two that are
+/// nearest to it, and than a twentieth of the range.
+fn cover(places: impl Iterator<Item = f64>, range: [f64; 2], field: SurfaceField) -> Result<(), SurfaceFaults> {
+    let outermost = |[end, inner]: [f64; 2], x: f64| match () {
+        () if x < end - EDGE => [x, end],
+        () if x > end + EDGE && x < inner => [end, x],
+        () => [end, inner],
+    };
+    let beyond = [f64::INFINITY; 2];
+    let [low, high] = places.fold([beyond; 2], |[low, high], x| [outermost(low, x), outermost(high, -x)]);
+    // a single place says nothing of a distance; the fit refuses what it does not determine
+    let open = |[end, inner]: [f64; 2], from: f64| inner.is_finite() && end - from > inner - end;
+    let most = OPEN_END * (range[1] - range[0]);
+    let opened = |ends: [f64; 2], from: f64| ends[0] - from > most && open(ends, from);
+    if opened(low, range[0]) || opened(high, -range[1]) {
+        return Err(SurfaceFaults::one(field, SurfaceReason::NotCovered { reached: [low[0], -high[0]], range }));
+    }
+    Ok(())
 }
 
 fn mapped(x: f64, [low, high]: [f64; 2]) -> f64 {
