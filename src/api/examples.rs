@@ -120,7 +120,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "gear_deviations",
         "Points of both flanks of a tooth, registered by a turn and two shifts"
     ),
-    example!("gear_flank_surface", "gear_flank_surface", "Slopes, crownings and twist of a flank"),
+    example!("gear_flank_surface", "gear_flank_surface", "Slopes, crownings and twist of a flank, held against limits"),
     example!("simulate_closed_loop", "closed_loop", "Settings that cannot be told apart, by two ways to correct"),
     example!(
         "create_iteration_correction",
