@@ -77,6 +77,8 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_predict", "Bands of the flank and its slopes, where a norm limit is known"),
     example!("create_fit", "fit_shape", "A polynomial flank as the B-spline surface that meshes and exports take"),
     example!("create_fit", "fit_prior", "A profile whose coefficients are known from before, with their covariance"),
+    example!("create_fit", "fit_correlated", "A scanned profile whose errors follow each other"),
+    example!("create_fit", "fit_groups", "Two probes of unequal noise"),
     example!("create_curve", "curve_lagrange", "The polynomial through eight nodes, with its Lebesgue constant"),
     example!("create_curve", "curve_newton", "The polynomial by divided differences"),
     example!("create_curve", "curve_hermite", "A polynomial with derivatives of mixed order"),

@@ -12,6 +12,7 @@ mod cors;
 mod criteria;
 mod degenerate;
 mod document;
+mod errors;
 mod estimators;
 mod every_operation;
 mod extremes;

@@ -4,6 +4,7 @@ pub use super::{
     data::reason::{Extent, NodesReason},
     design::reason::{Bound, ModelReason},
     diagnostics::reason::RangeReason,
+    error_model::reason::ErrorsReason,
     filtering::reason::FilterReason,
     inference::reason::InferenceReason,
     near::reason::{NearReason, OpenCoefficient},
@@ -125,6 +126,16 @@ pub enum Field {
     NoiseSigma,
     /// Uncertainty of the nodes.
     NodeUncertainty,
+    /// Correlations of the errors.
+    Errors,
+    /// Which way their lines run.
+    ErrorsAlong,
+    /// The line of every node.
+    ErrorsLine,
+    /// Their parameters.
+    ErrorsParameters,
+    /// Variances of the errors.
+    Variance,
     /// The level of intervals.
     Level,
     /// The level of predictions.
@@ -260,6 +271,9 @@ pub enum Reason {
     /// What is wrong with a prior.
     #[error(transparent)]
     Prior(#[from] PriorReason),
+    /// What is wrong with a model of the errors.
+    #[error(transparent)]
+    Errors(#[from] ErrorsReason),
     /// What is wrong with a stream.
     #[error(transparent)]
     Stream(#[from] StreamReason),

@@ -6,7 +6,7 @@ use crate::problems::config;
 use flankfit_engine::estimation::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit_engine::estimation::spec::{
     Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Kinds, Knots, Model, NodeUncertainty,
-    Parameter, Places, PolynomialBasis, Predict, Regularization, Scaling, Scheme, Terms,
+    Parameter, Places, PolynomialBasis, Predict, Regularization, Scaling, Scheme, Terms, Variance,
 };
 use flankfit_engine::estimation::{FitResult, Nodes, fit};
 use proptest::prelude::*;
@@ -153,6 +153,8 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         level: [0.95, 0.51, 0.999_999][random.below(3)],
         predict: predict(nodes),
         node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
+        errors: None,
+        variance: Variance::Constant,
         filters: filters(random, nodes),
         include: Include {
             residuals: true,

@@ -9,6 +9,7 @@ mod answers;
 mod b_spline;
 mod collinearity;
 mod curves;
+mod errors;
 mod filip;
 mod folder;
 mod gear_p40;

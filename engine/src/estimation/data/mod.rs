@@ -5,8 +5,10 @@ mod heights;
 mod nodes;
 pub(super) mod reason;
 mod sample;
+mod white_rows;
 
 pub use blocks::{Form, join};
 pub(crate) use heights::Heights;
 pub use nodes::{Curve, Grid, Matrix, Nodes, Scattered};
 pub(crate) use sample::Sample;
+pub(crate) use white_rows::WhiteRows;

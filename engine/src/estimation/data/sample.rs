@@ -1,7 +1,7 @@
 //! The counted nodes of a node set: what is missing or of weight 0 is skipped once, here.
 
-use super::nodes::Nodes;
-use crate::numerics::lanes::LANES;
+use super::{nodes::Nodes, white_rows::WhiteRows};
+use crate::numerics::{Dd, Real, lanes::LANES};
 
 /// Counted nodes, borrowed from the node set in the order posted (grids row by row).
 pub(crate) struct Sample<'a> {
@@ -11,6 +11,8 @@ pub(crate) struct Sample<'a> {
     /// Which posted nodes count; `None` when all do.
     index: Option<Vec<u32>>,
     count: usize,
+    /// What stands in place of rows and heights where errors are not white.
+    white: Option<&'a WhiteRows>,
 }
 
 #[derive(Clone, Copy)]
@@ -44,7 +46,7 @@ impl<'a> Sample<'a> {
             _ => weight.as_ref().and_then(|w| counted(w.len(), |i| w[i] > 0.0)),
         };
         let count = index.as_ref().map_or(heights.len(), Vec::len);
-        Sample { places, heights, weight: weight.as_deref(), index, count }
+        Sample { places, heights, weight: weight.as_deref(), index, count, white: None }
     }
 
     /// The same counted nodes with other weights, one for each posted node; 0 silences a node
@@ -59,7 +61,46 @@ impl<'a> Sample<'a> {
             weight: Some(weight),
             index: self.index.clone(),
             count: self.count,
+            white: None,
         }
+    }
+
+    /// The same counted nodes with rows and heights made white, which weigh 1.
+    pub(crate) fn whitened<'b>(&self, white: &'b WhiteRows) -> Sample<'b>
+    where
+        'a: 'b,
+    {
+        Sample {
+            places: self.places,
+            heights: self.heights,
+            weight: None,
+            index: self.index.clone(),
+            count: self.count,
+            white: Some(white),
+        }
+    }
+
+    /// Whether rows are at hand and no functions of places.
+    pub(crate) fn is_white(&self) -> bool {
+        self.white.is_some()
+    }
+
+    /// The row of the working matrix of counted node `k`, where it is at hand.
+    #[inline(always)]
+    pub(crate) fn white_columns(&self, k: usize) -> Option<&[Dd]> {
+        self.white.map(|white| white.columns(k))
+    }
+
+    /// The height of counted node `k` with all its digits.
+    #[inline(always)]
+    pub(crate) fn height<T: Real>(&self, k: usize) -> T {
+        self.white.map_or_else(|| T::of(self.heights[self.posted(k)]), |white| T::of_dd(white.height(k)))
+    }
+
+    /// The constant at counted node `k`.
+    #[inline(always)]
+    pub(crate) fn one(&self, k: usize) -> f64 {
+        self.white.map_or(1.0, |white| white.one(k).to_f64())
     }
 
     /// m, the number of counted nodes.
@@ -74,13 +115,13 @@ impl<'a> Sample<'a> {
 
     /// The heights as posted, when all of them count.
     pub(crate) fn all_heights(&self) -> Option<&[f64]> {
-        self.index.is_none().then_some(self.heights)
+        (self.index.is_none() && self.white.is_none()).then_some(self.heights)
     }
 
     /// The axes of a grid on which every node counts.
     pub(crate) fn full_axes(&self) -> Option<(&[f64], &[f64])> {
         match self.places {
-            Places::Grid { u, v } if self.index.is_none() => Some((u, v)),
+            Places::Grid { u, v } if self.index.is_none() && self.white.is_none() => Some((u, v)),
             _ => None,
         }
     }
@@ -105,7 +146,7 @@ impl<'a> Sample<'a> {
     /// Height of counted node `k`.
     #[inline(always)]
     pub(crate) fn z(&self, k: usize) -> f64 {
-        self.heights[self.posted(k)]
+        self.white.map_or_else(|| self.heights[self.posted(k)], |white| white.height(k).to_f64())
     }
 
     /// Weight of counted node `k`.
@@ -139,7 +180,7 @@ impl<'a> Sample<'a> {
     #[inline(always)]
     pub(crate) fn four(&self, start: usize) -> FourNodes {
         let mut four = FourNodes { u: [0.0; LANES], v: [0.0; LANES], z: [0.0; LANES], w: [1.0; LANES] };
-        if start + LANES <= self.count && self.index.is_none() {
+        if start + LANES <= self.count && self.index.is_none() && self.white.is_none() {
             match self.places {
                 Places::Scattered { u, v } => {
                     four.u.copy_from_slice(&u[start..start + LANES]);

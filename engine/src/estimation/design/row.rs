@@ -26,6 +26,11 @@ impl<T: Real> Row<T> {
     pub(crate) fn at(&mut self, design: &Design, sample: &Sample, k: usize) {
         self.index.clear();
         self.values.clear();
+        if let Some(columns) = sample.white_columns(k) {
+            self.index.extend(0..columns.len());
+            self.values.extend(columns.iter().map(|&x| T::of_dd(x)));
+            return;
+        }
         match &design.basis {
             Basis::Columns { scale } => {
                 for (j, (x, s)) in sample.matrix_row(k).iter().zip(scale).enumerate() {

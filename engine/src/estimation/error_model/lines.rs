@@ -5,6 +5,15 @@ use crate::estimation::{
     spec::Along,
 };
 
+/// What a step along a line is measured in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    /// Nodes, missing ones included.
+    Steps,
+    /// The unit of the abscissae.
+    Distance,
+}
+
 /// Counted nodes line after line.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Lines {
@@ -17,7 +26,7 @@ pub(crate) struct Lines {
 impl Lines {
     /// The lines of `nodes`, whose counted ones are `sample`; `line` has the line of each posted
     /// node where scattered nodes or rows of a matrix were measured along several.
-    pub(crate) fn new(nodes: &Nodes, sample: &Sample, along: Along, line: Option<&[i64]>) -> Self {
+    pub(crate) fn new(nodes: &Nodes, sample: &Sample, along: Along, line: Option<&[i64]>, measure: Measure) -> Self {
         let count = sample.count();
         let counted = |k: usize| sample.posted(k);
         let mut order: Vec<usize> = (0..count).collect();
@@ -28,7 +37,10 @@ impl Lines {
                 order.sort_by_key(|&k| rank[counted(k)]);
                 for i in 1..count {
                     let (before, here) = (counted(order[i - 1]), counted(order[i]));
-                    steps[i] = (rank[here] - rank[before]) as f64;
+                    steps[i] = match measure {
+                        Measure::Steps => (rank[here] - rank[before]) as f64,
+                        Measure::Distance => curve.x[here] - curve.x[before],
+                    };
                 }
             }
             Nodes::Grid(grid) => {
@@ -40,12 +52,15 @@ impl Lines {
                 }
                 for i in 1..count {
                     let (before, here) = (place(order[i - 1]), place(order[i]));
-                    let (from, to, same) = match along_u {
-                        true => (before.0, here.0, before.1 == here.1),
-                        false => (before.1, here.1, before.0 == here.0),
+                    let (axis, from, to, same) = match along_u {
+                        true => (&grid.u, before.0, here.0, before.1 == here.1),
+                        false => (&grid.v, before.1, here.1, before.0 == here.0),
                     };
                     if same {
-                        steps[i] = (to - from) as f64;
+                        steps[i] = match measure {
+                            Measure::Steps => (to - from) as f64,
+                            Measure::Distance => axis[to] - axis[from],
+                        };
                     }
                 }
             }
@@ -56,7 +71,11 @@ impl Lines {
                 for i in 1..count {
                     let (before, here) = (order[i - 1], order[i]);
                     if line_of(counted(before)) == line_of(counted(here)) {
-                        steps[i] = (number[counted(here)] - number[counted(before)]) as f64;
+                        let ((u0, v0), (u1, v1)) = (sample.place(before), sample.place(here));
+                        steps[i] = match (measure, nodes) {
+                            (Measure::Distance, Nodes::Scattered(_)) => (u1 - u0).hypot(v1 - v0),
+                            _ => (number[counted(here)] - number[counted(before)]) as f64,
+                        };
                     }
                 }
             }
@@ -107,25 +126,35 @@ mod tests {
         let z = vec![1.0, f64::NAN, 3.0, 4.0, 5.0, 6.0];
         let grid = Nodes::grid(vec![0.0, 2.0], vec![0.0, 1.0, 5.0], z, None, None).unwrap();
         let sample = Sample::new(&grid);
-        let rows = Lines::new(&grid, &sample, Along::V, None);
+        let lines = |along, measure| Lines::new(&grid, &sample, along, None, measure);
+        let rows = lines(Along::V, Measure::Steps);
         assert_eq!((rows.nodes, rows.steps), (vec![0, 1, 2, 3, 4], vec![START, 2.0, START, 1.0, 1.0]));
-        let columns = Lines::new(&grid, &sample, Along::U, None);
+        let columns = lines(Along::U, Measure::Distance);
         assert_eq!((columns.pairs(), columns.nodes), (2, vec![0, 2, 3, 1, 4]));
-        assert_eq!(columns.steps, [START, 1.0, START, START, 1.0]);
+        assert_eq!(columns.steps, [START, 2.0, START, START, 2.0]);
+        assert_eq!(lines(Along::V, Measure::Distance).steps, [START, 5.0, START, 1.0, 4.0]);
     }
 
     #[test]
     fn a_curve_runs_along_x_and_silent_nodes_are_steps() {
         let curve = Nodes::curve(vec![3.0, 1.0, 2.0, 7.0], vec![0.0; 4], Some(vec![1.0, 1.0, 0.0, 2.0])).unwrap();
         let sample = Sample::new(&curve);
-        let lines = Lines::new(&curve, &sample, Along::Order, None);
+        let lines = Lines::new(&curve, &sample, Along::Order, None, Measure::Steps);
         assert_eq!((lines.nodes, lines.steps), (vec![1, 0, 2], vec![START, 2.0, 1.0]));
+        let lines = Lines::new(&curve, &sample, Along::Order, None, Measure::Distance);
+        assert_eq!(lines.steps, [START, 2.0, 4.0]);
     }
 
     #[test]
     fn scattered_nodes_have_lines_by_name() {
-        let nodes = Nodes::scattered(vec![0.0; 5], vec![0.0; 5], vec![0.0; 5], None).unwrap();
-        let lines = Lines::new(&nodes, &Sample::new(&nodes), Along::Order, Some(&[7, -2, 7, -2, 7]));
+        let u = vec![0.0, 0.0, 3.0, 1.0, 6.0];
+        let v = vec![0.0, 9.0, 4.0, 9.0, 8.0];
+        let nodes = Nodes::scattered(u, v, vec![0.0; 5], None).unwrap();
+        let sample = Sample::new(&nodes);
+        let line = [7, -2, 7, -2, 7];
+        let lines = Lines::new(&nodes, &sample, Along::Order, Some(&line), Measure::Steps);
         assert_eq!((lines.nodes, lines.steps), (vec![1, 3, 0, 2, 4], vec![START, 1.0, START, 1.0, 1.0]));
+        let lines = Lines::new(&nodes, &sample, Along::Order, Some(&line), Measure::Distance);
+        assert_eq!(lines.steps, [START, 1.0, START, 5.0, 5.0]);
     }
 }

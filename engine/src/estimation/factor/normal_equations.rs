@@ -33,7 +33,7 @@ pub(super) struct Normal {
 
 /// The normal equations in double precision.
 pub(super) fn normal_equations(design: &Design, sample: &Sample) -> Normal {
-    match Chebyshev::of(design) {
+    match Chebyshev::of(design).filter(|_| !sample.is_white()) {
         Some(axes) => from_moments(&axes, sample),
         None => from_rows(design, sample),
     }
@@ -115,11 +115,11 @@ fn from_rows(design: &Design, sample: &Sample) -> Normal {
             let mut row = Row::<f64>::new(design);
             for k in range.asking(n * n) {
                 row.at(design, sample, k);
-                let (w, z) = (sample.w(k), sample.z(k));
+                let (w, z, one) = (sample.w(k), sample.z(k), sample.one(k));
                 for (s, &j) in row.index.iter().enumerate() {
                     let weighted = w * row.values[s];
                     part.rhs[j] += weighted * z;
-                    part.ones[j] += weighted;
+                    part.ones[j] += weighted * one;
                     for (t, &i) in row.index.iter().enumerate().take(s + 1) {
                         part.gram[(i, j)] += weighted * row.values[t];
                     }

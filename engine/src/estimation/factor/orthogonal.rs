@@ -103,6 +103,25 @@ impl Factor {
         }
     }
 
+    /// The same with other coefficients.
+    pub(crate) fn with_working(&self, working: Vec<Dd>) -> Self {
+        let mut qty = working.clone();
+        multiply_upper_vector(&self.r, &mut qty);
+        Factor {
+            r: self.r.clone(),
+            change: self.change.clone(),
+            qty,
+            working: Some(working),
+            ones: self.ones.clone(),
+            arithmetic: self.arithmetic,
+            relative_error: self.relative_error,
+            rss: self.rss,
+            max_abs: self.max_abs,
+            separable: None,
+            rounded: self.rounded,
+        }
+    }
+
     /// n.
     pub(crate) fn size(&self) -> usize {
         self.qty.len()
@@ -247,9 +266,9 @@ fn by_qr(design: &Design, sample: &Sample, change: DMatrix<Dd>) -> Factor {
             let root = if weight == 1.0 { Dd::ONE } else { Dd::from(weight).sqrt() };
             for (&j, &x) in row.index.iter().zip(&row.values) {
                 a[(above + i, j)] = x * root;
-                ones[j] += weight * x.to_f64();
+                ones[j] += weight * sample.one(k) * x.to_f64();
             }
-            y[above + i] = root * sample.z(k);
+            y[above + i] = root * sample.height::<Dd>(k);
         }
         let step = qr::qr_with_rhs(a, y);
         r = step.r;

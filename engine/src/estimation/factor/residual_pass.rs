@@ -67,7 +67,7 @@ pub(crate) fn residual_pass(
     precision: Precision,
     wanted: Wanted,
 ) -> ResidualPass {
-    match (Chebyshev::of(design), precision) {
+    match (Chebyshev::of(design).filter(|_| !sample.is_white()), precision) {
         (Some(axes), Precision::Double) => tiled_residuals::<F64x4, F64x4>(&axes, sample, c, wanted),
         (Some(axes), Precision::DoubleDouble) if sample.count() >= MANY => {
             tiled_residuals::<Ddx4, F64x4>(&axes, sample, c, wanted)
@@ -216,7 +216,7 @@ fn row_residuals<T: Real>(design: &Design, sample: &Sample, c: &[Dd], wanted: Wa
             let mut rss = T::of(0.0);
             for k in range.asking(20 * n) {
                 row.at(design, sample, k);
-                let mut residual = T::of(sample.z(k));
+                let mut residual: T = sample.height(k);
                 for (&j, &x) in row.index.iter().zip(&row.values) {
                     residual -= x * c[j];
                 }

@@ -8,6 +8,7 @@ use crate::{
         data::{Heights, Nodes, Sample},
         diagnostics::{constant_in_span, correct_digits, finite, perturbation, refuse_dependence},
         error::FitError,
+        error_model::spread::ErrorSpread,
         estimate::{Frame, LeastSquares, PlainEstimate},
         problem::{Evidence, LinearProblem},
         regularized::{Applied, Context, apply, regularized_spectrum},
@@ -65,9 +66,21 @@ pub(super) fn conclude(
     frame: &Frame,
     robust: Option<&RobustSolution>,
 ) -> Result<FitResult, FitError> {
+    conclude_with(linear, heights, spec, frame, robust, None)
+}
+
+/// The same with covariances that do not follow from σ and R alone.
+pub(super) fn conclude_with(
+    linear: &LinearProblem,
+    heights: &Heights,
+    spec: &FitSpec,
+    frame: &Frame,
+    robust: Option<&RobustSolution>,
+    errors: Option<&ErrorSpread>,
+) -> Result<FitResult, FitError> {
     check(linear.design, spec)?;
     let mut warnings = robust.map_or_else(Vec::new, |robust| robust.estimate.warnings.clone());
-    let solved = Solved::new(linear, heights, spec, frame, robust, &mut warnings)?;
+    let solved = Solved { errors, ..Solved::new(linear, heights, spec, frame, robust, &mut warnings)? };
     warnings.extend(solved.correlated_residuals());
     let mut applied = solved.regularized(&mut warnings)?;
     solved.norm_limit(&mut applied, &mut warnings);
@@ -79,6 +92,7 @@ pub(super) fn conclude(
     let (covariance, predictions) = solved.forms(&applied, &mut warnings);
     let influence = solved.influence(&applied, &mut warnings)?;
     let shape = solved.shape(&applied, &mut warnings);
+    let estimable = solved.estimable(&applied);
     let values = applied.residuals.values.take();
     let result = FitResult {
         coefficients: solved.coefficients(&applied),
@@ -99,11 +113,13 @@ pub(super) fn conclude(
         predictions,
         influence,
         shape,
+        errors: None,
+        variance: None,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,
         matrix_b_factors: applied.matrix_b_factors,
-        estimable: solved.estimable(),
+        estimable,
         numerics: Numerics { arithmetic: linear.factor.arithmetic, correct_digits },
         warnings,
     };
@@ -117,6 +133,7 @@ pub(super) struct Solved<'a> {
     pub(super) spec: &'a FitSpec,
     pub(super) frame: &'a Frame,
     pub(super) robust: Option<&'a RobustSolution<'a>>,
+    pub(super) errors: Option<&'a ErrorSpread>,
     /// Σw of the problem that is solved.
     pub(super) weight: f64,
     pub(super) spectrum: Spectrum,
@@ -166,6 +183,7 @@ impl<'a> Solved<'a> {
             spec,
             frame,
             robust,
+            errors: None,
             weight,
             spectrum,
             least_squares,
@@ -268,6 +286,7 @@ impl<'a> Solved<'a> {
         let design = self.linear.design;
         let mut intervals = self.intervals(applied).into_iter();
         let sigma = applied.pooled().map_or(self.sigma, |pooled| Some(pooled.sigma));
+        let own = self.forms_of_coefficients(applied);
         let (plain, leverage) = match self.robust {
             Some(RobustSolution { plain, .. }) => (&plain.coefficients, &plain.leverage),
             None => (&self.least_squares.coefficients, &applied.estimate.leverage),
@@ -287,12 +306,18 @@ impl<'a> Solved<'a> {
                 term: design.labels[j].clone(),
                 key: design.keys[j].clone(),
                 value: applied.estimate.coefficients[j],
-                std_error: match &robust_errors {
-                    Some(errors) => errors[j].filter(|_| self.degrees_of_freedom > 0),
-                    None => sigma.map(|s| s * applied.estimate.spread[j]),
+                std_error: match (&robust_errors, &own) {
+                    (Some(errors), _) => errors[j].filter(|_| self.degrees_of_freedom > 0),
+                    (None, Some(own)) => own[j].std_error,
+                    (None, None) if self.errors.is_some() => None,
+                    (None, None) => sigma.map(|s| s * applied.estimate.spread[j]),
                 },
                 least_squares: plain[j],
-                least_squares_std_error: self.sigma.map(|s| s * leverage[j]),
+                least_squares_std_error: match &own {
+                    Some(own) => own[j].least_squares_error,
+                    None if self.errors.is_some() => None,
+                    None => self.sigma.map(|s| s * leverage[j]),
+                },
                 bias_bound: applied.bounds[j],
                 interval: intervals.next().flatten(),
             })

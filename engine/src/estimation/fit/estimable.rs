@@ -9,9 +9,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::conclude::Solved;
+use super::{conclude::Solved, forms::Forms};
 use crate::{
-    estimation::{inference::Noise, result::EstimableSum, spectrum::caller_columns},
+    estimation::{inference::Noise, regularized::Applied, result::EstimableSum, spectrum::caller_columns},
     fault::words::Shown,
     numerics::{Dd, cancel, jacobi, qr_with_rhs},
 };
@@ -25,18 +25,19 @@ const NAMED: usize = 6;
 
 impl Solved<'_> {
     /// The well determined sums of every group of nearly dependent terms, where they are included.
-    pub(super) fn estimable(&self) -> Option<Vec<EstimableSum>> {
+    pub(super) fn estimable(&self, applied: &Applied) -> Option<Vec<EstimableSum>> {
         if !self.spec.include.collinearity || self.frame.collinearity.near_dependencies.is_empty() {
             return None;
         }
         // the weights of a robust estimate are not the inverse variances of the heights
         let weighted = self.robust.is_some_and(|robust| robust.estimate.weights.is_some());
         let noise = self.noise(self.spec.level).filter(|_| !weighted);
+        let forms = self.errors.filter(|_| self.spectrum.full_rank()).map(|_| self.forms_at(applied, self.spec.level));
         let mut sums = Vec::new();
         for group in self.groups() {
             cancel::checkpoint();
             if sums.len() < MOST {
-                sums.extend(self.of_group(&group, noise.as_ref()));
+                sums.extend(self.of_group(&group, noise.as_ref(), forms.as_ref()));
             }
         }
         sums.truncate(MOST);
@@ -65,7 +66,7 @@ impl Solved<'_> {
         groups
     }
 
-    fn of_group(&self, group: &[usize], noise: Option<&Noise>) -> Vec<EstimableSum> {
+    fn of_group(&self, group: &[usize], noise: Option<&Noise>, forms: Option<&Forms>) -> Vec<EstimableSum> {
         let (factor, n) = (self.linear.factor, self.linear.design.size());
         let caller = caller_columns(factor);
         let length: Vec<f64> =
@@ -90,9 +91,22 @@ impl Solved<'_> {
                 let along: f64 = heights.iter().zip(svd.us.column(k).iter()).map(|(h, u)| h * u).sum();
                 let value = along / (svd.sigma[k] * svd.sigma[k]) / one;
                 let unit_error = 1.0 / (svd.sigma[k] * one).abs();
-                let half = noise.map(|noise| noise.quantile() * noise.sigma * unit_error);
                 let terms: Vec<String> = group.iter().map(|&j| self.linear.design.labels[j].clone()).collect();
                 let weights: Vec<f64> = group.iter().zip(&v).map(|(&j, v)| v * length[j] / one).collect();
+                let (std_error, interval) = match forms {
+                    None if self.errors.is_some() => (None, None),
+                    None => {
+                        let half = noise.map(|noise| noise.quantile() * noise.sigma * unit_error);
+                        (noise.map(|noise| noise.sigma * unit_error), half.map(|half| [value - half, value + half]))
+                    }
+                    Some(forms) => {
+                        let mut row = vec![Dd::ZERO; n];
+                        group.iter().zip(&weights).for_each(|(&j, &w)| row[j] = Dd::from(w));
+                        let sum = forms.of_sum(&caller, row);
+                        (sum.least_squares_error, forms.interval(&sum, 0.0))
+                    }
+                };
+                let half = interval.map(|[low, high]| 0.5 * (high - low));
                 let size = group.iter().zip(&weights).map(|(&j, w)| (w * plain[j]).abs()).fold(0.0, f64::max);
                 let digits = digits_of_weights(size, half.unwrap_or(1e-6 * value.abs()));
                 EstimableSum {
@@ -100,8 +114,8 @@ impl Solved<'_> {
                     terms,
                     weights,
                     value,
-                    std_error: noise.map(|noise| noise.sigma * unit_error),
-                    interval: half.map(|half| [value - half, value + half]),
+                    std_error,
+                    interval,
                     condition_index: best / svd.sigma[k],
                 }
             })

@@ -1,9 +1,12 @@
 //! Linear forms of the coefficients: their estimates, standard errors and intervals.
 
+use nalgebra::DMatrix;
+
 use crate::{
     estimation::{
         design::Along,
-        inference::{LinearForm, Noise, bias_aware, half_width},
+        error_model::spread::ErrorSpread,
+        inference::{Inferred, LinearForm, Noise, bias_aware, half_width},
         problem::LinearProblem,
         regularized::{Form, LinearMap},
         result::Covariance,
@@ -26,6 +29,8 @@ pub(super) struct Forms<'a> {
     pub posterior: bool,
     /// Standard errors of a robust estimate.
     pub robust: Option<&'a Spread>,
+    /// Covariances that do not follow from σ and R alone.
+    pub errors: Option<&'a ErrorSpread>,
     /// r, where it was told before the nodes were seen.
     pub told: Option<f64>,
     /// r, wherever it comes from.
@@ -52,6 +57,14 @@ impl Forms<'_> {
         self.estimated(Form::new(row.iter().map(|x| x.to_f64()).collect(), self.spectrum), value)
     }
 
+    /// The sum of the caller's coefficients with these weights, `caller` being the caller's columns
+    /// in Q's coordinates.
+    pub(super) fn of_sum(&self, caller: &DMatrix<Dd>, mut weights: Vec<Dd>) -> Estimated {
+        triangular::solve_upper_transposed(caller, &mut weights);
+        let value = weights.iter().zip(&self.fitted).fold(Dd::ZERO, |sum, (&q, &b)| sum + q * b).to_f64();
+        self.estimated(Form::new(weights.iter().map(|x| x.to_f64()).collect(), self.spectrum), value)
+    }
+
     /// Height or slope at a place.
     pub(super) fn at(&self, place: [f64; 2], along: Along) -> Estimated {
         self.of_row(self.linear.design.row_at(place, along))
@@ -73,9 +86,10 @@ impl Forms<'_> {
     /// Covariance matrices of the coefficients; `None` without an estimate of the noise.
     pub(super) fn covariance(&self, values: &[f64]) -> Option<Covariance> {
         let found = self.coefficients(values);
-        let root = |row: &[f64]| match self.robust {
-            Some(spread) => spread.root_of_row(row.to_vec()),
-            None => self.noise.map(|noise| row.iter().map(|x| noise.sigma * x).collect::<Vec<f64>>()),
+        let root = |row: &[f64]| match (self.robust, self.errors) {
+            (Some(spread), _) => spread.root_of_row(row.to_vec()),
+            (None, Some(errors)) => Some(errors.root_of_row(row)),
+            (None, None) => self.noise.map(|noise| row.iter().map(|x| noise.sigma * x).collect::<Vec<f64>>()),
         };
         let triangle = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
             (0..rows.len())
@@ -91,9 +105,10 @@ impl Forms<'_> {
 
     fn estimated(&self, form: Form, value: f64) -> Estimated {
         let row = self.map.spread(&form, self.spectrum);
-        let error = |row: &[f64]| match self.robust {
-            Some(spread) => spread.of_row(row.to_vec()),
-            None => self.noise.map(|noise| noise.sigma * length(row)),
+        let error = |row: &[f64]| match (self.robust, self.errors) {
+            (Some(spread), _) => spread.of_row(row.to_vec()),
+            (None, Some(errors)) => Some(errors.of_row(row)),
+            (None, None) => self.noise.map(|noise| noise.sigma * length(row)),
         };
         Estimated {
             value,
@@ -110,6 +125,12 @@ impl Forms<'_> {
         form.q.iter().zip(&self.linear.factor.qty).fold(Dd::ZERO, |sum, (&q, &b)| sum + b.mul_f64(q)).to_f64()
     }
 
+    /// What is known of the error of least squares of the form, where errors do not follow from σ
+    /// and R alone.
+    pub(super) fn inferred(&self, form: &Form) -> Option<Inferred> {
+        Some(self.errors?.inferred(&form.q, self.least_squares(form), self.noise.as_ref()?))
+    }
+
     /// The interval of the form at one place, widened for a further measurement whose own error is
     /// `own`: Student's about least squares, or the bias-aware one where that is shorter.
     pub(super) fn interval(&self, estimated: &Estimated, own: f64) -> Option<[f64; 2]> {
@@ -117,6 +138,14 @@ impl Forms<'_> {
         if self.posterior {
             let half = noise.quantile() * estimated.std_error?.hypot(own);
             return Some([estimated.value - half, estimated.value + half]);
+        }
+        if let Some(errors) = self.errors {
+            let value = self.least_squares(&estimated.form);
+            let further = if own > 0.0 { own / noise.sigma } else { 0.0 };
+            let found = errors.interval(&estimated.form.q, value, further, noise.miss);
+            if found.is_some() {
+                return found;
+            }
         }
         let plain = noise.quantile() * estimated.least_squares_error?.hypot(own);
         let (mut middle, mut half) = (self.least_squares(&estimated.form), plain);

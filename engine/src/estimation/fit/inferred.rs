@@ -2,7 +2,7 @@
 
 use super::{
     conclude::Solved,
-    forms::Forms,
+    forms::{Estimated, Forms},
     intervals::{self, Intervals},
     predict::{outside, predictions},
 };
@@ -37,8 +37,20 @@ impl Solved<'_> {
             return (None, None);
         }
         let level = predict.and_then(|asked| asked.level).unwrap_or(spec.level);
+        let forms = self.forms_at(applied, level);
+        let covariance = spec.include.covariance.then(|| forms.covariance(&applied.estimate.coefficients)).flatten();
+        if let Some(outside) = predict.map(|asked| outside(self.linear.design, &asked.at)).filter(|count| *count > 0) {
+            warnings.push(Warning::OutsideDomain(outside));
+        }
+        let predictions = predict.map(|asked| predictions(&forms, asked, level));
+        (covariance, predictions)
+    }
+
+    pub(super) fn forms_at<'b>(&'b self, applied: &'b Applied, level: f64) -> Forms<'b> {
         let pooled = applied.pooled().map(|pooled| noise_of(pooled, level));
-        let forms = Forms {
+        // the bound on the bias is of filters of least squares whose errors are σ and R
+        let plain = self.robust.is_none() && self.errors.is_none();
+        Forms {
             linear: self.linear,
             columns: &self.frame.columns,
             spectrum: &self.spectrum,
@@ -47,15 +59,16 @@ impl Solved<'_> {
             noise: pooled.or_else(|| self.noise(level)),
             posterior: pooled.is_some(),
             robust: self.robust.map(|robust| &robust.estimate.spread),
-            told: intervals::told(&applied.bias).filter(|_| self.robust.is_none()),
+            errors: self.errors,
+            told: intervals::told(&applied.bias).filter(|_| plain),
             norm_limit: applied.bias.coefficient_norm_limit,
-        };
-        let covariance = spec.include.covariance.then(|| forms.covariance(&applied.estimate.coefficients)).flatten();
-        if let Some(outside) = predict.map(|asked| outside(self.linear.design, &asked.at)).filter(|count| *count > 0) {
-            warnings.push(Warning::OutsideDomain(outside));
         }
-        let predictions = predict.map(|asked| predictions(&forms, asked, level));
-        (covariance, predictions)
+    }
+
+    /// The coefficients as linear forms, where their errors do not follow from σ and R alone.
+    pub(super) fn forms_of_coefficients(&self, applied: &Applied) -> Option<Vec<Estimated>> {
+        self.errors.filter(|_| self.spectrum.full_rank())?;
+        Some(self.forms_at(applied, self.spec.level).coefficients(&applied.estimate.coefficients))
     }
 
     /// Confidence intervals of the coefficients: none without an estimate of the noise.
@@ -73,6 +86,18 @@ impl Solved<'_> {
             norm_limit: intervals::told(&applied.bias).filter(|_| self.robust.is_none()),
             unlimited: if plain { IntervalKind::Student } else { IntervalKind::LeastSquares },
         };
+        if let Some(own) = self.forms_of_coefficients(applied) {
+            let forms = self.forms_at(applied, self.spec.level);
+            let of = |one: &Estimated| {
+                let ends = forms.interval(one, 0.0)?;
+                let about = forms.inferred(&one.form)?;
+                Some(Interval { ends, kind: intervals.unlimited, about, least_squares: None, gain: None })
+            };
+            return own.iter().map(of).collect();
+        }
+        if self.errors.is_some() {
+            return Vec::new();
+        }
         let value = &self.least_squares.coefficients;
         match self.robust {
             None => intervals.of(value, |j| Some(noise.sigma * applied.estimate.leverage[j])),

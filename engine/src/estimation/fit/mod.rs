@@ -2,6 +2,8 @@
 
 mod conclude;
 mod cost;
+mod error_checks;
+mod error_models;
 mod estimable;
 mod forms;
 mod inferred;
@@ -16,6 +18,7 @@ mod shape;
 
 pub(crate) use conclude::report;
 pub use cost::is_short;
+pub(crate) use error_checks::asked_models;
 pub use plan::Plans;
 pub(crate) use run::fit_together;
 pub(super) use run::{fit, fit_remembering};

@@ -2,6 +2,7 @@
 
 use super::conclude::Solved;
 use crate::estimation::{
+    inference::Noise,
     regularized::Applied,
     result::{NormLimitSource, Warning},
 };
@@ -20,13 +21,30 @@ impl Solved<'_> {
         let (a, lambda) = (&self.spectrum.a, &self.spectrum.lambda);
         let told = || a.iter().zip(lambda).filter(|(_, lambda)| **lambda > 0.0);
         let norm = applied.bias.coefficient_norm_limit;
-        let spread = told().map(|(a, lambda)| a * a / lambda).sum::<f64>().sqrt();
-        let above = noise.one_sided() * noise.sigma * spread / norm;
+        let above = noise.one_sided() * self.error_along(|i| a[i], &noise) / norm;
         applied.bias.upper_confidence = Some(norm + above).filter(|limit| limit.is_finite());
         if let Some((&along, &least)) = told().next() {
-            let error = noise.sigma / least.sqrt();
+            let first = lambda.iter().position(|l| *l == least).unwrap_or(0);
+            let error = self.error_along(|i| if i == first { 1.0 } else { 0.0 }, &noise);
             if along.abs() < noise.quantile() * error {
                 warnings.push(Warning::NormLimitIsEstimate { norm, along, error });
+            }
+        }
+    }
+
+    /// Standard error of `Σ wᵢaᵢ` along the eigenvectors.
+    fn error_along(&self, weight: impl Fn(usize) -> f64, noise: &Noise) -> f64 {
+        let (lambda, image) = (&self.spectrum.lambda, &self.spectrum.image);
+        let told = || (0..lambda.len()).filter(|&i| lambda[i] > 0.0);
+        match self.errors {
+            None => noise.sigma * told().map(|i| weight(i).powi(2) / lambda[i]).sum::<f64>().sqrt(),
+            Some(errors) => {
+                let mut row = vec![0.0; image.nrows()];
+                for i in told() {
+                    let share = weight(i) / lambda[i];
+                    row.iter_mut().zip(image.column(i).iter()).for_each(|(to, x)| *to += share * x);
+                }
+                errors.of_row(&row)
             }
         }
     }

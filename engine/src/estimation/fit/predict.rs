@@ -152,7 +152,7 @@ const SETTLED: f64 = 1e-3;
 /// The path or sheet of unit vectors over the domain, widened to the places asked for; `None`
 /// for a robust estimate, whose errors do not follow from R alone.
 fn tube(forms: &Forms, places: &[[f64; 2]], biased: bool) -> Option<Tube> {
-    if forms.robust.is_some() {
+    if forms.robust.is_some() || forms.errors.is_some() {
         return None;
     }
     let design: &Design = forms.linear.design;

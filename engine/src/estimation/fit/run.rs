@@ -2,6 +2,7 @@
 
 use super::{
     conclude::{conclude, conclude_robust, report},
+    error_models::fit_errors,
     plan::Plans,
 };
 use crate::estimation::fault::Field;
@@ -15,7 +16,7 @@ use crate::estimation::{
     problem::{Evidence, LinearProblem},
     result::FitResult,
     robust::{Measured, estimate},
-    spec::FitSpec,
+    spec::{FitSpec, Variance},
 };
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same
@@ -28,6 +29,9 @@ pub(crate) fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> 
 /// in `plans` and found there again when other heights are posted for them.
 pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     let sample = Sample::new(nodes);
+    if spec.errors.is_some() || spec.variance != Variance::Constant {
+        return fit_errors(nodes, &sample, spec);
+    }
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };
     if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {

@@ -7,7 +7,7 @@ use crate::{
     estimation::{
         data::{Nodes, Sample},
         error_model::{
-            lines::Lines,
+            lines::{Lines, Measure},
             serial::{LineBasis, Strength},
         },
         factor::{Separable, orthonormal_rows},
@@ -41,7 +41,12 @@ impl Solved<'_> {
         let Evidence::Posted { sample, nodes } = self.linear.evidence else { return None };
         let rss = self.least_squares.rss;
         let noise = rss.sqrt() > ROUNDING * self.heights.about_zero.sqrt();
-        if self.robust.is_some() || !noise || self.degrees_of_freedom < 2 || !self.spectrum.full_rank() {
+        if self.robust.is_some()
+            || self.spec.errors.is_some()
+            || !noise
+            || self.degrees_of_freedom < 2
+            || !self.spectrum.full_rank()
+        {
             return None;
         }
         let courses: &[Along] = match nodes {
@@ -84,7 +89,7 @@ impl Solved<'_> {
         let mut rows: Option<Vec<f64>> = None;
         let n = self.linear.design.size();
         let mut of = |along: Along| {
-            let lines = Lines::new(nodes, sample, along, None);
+            let lines = Lines::new(nodes, sample, along, None, Measure::Steps);
             let pairs = lines.nodes.windows(2).zip(&lines.steps[1..]).filter(|(_, step)| step.is_finite());
             let c = pairs.map(|(pair, _)| residuals[pair[0]] * residuals[pair[1]]).sum::<f64>() / rss;
             if residuals.len() >= MANY {

@@ -17,7 +17,8 @@ use super::{
 };
 use crate::{
     estimation::{
-        fault::Field,
+        fault::{ErrorsReason, Field},
+        fit::asked_models,
         result::FitResult,
         spec::{FitSpec, Knots},
     },
@@ -176,6 +177,7 @@ fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Curve
     if !asked.spec.filters.is_empty() {
         faults.push(Field::Filters, NearReason::CurveHasNoFilters);
     }
+    asked_models(&asked.spec).for_each(|field| faults.push(field, ErrorsReason::Shape));
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
         faults.push(Field::ControlWeights, NearReason::UnknownControls);
     }

@@ -15,7 +15,7 @@ use super::{
     reason::NearReason,
     surface_report::{self, Problem},
 };
-use crate::estimation::fault::{Faults, Field, NodeList, NodesReason, RegularizationReason};
+use crate::estimation::fault::{ErrorsReason, Faults, Field, NodeList, NodesReason, RegularizationReason};
 use crate::{
     estimation::{
         banded::{
@@ -27,6 +27,7 @@ use crate::{
         },
         design::{Axis, splines},
         error::{FitError, Unconverged},
+        fit::asked_models,
         smoothing::choice::{Found, NoParameter, Smoothing},
         spec::{Degree, Domain, Estimator, FitSpec, HIGHEST_ORDER, Model, Regularization, Scaling},
     },
@@ -160,6 +161,7 @@ fn check_spec(spec: &FitSpec) -> Result<(), Faults> {
     if !spec.filters.is_empty() {
         faults.push(Field::Filters, NearReason::SurfaceHasNoFilters);
     }
+    asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Shape));
     if spec.scaling == Scaling::Standardized {
         faults.push(Field::Scaling, NearReason::NotStandardized);
     }

@@ -3,11 +3,12 @@
 
 use super::boxes::roomy;
 use crate::estimation::fault::{
-    Fault, Faults, Field, ModelReason, NodeList, Reason, RegularizationReason, StreamReason,
+    ErrorsReason, Fault, Faults, Field, ModelReason, NodeList, Reason, RegularizationReason, StreamReason,
 };
 use crate::estimation::{
     data::{Form, Nodes, Sample},
     design::{self, Boxes, Design, bounding_box, product_on},
+    fit::asked_models,
     regularized::{check_admissible, criterion_field},
     spec::{Criterion, Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
 };
@@ -28,6 +29,7 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     if spec.regularization.criterion() == Some(Criterion::Press) {
         faults.push(criterion_field(spec), RegularizationReason::NodesNotKept(Criterion::Press));
     }
+    asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
     check_domain(spec, &mut faults);
     faults.into_result(())?;
     if spec.model == Model::Linear { Ok(()) } else { check_model(spec) }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{
     accuracy::{Numerics, PerturbationReport},
     collinearity::CollinearityReport,
+    errors::{ErrorsReport, VarianceReport},
     estimable::EstimableSum,
     filtering::FilteringReport,
     influence::Influence,
@@ -65,6 +66,10 @@ pub struct FitResult {
     pub influence: Option<Influence>,
     /// The fitted polynomial as a curve or surface; present when `shape` was included.
     pub shape: Option<Shape>,
+    /// Present when errors are correlated.
+    pub errors: Option<ErrorsReport>,
+    /// Present when variances were estimated.
+    pub variance: Option<VarianceReport>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
     /// What a reader must know of this fit.

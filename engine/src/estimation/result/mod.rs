@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod collinearity;
+mod errors;
 mod estimable;
 mod filtering;
 mod fit_result;
@@ -20,6 +21,7 @@ mod warning;
 
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
 pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
+pub use errors::{ErrorsReport, VarianceReport, Whiteness};
 pub use estimable::EstimableSum;
 pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
 pub use fit_result::FitResult;

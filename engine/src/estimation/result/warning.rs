@@ -273,6 +273,24 @@ pub enum Warning {
          heights, and its weights say which nodes it does not trust"
     )]
     NoInfluenceOfRobust,
+    /// Influences of nodes whose errors are not white.
+    #[error(
+        "leverages and residuals without a node are those of independent errors of one variance: with this model of \
+         the errors influences are left out"
+    )]
+    NoInfluenceOfErrors,
+    /// A correction by simulation of errors that are not simulated.
+    #[error(
+        "the predicted error is corrected by simulating independent errors of one variance: with this model of the \
+         errors the correction is left out"
+    )]
+    NoCorrectedError,
+    /// The interval of a further height whose variance nobody knows.
+    #[error(
+        "variances differ from node to node, and nothing says which a further height would have: intervals of \
+         further heights are left out"
+    )]
+    NoPredictionIntervals,
     /// Nodes without which the others do not determine the fit.
     #[error(
         "{} of leverage 1 (node {}{}): the fit passes through whatever is measured there, and without it the others \
@@ -376,7 +394,9 @@ impl Warning {
             DependentLevels(_) => "dependent_columns",
             NoNoise => "no_noise",
             NoPredictions => "no_predictions",
-            NoInfluence | NoInfluenceOfRobust => "no_influence",
+            NoInfluence | NoInfluenceOfRobust | NoInfluenceOfErrors => "no_influence",
+            NoCorrectedError => "no_corrected_error",
+            NoPredictionIntervals => "no_prediction_intervals",
             FullLeverage { .. } => "full_leverage",
             NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
             OutsideDomain(_) => "outside_domain",

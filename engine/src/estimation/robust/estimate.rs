@@ -12,7 +12,7 @@ use crate::{
         diagnostics::dependence,
         error::FitError,
         estimate::PlainEstimate,
-        factor::{Factor, multiply_upper_vector},
+        factor::Factor,
         result::{RobustReport, Warning},
         spec::Estimator,
     },
@@ -91,9 +91,9 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
             for (c, least_squares) in working.iter_mut().zip(plain.working.iter().flatten()) {
                 *c += *least_squares;
             }
-            (with_working(plain, working), None, None)
+            (plain.with_working(working), None, None)
         }
-        Solved::Working(working) => (with_working(plain, working), None, None),
+        Solved::Working(working) => (plain.with_working(working), None, None),
     };
     if weights.is_none() {
         let summary = linear.of_working(factor.working.as_deref().unwrap_or(&[]), false);
@@ -123,23 +123,4 @@ fn as_least_squares(outcome: Outcome, measured: &Measured) -> RobustEstimate {
         coefficients: Vec::new(),
     };
     RobustEstimate { sigma: spread.sigma(), factor, weights, spread, report, warnings: outcome.warnings }
-}
-
-/// The plain factor with other coefficients.
-fn with_working(plain: &Factor, working: Vec<Dd>) -> Factor {
-    let mut qty = working.clone();
-    multiply_upper_vector(&plain.r, &mut qty);
-    Factor {
-        r: plain.r.clone(),
-        change: plain.change.clone(),
-        qty,
-        working: Some(working),
-        ones: plain.ones.clone(),
-        arithmetic: plain.arithmetic,
-        relative_error: plain.relative_error,
-        rss: plain.rss,
-        max_abs: plain.max_abs,
-        separable: None,
-        rounded: plain.rounded,
-    }
 }

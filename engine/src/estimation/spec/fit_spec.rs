@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{
+    errors::{Errors, Variance},
     estimator::Estimator,
     filter::Filter,
     model::{Domain, Model, Scaling},
@@ -58,6 +59,10 @@ pub struct FitSpec {
     pub noise_sigma: Option<f64>,
     /// Standard uncertainties of the nodes; with them perturbation bounds are answered.
     pub node_uncertainty: Option<NodeUncertainty>,
+    /// Correlations of the errors; `None` where they are independent.
+    pub errors: Option<Errors>,
+    /// Variances of the errors beside what weights say.
+    pub variance: Variance,
     /// Level of confidence intervals, between 0.5 and 1.
     pub level: f64,
     /// What was known of the coefficients before.
@@ -84,6 +89,8 @@ impl FitSpec {
             expected_size: ExpectedSize::default(),
             noise_sigma: None,
             node_uncertainty: None,
+            errors: None,
+            variance: Variance::default(),
             level: DEFAULT_LEVEL,
             prior: None,
             predict: None,

@@ -19,7 +19,7 @@ mod tikhonov;
 
 pub use contamination::{Contamination, minimax_k};
 pub use criterion::{Criterion, Parameter};
-pub use errors::Along;
+pub use errors::{Along, Correlation, Errors, Matern, Variance};
 pub use estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start};
 pub use filter::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 pub use fit_spec::{DEFAULT_LEVEL, ExpectedSize, FitSpec, Include, NodeUncertainty};

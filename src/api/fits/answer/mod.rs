@@ -1,6 +1,7 @@
 //! The answer to a fit. Each object of it is declared once (`declare`): struct, schema and writer.
 
 mod declare;
+pub mod errors;
 mod estimable;
 pub mod filters;
 mod influence;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::{
     declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
+    errors::{ErrorsResult, VarianceResult},
     estimable::{EstimableSumBody, MatrixBFactorsBody},
     filters::{FilterCollinearity, FilterResult},
     influence::InfluenceBody,
@@ -47,7 +48,7 @@ answer! {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
             lambda_curve, ridge_trace, matrix_b, matrix_b_factors, estimable, filtering, prior, covariance, predictions,
-            influence, shape: _, numerics, warnings,
+            influence, shape: _, errors, variance, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -96,6 +97,10 @@ answer! {
         predictions?: PredictionsBody = predictions,
         /// Present when `influence` was included and the nodes determine the coefficients.
         influence?: InfluenceBody = influence,
+        /// Present when `errors` were correlated.
+        errors?: ErrorsResult = errors.as_ref().map(|found| Serialized(ErrorsResult::from(found))),
+        /// Present when variances were estimated.
+        variance?: VarianceResult = variance.as_ref().map(|found| Serialized(VarianceResult::from(found))),
         numerics: NumericsBody = numerics,
         /// What to know about the answer; empty where there is nothing to say.
         warnings: Vec<WarningBody> = warnings,

@@ -46,6 +46,8 @@ pub fn of_model(
     let coefficient_norm_limit = positive(&fields.coefficient_norm_limit, faults);
     let noise_sigma = positive(&fields.noise_sigma, faults);
     let node_uncertainty = fields.node_uncertainty.text().and_then(|slice| read_uncertainty(slice, faults));
+    let errors = fields.errors.text().and_then(|slice| super::errors::read(slice, faults));
+    let variance = fields.variance.text().and_then(|slice| super::errors::variance(slice, faults));
     let level = fields.level.read(faults);
     let include = fields.include.read(faults).map(|names| include(&names));
     let filters = fields.filters.text().and_then(|slice| super::filters::read(slice, faults));
@@ -56,6 +58,8 @@ pub fn of_model(
         coefficient_norm_limit,
         noise_sigma,
         node_uncertainty,
+        errors,
+        variance: variance.unwrap_or_default(),
         level: level.unwrap_or(spec::DEFAULT_LEVEL),
         include: include.unwrap_or_default(),
         filters: filters.unwrap_or_default(),

@@ -10,6 +10,7 @@
 //! answering.
 
 mod csv;
+mod errors;
 mod estimator;
 pub mod fields;
 mod filters;

@@ -34,6 +34,8 @@ impl From<&FitSpec> for FitSpecBody {
                     position: unsigned_zero(uncertainty.position),
                     height: unsigned_zero(uncertainty.height),
                 }),
+                errors: spec.errors.as_ref().map(ErrorsBody::from),
+                variance: written(&spec.variance),
                 level: Some(spec.level),
                 include: named(spec.include),
                 filters: (!spec.filters.is_empty()).then(|| spec.filters.iter().map(FilterBody::from).collect()),

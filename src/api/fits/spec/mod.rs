@@ -8,6 +8,7 @@
 pub mod contamination;
 pub mod count;
 pub mod criteria;
+pub mod errors;
 pub mod estimator;
 pub mod filters;
 pub mod include;

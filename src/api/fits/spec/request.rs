@@ -13,7 +13,7 @@ pub use super::{
     count::CountBody,
     knots::{KnotsBody, WeightsBody},
 };
-pub use super::{estimator::*, include::IncludeName, predict::*, prior::PriorBody};
+pub use super::{errors::*, estimator::*, include::IncludeName, predict::*, prior::PriorBody};
 use super::{filters::FilterBody, nodes::PostedNodes};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
@@ -90,6 +90,8 @@ request! {
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma: f64,
         optional node_uncertainty: NodeUncertaintyBody,
+        optional errors: ErrorsBody,
+        optional variance: VarianceBody,
         /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
         #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
         optional level: f64,

@@ -1,0 +1,104 @@
+//! What is wrong with a model of the errors for given nodes.
+
+use crate::{
+    estimation::spec::Along,
+    fault::words::{Shown, entries},
+};
+
+/// Why it is refused.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ErrorsReason {
+    /// A grid without a direction.
+    #[error("the nodes of a grid lie on lines along u and along v: say which of them were scanned")]
+    WhichWay,
+    /// A direction of nodes without axes.
+    #[error("only the nodes of a grid lie on lines along {}: take the order", .0.name())]
+    NoLines(Along),
+    /// Lines of nodes that are in order by themselves.
+    #[error("curves and grids tell their lines themselves")]
+    LinesGiven,
+    /// A list with an entry for each posted node.
+    #[error("{}, but there are {nodes} nodes", entries(*.given))]
+    Count {
+        /// Entries.
+        given: usize,
+        /// Posted nodes.
+        nodes: usize,
+    },
+    /// A correlation of a process that is not stationary.
+    #[error("{} is no correlation of neighbours: above -1 and below 1", Shown(*.0))]
+    Correlation(f64),
+    /// Coefficients of a process that is not stationary.
+    #[error(
+        "no stationary process has φ₁ = {} and φ₂ = {}: -1 < φ₂ < 1 - |φ₁|", Shown(.0[0]), Shown(.0[1])
+    )]
+    NotStationary([f64; 2]),
+    /// A length that is none.
+    #[error("{} is not greater than 0", Shown(*.0))]
+    Length(f64),
+    /// A share that is none.
+    #[error("{} is no share: at least 0 and below 1", Shown(*.0))]
+    Nugget(f64),
+    /// Heights that determine each other.
+    #[error("with these parameters heights determine their neighbours to rounding: add a white share")]
+    Singular,
+    /// Too little is left to estimate from.
+    #[error("{nodes} nodes for {coefficients} coefficients leave too little to estimate the errors from")]
+    FewNodes {
+        /// Counted nodes.
+        nodes: usize,
+        /// Coefficients.
+        coefficients: usize,
+    },
+    /// More work than a request may ask for.
+    #[error("{nodes} nodes with {coefficients} coefficients are too much work for this model of the errors")]
+    TooLarge {
+        /// Counted nodes.
+        nodes: usize,
+        /// Coefficients.
+        coefficients: usize,
+    },
+    /// An estimator that has a model of the errors of its own.
+    #[error("a model of the errors is for least squares: this estimator has one of its own")]
+    Robust,
+    /// A scaling by means.
+    #[error("white rows have no means to be centred by")]
+    Standardized,
+    /// Bounds for independent nodes.
+    #[error("perturbation bounds are those of independent errors of equal variance")]
+    Uncertainty,
+    /// Deletion of single nodes.
+    #[error("PRESS leaves nodes out one by one, of which correlated neighbours would still tell: take another")]
+    Press,
+    /// A prior beside parameters that are estimated.
+    #[error("a prior is weighed against errors whose correlations are told, or whose variances are")]
+    Prior,
+    /// Earlier iterations, whose errors nothing is said of.
+    #[error("earlier iterations are weighed with independent errors of one variance")]
+    Chain,
+    /// Two models at once.
+    #[error("either correlated errors or unequal variances, not both")]
+    Both,
+    /// A σ beside variances that are taken from the residuals.
+    #[error("variances are taken from the residuals, not from a σ that is told")]
+    Sigma,
+    /// A node that determines a coefficient alone.
+    #[error("a node alone determines a coefficient: its residual says nothing of its variance")]
+    Alone,
+    /// A group whose variance is not determined.
+    #[error("the residuals do not determine the variance of every group: join small groups")]
+    Group,
+    /// A coordinate that is 0.
+    #[error("a node lies at 0, where a power of the coordinate gives no variance")]
+    Zero,
+    /// A power that is not determined.
+    #[error("the residuals determine no power between -6 and 6")]
+    Power,
+    /// Curves and surfaces near points.
+    #[error("shapes near points are fitted with independent errors of one variance")]
+    Shape,
+    /// A stream keeps no nodes.
+    #[error("a stream keeps no nodes, whose lines and residuals a model of the errors needs")]
+    Stream,
+}

@@ -1,0 +1,130 @@
+//! Variances that are not equal, estimated by restricted maximum likelihood.
+//!
+//! Node k has variance `σ²/ωₖ`. In the coordinates of plain least squares (orthonormal rows qₖ and
+//! residuals bₖ) the restricted likelihood of weights ω is
+//!
+//! ```text
+//! ln L = ½ Σ ln ω − ½ ln det QᵀΩQ − ½(m − n) ln RSS
+//! ```
+
+use std::collections::BTreeMap;
+
+use nalgebra::DMatrix;
+
+use crate::numerics::{
+    cancel::{self, Asking},
+    triangular,
+};
+
+/// Orthonormal rows and residuals of least squares, by counted node.
+pub(crate) struct Rows<'a> {
+    pub n: usize,
+    pub q: &'a [f64],
+    pub residuals: &'a [f64],
+}
+
+/// Weighted least squares in these coordinates.
+struct Weighted {
+    r: DMatrix<f64>,
+    step: Vec<f64>,
+    rss: f64,
+}
+
+impl Rows<'_> {
+    fn solved(&self, omega: impl Fn(usize) -> f64) -> Option<Weighted> {
+        let n = self.n;
+        let mut gram = DMatrix::<f64>::zeros(n, n);
+        let (mut right, mut squares) = (vec![0.0; n], 0.0);
+        for (k, (row, b)) in self.q.chunks_exact(n).zip(self.residuals).asking(n * n).enumerate() {
+            let w = omega(k);
+            squares += w * b * b;
+            for (j, &x) in row.iter().enumerate() {
+                right[j] += w * x * b;
+                gram.column_mut(j).iter_mut().zip(&row[..=j]).for_each(|(to, y)| *to += w * x * y);
+            }
+        }
+        let r = triangular::cholesky(&gram)?;
+        triangular::solve_upper_transposed(&r, &mut right);
+        let rss = squares - right.iter().map(|x| x * x).sum::<f64>();
+        triangular::solve_upper(&r, &mut right);
+        (rss > 0.0).then_some(Weighted { r, step: right, rss })
+    }
+
+    fn freedom(&self) -> f64 {
+        (self.residuals.len() - self.n) as f64
+    }
+}
+
+/// Relative change of variances at which they are answered, and rounds at most.
+const SETTLED: f64 = 1e-10;
+const ROUNDS: usize = 1000;
+
+/// Weights of the groups, that of the first being 1; `None` where a group's residuals vanish or
+/// the iteration does not settle. `group` has the group of each counted node.
+///
+/// At the maximum `σ_g² = Σ r²/Σ(1 − h)` over each group, h being the leverages of the weighted
+/// fit: this is iterated.
+pub(crate) fn groups(rows: &Rows, group: &[i64]) -> Option<BTreeMap<i64, f64>> {
+    let mut variance: BTreeMap<i64, f64> = group.iter().map(|&g| (g, 1.0)).collect();
+    if variance.len() == 1 {
+        return Some(variance);
+    }
+    for _ in 0..ROUNDS {
+        cancel::checkpoint();
+        let found = rows.solved(|k| 1.0 / variance[&group[k]])?;
+        let mut sums: BTreeMap<i64, (f64, f64)> = BTreeMap::new();
+        let mut turned = vec![0.0; rows.n];
+        for (k, (row, b)) in rows.q.chunks_exact(rows.n).zip(rows.residuals).enumerate() {
+            turned.copy_from_slice(row);
+            triangular::solve_upper_transposed(&found.r, &mut turned);
+            let leverage = turned.iter().map(|x| x * x).sum::<f64>() / variance[&group[k]];
+            let residual = b - row.iter().zip(&found.step).map(|(x, s)| x * s).sum::<f64>();
+            let sum = sums.entry(group[k]).or_default();
+            *sum = (sum.0 + residual * residual, sum.1 + 1.0 - leverage);
+        }
+        let mut moved = 0.0f64;
+        for (g, (squares, free)) in sums {
+            let next = squares / free;
+            if !(free > 1e-9 && next > 0.0 && next.is_finite()) {
+                return None;
+            }
+            moved = moved.max((next / variance[&g] - 1.0).abs());
+            variance.insert(g, next);
+        }
+        if moved < SETTLED {
+            let first = *variance.values().next()?;
+            return Some(variance.into_iter().map(|(g, v)| (g, first / v)).collect());
+        }
+    }
+    None
+}
+
+/// Exponents that are looked at.
+const STEEPEST: f64 = 6.0;
+const STEPS: usize = 48;
+
+/// δ of standard deviations that go as |x|^δ; `None` where no δ between ± 6 is likelier than those
+/// beside it. `x` holds the ratio of each counted node's place to their geometric mean.
+pub(crate) fn exponent(rows: &Rows, x: &[f64]) -> Option<f64> {
+    let logs: Vec<f64> = x.iter().map(|x| libm::log(*x)).collect();
+    let likelihood = |delta: f64| {
+        let found = rows.solved(|k| libm::exp(-2.0 * delta * logs[k]))?;
+        let determinant: f64 = (0..rows.n).map(|i| libm::log(found.r[(i, i)])).sum();
+        let volume: f64 = -delta * logs.iter().sum::<f64>();
+        Some(volume - determinant - 0.5 * rows.freedom() * libm::log(found.rss))
+    };
+    let place = |k: usize| STEEPEST * (2.0 * k as f64 / STEPS as f64 - 1.0);
+    let found: Vec<f64> = (0..=STEPS).map(|k| likelihood(place(k)).unwrap_or(f64::NEG_INFINITY)).collect();
+    let best = (0..=STEPS).max_by(|&a, &b| found[a].total_cmp(&found[b]))?;
+    if best == 0 || best == STEPS || !found[best].is_finite() {
+        return None;
+    }
+    // golden section
+    let ratio = 0.5 * (5f64.sqrt() - 1.0);
+    let (mut low, mut high) = (place(best - 1), place(best + 1));
+    while high - low > 1e-9 {
+        let (a, b) = (high - ratio * (high - low), low + ratio * (high - low));
+        if likelihood(a)? > likelihood(b)? { high = b } else { low = a }
+    }
+    Some(0.5 * (low + high))
+}

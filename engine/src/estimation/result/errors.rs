@@ -1,0 +1,45 @@
+//! What was found of errors that are not white.
+
+use crate::estimation::spec::{Along, Correlation};
+
+/// Errors that are correlated along scan lines.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ErrorsReport {
+    /// The correlation, with the parameters that were told or estimated.
+    pub correlation: Correlation,
+    /// Which way lines run.
+    pub along: Along,
+    /// Standard errors of the parameters, where they were estimated: of one or of two.
+    pub std_errors: Option<[f64; 2]>,
+    /// So many independent heights would tell as much of a mean.
+    pub effective_count: f64,
+    /// Of the residuals of plain least squares, and of those made white; `None` where all are 0.
+    pub whiteness: Option<[Whiteness; 2]>,
+    /// Lags of Ljung and Box's figure.
+    pub lags: usize,
+}
+
+/// Variances that were estimated.
+#[derive(Clone, Debug, PartialEq)]
+pub enum VarianceReport {
+    /// Of groups: name, standard deviation of a height of weight 1.
+    Groups(Vec<(i64, f64)>),
+    /// The power.
+    Power {
+        /// Of the coordinate.
+        exponent: f64,
+        /// Where a height of weight 1 has the standard deviation `sigma` of the residuals.
+        at: f64,
+    },
+}
+
+/// Both figures of residuals.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Whiteness {
+    /// `Σ (rᵢ − rᵢ₊₁)² / Σ r²`: about 2 for white residuals.
+    pub durbin_watson: f64,
+    /// `m(m + 2) Σ cₕ²/mₕ` over lags h, mₕ being the pairs of lag h.
+    pub ljung_box: f64,
+    /// P(χ² > Q) of as many degrees of freedom as lags.
+    pub ljung_box_p: f64,
+}

@@ -1,0 +1,150 @@
+//! What was found of errors that are not white, as it is answered.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::fits::spec::errors::AlongName;
+use flankfit_engine::estimation::{
+    result::{ErrorsReport, VarianceReport, Whiteness},
+    spec::{Correlation, Matern},
+};
+
+/// Correlations of the errors along scan lines. Of `residuals`, `rss` and `sigma` are then those of
+/// the white rows, sigma being the standard deviation of a height of weight 1; the others are those
+/// of the heights.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ErrorsResult)]
+pub struct ErrorsResult {
+    #[serde(rename = "type")]
+    pub kind: CorrelationName,
+    pub along: AlongName,
+    pub parameters: ErrorParameters,
+    /// So many independent heights would tell as much of a mean.
+    pub effective_count: f64,
+    /// Durbin and Watson's d, about 2 for white residuals: of plain least squares, and of the white
+    /// rows.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub durbin_watson: Option<[f64; 2]>,
+    /// Ljung and Box's Q of both.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ljung_box: Option<[f64; 2]>,
+    /// P(χ² > Q) with as many degrees of freedom as lags.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ljung_box_p: Option<[f64; 2]>,
+    /// Lags that Q is summed over.
+    pub ljung_box_lags: usize,
+}
+
+/// How errors are correlated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum CorrelationName {
+    Ar1,
+    Ar2,
+    Matern,
+}
+
+/// Parameters, told or estimated: `rho`, or `phi`, or `length` and `nugget`.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ErrorParameters)]
+pub struct ErrorParameters {
+    /// Of `ar1`: the correlation of neighbours.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rho: Option<f64>,
+    /// Of `ar2`: φ₁ and φ₂.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phi: Option<[f64; 2]>,
+    /// Of `matern`, in the unit of the abscissae.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub length: Option<f64>,
+    /// Of `matern`: the white share of the variance.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nugget: Option<f64>,
+    /// Standard error of `rho` or `length`, where it was estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// Standard errors of `phi`, where they were estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub phi_std_error: Option<[f64; 2]>,
+    /// Standard error of `nugget`, where it was estimated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub nugget_std_error: Option<f64>,
+}
+
+impl From<&ErrorsReport> for ErrorsResult {
+    fn from(report: &ErrorsReport) -> Self {
+        let ErrorsReport { correlation, along, std_errors, effective_count, whiteness, lags } = report;
+        let std_error = |k: usize| std_errors.map(|errors| errors[k]);
+        let (kind, parameters) = match *correlation {
+            Correlation::Ar1 { rho } => {
+                (CorrelationName::Ar1, ErrorParameters { rho, std_error: std_error(0), ..ErrorParameters::default() })
+            }
+            Correlation::Ar2 { phi } => (
+                CorrelationName::Ar2,
+                ErrorParameters { phi, phi_std_error: *std_errors, ..ErrorParameters::default() },
+            ),
+            Correlation::Matern { parameters } => {
+                let (length, nugget) = parameters.map(|Matern { length, nugget }| (length, nugget)).unzip();
+                let parameters = ErrorParameters {
+                    length,
+                    nugget,
+                    std_error: std_error(0),
+                    nugget_std_error: std_error(1),
+                    ..ErrorParameters::default()
+                };
+                (CorrelationName::Matern, parameters)
+            }
+        };
+        let both = |of: fn(&Whiteness) -> f64| whiteness.as_ref().map(|found| [of(&found[0]), of(&found[1])]);
+        ErrorsResult {
+            kind,
+            along: AlongName::from(*along),
+            parameters,
+            effective_count: *effective_count,
+            durbin_watson: both(|found| found.durbin_watson),
+            ljung_box: both(|found| found.ljung_box),
+            ljung_box_p: both(|found| found.ljung_box_p),
+            ljung_box_lags: *lags,
+        }
+    }
+}
+
+/// Variances that were estimated.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = VarianceResult)]
+pub struct VarianceResult {
+    /// Of `groups`, by their names.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub groups: Option<Vec<GroupSigma>>,
+    /// Of `power_of`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exponent: Option<f64>,
+    /// Where the standard deviation of a height of weight 1 is `residuals.sigma`: the geometric
+    /// mean of the coordinate.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<f64>,
+}
+
+/// The standard deviation of a height of weight 1 of a group.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+pub struct GroupSigma {
+    /// Its name in the request.
+    pub group: i64,
+    /// In the unit of the heights.
+    pub sigma: f64,
+}
+
+impl From<&VarianceReport> for VarianceResult {
+    fn from(report: &VarianceReport) -> Self {
+        match report {
+            VarianceReport::Groups(groups) => VarianceResult {
+                groups: Some(groups.iter().map(|&(group, sigma)| GroupSigma { group, sigma }).collect()),
+                exponent: None,
+                at: None,
+            },
+            VarianceReport::Power { exponent, at } => {
+                VarianceResult { groups: None, exponent: Some(*exponent), at: Some(*at) }
+            }
+        }
+    }
+}

@@ -1,0 +1,124 @@
+//! Models of the errors over HTTP: answered, refused by pointer, stored and replayed.
+
+use flankfit::api::examples::REQUEST_EXAMPLES;
+use serde_json::{Value, json};
+
+use crate::harness::{TestApp, send};
+
+fn example(name: &str) -> Value {
+    let example = REQUEST_EXAMPLES.iter().find(|example| example.name == name).unwrap();
+    serde_json::from_str(example.text).unwrap()
+}
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+#[tokio::test]
+async fn correlated_errors_are_estimated() {
+    let app = TestApp::start().await;
+    let body = app.fit(&example("fit_correlated").to_string()).await.json();
+    let errors = &body["errors"];
+    assert_eq!((&errors["type"], &errors["along"]), (&json!("ar1"), &json!("order")));
+    assert_eq!(body["spec"]["errors"], json!({"type": "ar1", "along": "order", "estimate": true}));
+    let (rho, error) = (number(&errors["parameters"]["rho"]), number(&errors["parameters"]["std_error"]));
+    assert!((0.1..0.95).contains(&rho) && (0.02..0.4).contains(&error), "{errors}");
+    let count = number(&errors["effective_count"]);
+    assert!(count > 2.0 && count < 40.0, "{errors}");
+    let statistic = |k: usize| number(&errors["durbin_watson"][k]);
+    assert!(statistic(0) < statistic(1) && statistic(1) < 2.6, "{errors}");
+    // as a plain fit it warns, and says less than the truth of its errors
+    let mut plain = example("fit_correlated");
+    plain.as_object_mut().unwrap().remove("errors");
+    let plain = app.fit(&plain.to_string()).await.json();
+    assert!(plain.get("errors").is_none());
+    assert!(plain["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "correlated_residuals"), "{plain}");
+    let first = |body: &Value| number(&body["coefficients"][0]["std_error"]);
+    assert!(first(&body) > 1.5 * first(&plain));
+}
+
+#[tokio::test]
+async fn told_parameters_and_variances_come_back() {
+    let app = TestApp::start().await;
+    let mut asked = example("fit_correlated");
+    for (errors, parameters) in [
+        (json!({"type": "ar1", "parameters": {"rho": 0.6}}), json!({"rho": 0.6})),
+        (json!({"type": "ar2", "parameters": {"phi": [0.9, -0.2]}}), json!({"phi": [0.9, -0.2]})),
+        (
+            json!({"type": "matern", "parameters": {"length": 2.0, "nugget": 0.25}}),
+            json!({"length": 2.0, "nugget": 0.25}),
+        ),
+    ] {
+        asked["errors"] = errors;
+        let body = app.fit(&asked.to_string()).await.json();
+        assert_eq!(body["errors"]["parameters"], parameters);
+        let mut again = body["spec"].clone();
+        again["nodes"] = asked["nodes"].clone();
+        assert_eq!(app.fit(&again.to_string()).await.json()["coefficients"], body["coefficients"]);
+    }
+    asked["errors"] = json!({"type": "independent"});
+    let plain = app.fit(&asked.to_string()).await.json();
+    assert!(plain["spec"].get("errors").is_none() && plain.get("errors").is_none());
+    asked["variance"] = json!("hc3");
+    let sandwich = app.fit(&asked.to_string()).await.json();
+    assert_eq!(sandwich["spec"]["variance"], "hc3");
+    assert_eq!(sandwich["coefficients"][0]["value"], plain["coefficients"][0]["value"]);
+    assert_ne!(sandwich["coefficients"][0]["std_error"], plain["coefficients"][0]["std_error"]);
+
+    let body = app.fit(&example("fit_groups").to_string()).await.json();
+    let sigma = |k: usize| number(&body["variance"]["groups"][k]["sigma"]);
+    assert!(sigma(1) > 2.0 * sigma(0), "{}", body["variance"]);
+    let mut power = example("fit_groups");
+    power["nodes"]["x"] = json!((1..25).map(f64::from).collect::<Vec<_>>());
+    power["variance"] = json!({"power_of": "u"});
+    let body = app.fit(&power.to_string()).await.json();
+    assert!(number(&body["variance"]["exponent"]) > 0.0 && number(&body["variance"]["at"]) > 1.0);
+}
+
+#[tokio::test]
+async fn what_is_wrong_is_pointed_at() {
+    let app = TestApp::start().await;
+    let base = example("fit_correlated");
+    let refused = async |change: &[(&str, Value)], pointer: &str| {
+        let mut asked = base.clone();
+        for (name, value) in change {
+            asked[*name] = value.clone();
+        }
+        let answer = app.fit(&asked.to_string()).await;
+        assert_eq!(answer.status, 422, "{}", answer.text);
+        let answer = answer.json();
+        assert_eq!(answer["errors"][0]["pointer"], pointer, "{answer}");
+    };
+    refused(&[("errors", json!(null))], "/errors").await;
+    refused(&[("errors", json!({"type": "arma"}))], "/errors/type").await;
+    refused(&[("errors", json!({"type": "ar1", "rho": 0.5}))], "/errors/rho").await;
+    refused(&[("errors", json!({"type": "ar1", "along": "v"}))], "/errors/along").await;
+    refused(&[("errors", json!({"type": "ar1", "estimate": false}))], "/errors/parameters").await;
+    refused(&[("errors", json!({"type": "ar1", "parameters": {"rho": 1.0}}))], "/errors/parameters").await;
+    refused(&[("errors", json!({"type": "ar1", "line": [1, 2]}))], "/errors/line").await;
+    refused(&[("estimator", json!({"type": "rank"}))], "/estimator/type").await;
+    refused(&[("scaling", json!("standardized"))], "/scaling").await;
+    refused(&[("variance", json!("hc3"))], "/variance").await;
+    let independent = ("errors", json!({"type": "independent"}));
+    refused(&[independent.clone(), ("variance", json!("hc4"))], "/variance").await;
+    refused(&[independent.clone(), ("variance", json!({"groups": [1]}))], "/variance").await;
+    refused(&[independent.clone(), ("variance", json!({"power_of": "u", "exponent": 9}))], "/variance/exponent").await;
+    refused(&[independent, ("variance", json!({}))], "/variance").await;
+}
+
+#[tokio::test]
+async fn they_are_stored_and_replayed() {
+    let app = TestApp::start().await;
+    let job = send(app.post("/v1/jobs", json!({"name": "errors"}).to_string())).await.json();
+    let iterations = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
+    for name in ["fit_correlated", "fit_groups"] {
+        let stored = send(app.post(&iterations, example(name).to_string())).await;
+        assert_eq!(stored.status, 201, "{}", stored.text);
+        let stored = stored.json();
+        let fit = &stored["fits"][0];
+        let kept = if name == "fit_groups" { "variance" } else { "errors" };
+        assert_eq!(fit["spec"][kept], example(name)[kept]);
+        let path = format!("{iterations}/{}/fits/{}/replay", stored["number"], fit["id"].as_str().unwrap());
+        assert_eq!(send(app.post(&path, "")).await.json()["identical"], true);
+    }
+}
