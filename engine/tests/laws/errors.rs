@@ -141,13 +141,13 @@ fn lines_of_scattered_nodes_are_those_of_a_grid() {
     }
 }
 
-/// Of 400 draws with four coefficients: a coverage is uncertain by 0.008.
+/// Of 250 draws with four coefficients: a coverage is uncertain by 0.01.
 #[test]
 fn intervals_hold_for_correlated_errors() {
     let asked = correlated(Correlation::Ar1 { rho: None }, Along::Order);
     for (rho, least, most) in [(0.0, 0.93, 0.985), (0.5, 0.94, 0.99), (0.9, 0.93, 0.985)] {
         let mut random = Random::new(34);
-        let held = coverage(400, || {
+        let held = coverage(250, || {
             let nodes = Nodes::curve(axis(60), autoregression(&mut random, 60, rho), None).unwrap();
             fit(&nodes, &asked)
         });

@@ -14,6 +14,7 @@ mod criteria;
 mod criteria_more;
 mod curves;
 mod edges;
+mod error_combinations;
 mod errors;
 mod estimable;
 mod extremes;

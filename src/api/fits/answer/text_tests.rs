@@ -15,19 +15,21 @@ use flankfit_engine::estimation::{
     inference::{Inferred, SimultaneousMethod},
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
-        ErrorsReport, EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind as Kind,
-        IterationReport, LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport,
-        NearDependency, NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions,
-        ProductOfB, RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint,
-        RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, VarianceReport, Warning,
+        EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind as Kind, IterationReport,
+        LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
+        NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB,
+        RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport,
+        Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
     },
     spec::{
-        Action, Along, Correlation, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter,
-        Regularization, Scaling, Scheme, Start,
+        Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
+        Scaling, Scheme, Start,
     },
 };
 use flankfit_engine::numerics::distribution::Student;
 
+#[path = "text_tests_errors.rs"]
+mod errors;
 #[path = "text_tests_prior.rs"]
 mod prior;
 
@@ -409,15 +411,8 @@ impl Maker {
             ridge_trace: self
                 .there()
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
-            errors: self.there().then(|| ErrorsReport {
-                correlation: Correlation::Ar2 { phi: Some([0.5, -1e-3]) },
-                along: Along::V,
-                std_errors: self.there().then_some([0.25, 0.125]),
-                effective_count: 12.5,
-                whiteness: None,
-                lags: self.below(11),
-            }),
-            variance: self.there().then(|| VarianceReport::Groups(vec![(-3, 0.5), (self.below(9) as i64, 2.0)])),
+            errors: self.there().then(|| self.errors()),
+            variance: self.there().then(|| self.variance()),
             matrix_b: self.there().then(|| self.rows()),
             matrix_b_factors: self.there().then(|| self.factors()),
             estimable: self.there().then(|| self.sums()),

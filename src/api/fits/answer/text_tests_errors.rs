@@ -1,0 +1,24 @@
+//! What a fit may say of errors that are not white, made up.
+
+use super::Maker;
+use flankfit_engine::estimation::{
+    result::{ErrorsReport, VarianceReport},
+    spec::{Along, Correlation},
+};
+
+impl Maker {
+    pub(super) fn errors(&mut self) -> ErrorsReport {
+        ErrorsReport {
+            correlation: Correlation::Ar2 { phi: Some([0.5, -1e-3]) },
+            along: Along::V,
+            std_errors: self.there().then_some([0.25, 0.125]),
+            effective_count: 12.5,
+            whiteness: None,
+            lags: self.below(11),
+        }
+    }
+
+    pub(super) fn variance(&mut self) -> VarianceReport {
+        VarianceReport::Groups(vec![(-3, 0.5), (self.below(9) as i64, 2.0)])
+    }
+}
