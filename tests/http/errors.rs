@@ -122,3 +122,32 @@ async fn they_are_stored_and_replayed() {
         assert_eq!(send(app.post(&path, "")).await.json()["identical"], true);
     }
 }
+
+#[tokio::test]
+async fn figures_of_flanks_take_them_and_shapes_do_not() {
+    let app = TestApp::start().await;
+    let mut flank = crate::shapes::examples("gear_flank_surface")[0].1.clone();
+    let post = async |path: &str, body: &Value| send(app.post(path, body.to_string())).await;
+    let width = |body: &Value| {
+        let ends = &body["helix_slope_um"]["interval"];
+        number(&ends[1]) - number(&ends[0])
+    };
+    let plain = post("/v1/gears/flank-surface", &flank).await.json();
+    flank["errors"] = json!({"type": "ar1", "along": "v", "parameters": {"rho": 0.8}});
+    let scanned = post("/v1/gears/flank-surface", &flank).await;
+    assert_eq!(scanned.status, 200, "{}", scanned.text);
+    assert!(width(&scanned.json()) > 1.2 * width(&plain), "{}", scanned.text);
+    let refused = async |path: &str, body: &Value, pointer: &str| {
+        let answer = post(path, body).await;
+        assert_eq!(answer.status, 422, "{}", answer.text);
+        assert_eq!(answer.json()["errors"][0]["pointer"], pointer, "{}", answer.text);
+    };
+    flank["errors"] = json!({"type": "ar1"});
+    refused("/v1/gears/flank-surface", &flank, "/errors/along").await;
+    flank.as_object_mut().unwrap().remove("errors");
+    flank["variance"] = json!({"power_of": "u"});
+    refused("/v1/gears/flank-surface", &flank, "/variance").await;
+    let mut curve = example("curve_least_squares");
+    curve["variance"] = json!("hc3");
+    refused("/v1/curves", &curve, "/variance").await;
+}

@@ -32,6 +32,7 @@ pub use data::Nodes;
 pub use error::{FitError, Refused, Unconverged};
 pub use fault::{Fault, Faults, Field, NodeList, Reason};
 pub use filtering::{fit, fit_remembering};
+pub(crate) use fit::asked_models;
 pub use fit::{Plans, is_short};
 pub use recursive::Recursive;
 pub use result::FitResult;

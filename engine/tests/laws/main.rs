@@ -19,6 +19,7 @@ mod errors;
 mod estimable;
 mod extremes;
 mod fit_shapes;
+mod flank_errors;
 mod gear_correction;
 mod gear_correction_compare;
 mod gear_correction_errors;

@@ -95,6 +95,12 @@ pub enum ErrorsReason {
     /// A power that is not determined.
     #[error("the residuals determine no power between -6 and 6")]
     Power,
+    /// A power of a coordinate that runs from -1 to 1.
+    #[error("the flank's coordinates are mapped to -1 … 1, of which errors are no power: take groups or hc3")]
+    Mapped,
+    /// The pose of a part.
+    #[error("a part is registered with independent errors of one variance")]
+    Registration,
     /// Curves and surfaces near points.
     #[error("shapes near points are fitted with independent errors of one variance")]
     Shape,

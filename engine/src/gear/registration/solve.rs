@@ -11,7 +11,9 @@ use super::{
 };
 use crate::{
     estimation::{
-        FitError, FitResult, FitSpec, Unconverged, fit,
+        Faults, FitError, FitResult, FitSpec, Unconverged, asked_models,
+        fault::ErrorsReason,
+        fit,
         spec::{Include, Regularization},
     },
     gear::deviation::{Deviations, Reference},
@@ -101,6 +103,9 @@ fn registered(
     start: Option<&Start>,
 ) -> Result<Registration, RegistrationRefused> {
     let freedom = Freedom::new(reference.gear, asked.motions)?;
+    if let Some(field) = asked_models(asked.spec).next() {
+        return Err(FitError::from(Faults::one(field, ErrorsReason::Registration)).into());
+    }
     let mut part = Part::new(reference, deviations, asked, freedom, start)?;
     let pivot = part.pivot(asked)?;
     let pose = start.map_or(Pose { pivot, ..Pose::default() }, |start| start.pose.about(pivot));

@@ -10,7 +10,8 @@ use flankfit_engine::estimation::spec::{Along, Correlation, Errors, Matern, Vari
 /// of generalised least squares: rows of matrix and heights are made white along the lines, and
 /// spectrum, regularisation, bounds and bands are those of the white rows. Parameters that are not
 /// given are estimated by restricted maximum likelihood, and estimates and intervals are averages
-/// over them.
+/// over them. For fits and surfaces of flanks; curves and surfaces near points, registrations and
+/// streams refuse it.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Errors, discriminator(property_name = "type", mapping(
@@ -113,8 +114,8 @@ tags! {
     MaternTag = Matern,
 }
 
-/// Which way scan lines run: along u (columns of a grid) or v (its rows); `order`: along the
-/// abscissae of a curve, in the order posted of other nodes.
+/// Which way scan lines run: along u (columns of a grid; of a flank its profiles) or v (rows; of a
+/// flank its helices); `order`: along the abscissae of a curve, in the order posted of other nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AlongName {
@@ -179,7 +180,7 @@ impl From<&Errors> for ErrorsBody {
 }
 
 /// Variances of the errors: `constant` (the default), `hc3`, or an object that says what they
-/// follow.
+/// follow. For what takes `errors`.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Variance)]

@@ -9,7 +9,7 @@ use super::{super::fault::SurfaceRefused, FlankNodes, SurfaceSettings, Trimmed, 
 use crate::{
     estimation::{
         self, FitError, FitResult, FitSpec, Nodes,
-        spec::{DEFAULT_CONDITION_LIMIT, Model, Regularization, Scaling},
+        spec::{DEFAULT_CONDITION_LIMIT, Model, Regularization, Scaling, Variance},
     },
     gear::Gear,
 };
@@ -33,7 +33,9 @@ pub struct FlankFigures {
 /// The figures by plain least squares: how `settings` would regularise and scale is not looked at.
 /// `None` where the nodes do not tell them.
 pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Option<FlankFigures> {
-    let spec = FitSpec { regularization: Regularization::None, scaling: Scaling::None, ..settings.spec.clone() };
+    let spec =
+        FitSpec { regularization: Regularization::None, scaling: Scaling::None, errors: None, ..settings.spec.clone() };
+    let spec = FitSpec { variance: Variance::Constant, ..spec };
     let settings = SurfaceSettings { spec, ..settings.clone() };
     // what cannot be fitted is not told
     if let Ok(surface) = flank_surface(gear, nodes, &settings)

@@ -18,6 +18,7 @@
 //! standard errors and with the bounds of their bias that the fit answers (for the use of such a
 //! surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
 
+mod errors;
 mod figures;
 mod nodes;
 mod own_zeros;
@@ -106,7 +107,8 @@ pub fn flank_surface(
 ) -> Result<FlankSurface, SurfaceRefused> {
     let (trimmed, counts, posted) = Trimmed::new(gear, nodes, settings)?;
     let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Total };
-    let asked = &settings.spec;
+    let of_kept = errors::of_kept(&settings.spec, &trimmed.kept, counts.posted).map_err(FitError::from)?;
+    let asked = of_kept.as_ref().unwrap_or(&settings.spec);
     let include = Include { residuals: true, ..asked.include };
     let mut result = estimation::fit(&posted, &FitSpec { model, domain: None, include, ..asked.clone() })?;
     let residuals = result.residuals.values.take().unwrap_or_default();

@@ -47,6 +47,8 @@ pub(super) struct Trimmed {
     pub z: [f64; 2],
     /// Roll lengths before the border was cut off.
     pub evaluated: [f64; 2],
+    /// The node given that each node of the fit is.
+    pub kept: Vec<usize>,
     /// +1 where the tip lies at greater roll lengths.
     outward: f64,
 }
@@ -96,7 +98,7 @@ impl Trimmed {
             [border.toe, border.heel],
             SurfaceField::HelixRange,
         )?;
-        let trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, outward };
+        let mut trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, kept: Vec::new(), outward };
         let sign = settings.given.to_material(Kind::Profile, settings.side);
         let height = |k: usize| if there(k) { sign * nodes.deviation[k] } else { f64::NAN };
         let counted = || (0..posted).filter(|&k| there(k) && trimmed.holds(at(k)));
@@ -123,18 +125,19 @@ impl Trimmed {
         self.outward * mapped(roll, self.roll)
     }
 
-    fn grid(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
+    fn grid(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
         let mut rows: Vec<usize> = (0..roll.len()).filter(|&i| within(roll[i], self.roll)).collect();
         if self.outward < 0.0 {
             rows.reverse();
         }
         let columns: Vec<usize> = (0..z.len()).filter(|&j| within(z[j], self.z)).collect();
-        let heights = rows.iter().flat_map(|&i| columns.iter().map(move |&j| i * z.len() + j)).map(height).collect();
+        self.kept = rows.iter().flat_map(|&i| columns.iter().map(move |&j| i * z.len() + j)).collect();
+        let heights = self.kept.iter().map(|&k| height(k)).collect();
         let u = rows.iter().map(|&i| self.u(roll[i])).collect();
         Nodes::grid(u, columns.iter().map(|&j| mapped(z[j], self.z)).collect(), heights, None, None)
     }
 
-    fn scattered(&self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
+    fn scattered(&mut self, roll: &[f64], z: &[f64], height: impl Fn(usize) -> f64) -> Result<Nodes, NodeFaults> {
         let (mut u, mut v, mut heights) = (Vec::new(), Vec::new(), Vec::new());
         for k in (0..roll.len()).asking(50) {
             let h = height(k);
@@ -142,6 +145,7 @@ impl Trimmed {
                 u.push(self.u(roll[k]));
                 v.push(mapped(z[k], self.z));
                 heights.push(h);
+                self.kept.push(k);
             }
         }
         Nodes::scattered(u, v, heights, None)
