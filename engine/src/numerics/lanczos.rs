@@ -1,7 +1,10 @@
 //! The largest eigenvalue of a symmetric positive semidefinite operator that can only be applied
 //! (Lanczos, with the basis kept orthogonal throughout).
 
-use super::cancel::{self, Asking};
+use super::{
+    cancel::{self, Asking},
+    tridiagonal::ql,
+};
 
 /// Applications of the operator at most.
 const MOST: usize = 400;
@@ -63,52 +66,16 @@ pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Op
 /// implicit QL steps, of whose rotations only the last row is gathered (Golub and Welsch, Math.
 /// Comp. 23, 1969), so that the work is of the second order in the size.
 fn top(diagonal: &[f64], beside: &[f64]) -> (f64, f64) {
-    /// Steps for one eigenvalue; two or three are usual.
-    const MOST_STEPS: usize = 60;
     let k = diagonal.len();
     let (mut d, mut e, mut last) = (diagonal.to_vec(), beside.to_vec(), vec![0.0; k]);
     e.truncate(k - 1);
     e.push(0.0);
     last[k - 1] = 1.0;
-    for l in 0..k {
-        for step in 0.. {
-            cancel::every(20 * k, l + step);
-            let small = |m: &usize| e[*m].abs() <= f64::EPSILON * (d[*m].abs() + d[*m + 1].abs());
-            let m = (l..k - 1).find(small).unwrap_or(k - 1);
-            if m == l {
-                break;
-            }
-            if step == MOST_STEPS {
-                return (f64::NAN, 0.0);
-            }
-            // Wilkinson's shift
-            let half = (d[l + 1] - d[l]) / (2.0 * e[l]);
-            let mut g = d[m] - d[l] + e[l] / (half + half.hypot(1.0).copysign(half));
-            let (mut s, mut c, mut p) = (1.0, 1.0, 0.0);
-            let mut split = false;
-            for i in (l..m).rev() {
-                let (f, b) = (s * e[i], c * e[i]);
-                let r = f.hypot(g);
-                e[i + 1] = r;
-                if r == 0.0 {
-                    d[i + 1] -= p;
-                    split = true;
-                    break;
-                }
-                (s, c) = (f / r, g / r);
-                let rest = d[i + 1] - p;
-                let turn = (d[i] - rest) * s + 2.0 * c * b;
-                p = s * turn;
-                d[i + 1] = rest + p;
-                g = c * turn - b;
-                (last[i], last[i + 1]) = (c * last[i] - s * last[i + 1], s * last[i] + c * last[i + 1]);
-            }
-            if !split {
-                d[l] -= p;
-                e[l] = g;
-            }
-            e[m] = 0.0;
-        }
+    let turn = |i: usize, c: f64, s: f64| {
+        (last[i], last[i + 1]) = (c * last[i] - s * last[i + 1], s * last[i] + c * last[i + 1]);
+    };
+    if ql(&mut d, &mut e, turn).is_none() {
+        return (f64::NAN, 0.0);
     }
     let best = (0..k).fold(0, |best, j| if d[j] > d[best] { j } else { best });
     (d[best], last[best])

@@ -26,6 +26,7 @@ mod jacobi_dd;
 pub mod lanczos;
 pub mod lanes;
 mod lanes_dd;
+pub(crate) mod matvec;
 pub mod minimize;
 pub mod order;
 pub mod qr;
@@ -35,7 +36,9 @@ pub mod real;
 pub mod root;
 mod rows;
 pub mod sums;
+pub mod symmetric;
 pub mod triangular;
+mod tridiagonal;
 mod vector;
 
 pub(crate) use dispatch::{fma, with_fma};

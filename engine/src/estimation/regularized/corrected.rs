@@ -139,9 +139,9 @@ pub(super) fn of_penalty(
             .enumerate()
             .map(|(i, t)| if i < oblique.silent { 0.0 } else { t + noise.variance.sqrt() * random.draw() })
             .collect();
-        let again = oblique.with(drawn.clone(), variance);
+        let again = oblique.with(drawn.clone(), Some(variance));
         let value = choose(&again, variance, rss, asked)?;
         let error = DVector::from_fn(size, |i, _| again.factor(i, value) * drawn[i] - truth[i]);
-        Some(((&oblique.z * error).norm_squared(), again.mse(value)?.0))
+        Some((oblique.along(&error).norm_squared(), again.mse(value)?.0))
     })
 }

@@ -6,6 +6,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::removal::Removal;
 use crate::{
     estimation::{
         factor::multiply_upper_vector,
@@ -26,7 +27,7 @@ pub(crate) enum LinearMap {
         /// 1 − fᵢ.
         removed: Vec<f64>,
         /// `M`: the bias of the scaled coefficients is `M A`.
-        removal: DMatrix<f64>,
+        removal: Removal,
         /// The estimate in the working basis.
         working: Vec<Dd>,
     },
@@ -203,7 +204,7 @@ impl LinearMap {
                     columns.matrix.ncols(),
                     columns.matrix.column_iter().map(|x| x.iter().zip(&form.q).map(|(x, q)| x.to_f64() * q).sum()),
                 );
-                r * removal.tr_mul(&scaled).norm()
+                r * removal.transposed_times(scaled).norm()
             }
             LinearMap::Posterior { removal, offset, .. } => {
                 let removed = |k: usize| removal.column(k).iter().zip(&form.q).map(|(g, q)| g * q).sum::<f64>();

@@ -11,20 +11,21 @@
 //! A`, `M = Z diag(1−f) Z⁻¹`, so `r ‖M‖₂` bounds it sharply; M is not symmetric and ‖M‖₂ may exceed
 //! 1.
 
+use std::{cell::RefCell, rc::Rc};
+
 use nalgebra::{DMatrix, DVector};
 
-use super::pair::product;
-use crate::numerics::{Dd, Real, jacobi, root::boundary, svd_dd};
+use super::{
+    extreme::{Blocks, largest, largest_of_blocks},
+    pair::product,
+    parity::{Blockwise, Parity},
+    removal::Removal,
+};
+use crate::numerics::{Dd, Real, jacobi, matvec, svd_dd, symmetric};
 
 /// The directions in the scaled columns.
 pub(super) struct Oblique {
-    /// Column i is zᵢ.
-    pub z: DMatrix<f64>,
-    /// Z⁻¹.
-    inverse: DMatrix<Dd>,
-    z_exact: DMatrix<Dd>,
-    /// Z⁻ᵀ, for largest eigenvalues.
-    dual: DMatrix<f64>,
+    form: Form,
     /// δᵢ.
     pub delta: Vec<f64>,
     /// Directions before this one are not seen by the nodes.
@@ -32,10 +33,75 @@ pub(super) struct Oblique {
     /// Z⁻¹ Â.
     pub a: Vec<f64>,
     /// ãᵢ.
-    real: DVector<f64>,
+    real: Vec<f64>,
     /// ‖zᵢ‖².
     lengths: Vec<f64>,
     variance: Option<f64>,
+}
+
+/// Z, whose column i is zᵢ.
+#[derive(Clone)]
+enum Form {
+    Exact(Rc<Exact>),
+    Double(Rc<Double>),
+}
+
+/// To twice the digits of double.
+struct Exact {
+    z: DMatrix<Dd>,
+    inverse: DMatrix<Dd>,
+    plain: DMatrix<f64>,
+    /// Z⁻ᵀ, for largest eigenvalues.
+    dual: DMatrix<f64>,
+}
+
+/// In double precision and in blocks.
+pub(super) struct Double {
+    pub parity: Rc<Parity>,
+    pub blocks: Vec<Block>,
+    /// λ with the eigenvalues of `X̃ᵀX̃ + λP` found last.
+    found: RefCell<Option<(f64, Vec<f64>)>>,
+}
+
+/// Directions of one block.
+pub(super) struct Block {
+    /// Which directions these are.
+    pub members: Vec<usize>,
+    /// Their zᵢ in the combinations of the block.
+    pub z: DMatrix<f64>,
+    /// Z⁻ᵀ.
+    pub dual: DMatrix<f64>,
+}
+
+impl Double {
+    pub(super) fn new(parity: Parity, blocks: Vec<Block>) -> Self {
+        Double { parity: Rc::new(parity), blocks, found: RefCell::default() }
+    }
+
+    fn of<'a>(&'a self, matrix: impl Fn(&'a Block) -> &'a DMatrix<f64>) -> Blocks<'a> {
+        self.blocks.iter().map(|block| (&block.members[..], matrix(block))).collect()
+    }
+}
+
+/// `M diag(d) Mᵀ`, d being the weights of the columns `members`.
+fn gram(matrix: &DMatrix<f64>, members: &[usize], weight: impl Fn(usize) -> f64) -> DMatrix<f64> {
+    let mut weighted = matrix.clone();
+    weighted.column_iter_mut().zip(members).for_each(|(mut column, &i)| column *= weight(i));
+    matvec::product(&weighted, &matrix.transpose())
+}
+
+/// Up to this size of a block reduction to tridiagonal form finds both ends of its spectrum sooner
+/// than Lanczos' iteration.
+const DIRECT: usize = 160;
+/// Ratio of the ends of a spectrum below which the lower one has lost digits.
+const SMALL: f64 = 1e-5;
+/// Relative error that eigenvalues in double precision may have.
+const EIGENVALUE: f64 = 1e-10;
+
+/// What variances are made of: the directions, or `Σ (fᵢ zⱼᵢ)²` for each scaled column j.
+pub(super) enum Spread<'a> {
+    Directions(&'a DMatrix<f64>),
+    Squares(Vec<f64>),
 }
 
 impl Oblique {
@@ -49,31 +115,38 @@ impl Oblique {
         variance: Option<f64>,
     ) -> Self {
         let plain = z.map(|x| x.to_f64());
-        let noise = variance.unwrap_or(0.0);
-        Oblique {
-            lengths: plain.column_iter().map(|column| column.norm_squared()).collect(),
-            real: DVector::from_iterator(
-                a.len(),
-                a.iter().enumerate().map(|(i, &a)| match i < silent {
-                    true => 0.0,
-                    false => (a * a - noise).max(0.0).sqrt().copysign(a),
-                }),
-            ),
-            dual: inverse.transpose().map(|x| x.to_f64()),
-            z: plain,
-            z_exact: z,
-            inverse,
-            delta,
-            silent,
-            a,
-            variance,
+        let lengths = plain.column_iter().map(|column| column.norm_squared()).collect();
+        let dual = inverse.transpose().map(|x| x.to_f64());
+        let form = Form::Exact(Rc::new(Exact { z, inverse, plain, dual }));
+        Oblique { form, delta, silent, real: Vec::new(), a: Vec::new(), lengths, variance: None }.with(a, variance)
+    }
+
+    /// The same in double precision; the nodes see every direction.
+    pub(super) fn of_blocks(double: Double, delta: Vec<f64>, a: Vec<f64>, variance: Option<f64>) -> Self {
+        let mut lengths = vec![0.0; delta.len()];
+        for block in &double.blocks {
+            block.members.iter().zip(block.z.column_iter()).for_each(|(&i, z)| lengths[i] = z.norm_squared());
         }
+        let form = Form::Double(Rc::new(double));
+        Oblique { form, delta, silent: 0, real: Vec::new(), a: Vec::new(), lengths, variance: None }.with(a, variance)
     }
 
     /// The same directions with other least-squares coefficients and another σ².
-    pub(super) fn with(&self, a: Vec<f64>, variance: f64) -> Self {
-        let (z, inverse) = (self.z_exact.clone(), self.inverse.clone());
-        Oblique::new(z, inverse, self.delta.clone(), self.silent, a, Some(variance))
+    pub(super) fn with(&self, a: Vec<f64>, variance: Option<f64>) -> Self {
+        let noise = variance.unwrap_or(0.0);
+        let real = |(i, &a): (usize, &f64)| match i < self.silent {
+            true => 0.0,
+            false => (a * a - noise).max(0.0).sqrt().copysign(a),
+        };
+        Oblique {
+            form: self.form.clone(),
+            delta: self.delta.clone(),
+            silent: self.silent,
+            real: a.iter().enumerate().map(real).collect(),
+            a,
+            lengths: self.lengths.clone(),
+            variance,
+        }
     }
 
     /// Whether no σ is known.
@@ -104,14 +177,50 @@ impl Oblique {
         DVector::from_fn(self.size(), |i, _| f(i))
     }
 
+    /// `Z x` in the scaled columns or in orthonormal combinations of them: lengths and scalar
+    /// products are the same.
+    pub(super) fn along(&self, x: &DVector<f64>) -> DVector<f64> {
+        match &self.form {
+            Form::Exact(exact) => &exact.plain * x,
+            Form::Double(double) => {
+                let mut out = DVector::zeros(x.len());
+                let mut from = 0;
+                for block in &double.blocks {
+                    let inner: Vec<f64> = block.members.iter().map(|&i| x[i]).collect();
+                    matvec::times(&block.z, &inner, &mut out.as_mut_slice()[from..from + inner.len()]);
+                    from += inner.len();
+                }
+                out
+            }
+        }
+    }
+
+    /// What variances are made of.
+    pub(super) fn spread(&self, lambda: f64) -> Spread<'_> {
+        let double = match &self.form {
+            Form::Exact(exact) => return Spread::Directions(&exact.plain),
+            Form::Double(double) => double,
+        };
+        let mut squares = vec![0.0; self.size()];
+        for (at, block) in double.parity.blocks().zip(&double.blocks) {
+            let mut own = vec![0.0; block.z.nrows()];
+            for (&i, z) in block.members.iter().zip(block.z.column_iter()) {
+                let factor = self.factor(i, lambda);
+                own.iter_mut().zip(z.iter()).for_each(|(sum, z)| *sum += (factor * z).powi(2));
+            }
+            double.parity.scatter_squares(at, &own, &mut squares);
+        }
+        Spread::Squares(squares)
+    }
+
     /// `‖Â − Â_λ‖`.
     pub(super) fn bias(&self, lambda: f64) -> f64 {
-        (&self.z * self.each(|i| self.removed(i, lambda) * self.a[i])).norm()
+        self.along(&self.each(|i| self.removed(i, lambda) * self.a[i])).norm()
     }
 
     /// `‖Â_λ‖`.
     pub(super) fn norm(&self, lambda: f64) -> f64 {
-        (&self.z * self.each(|i| self.factor(i, lambda) * self.a[i])).norm()
+        self.along(&self.each(|i| self.factor(i, lambda) * self.a[i])).norm()
     }
 
     /// `‖Y − XÂ_λ‖² − RSS`.
@@ -122,8 +231,8 @@ impl Oblique {
     /// The predicted mean squared error and its derivative by ln λ; `None` without σ.
     pub(super) fn mse(&self, lambda: f64) -> Option<(f64, f64)> {
         let variance = self.variance?;
-        let moved = &self.z * self.each(|i| self.removed(i, lambda) * self.real[i]);
-        let slope = &self.z * self.each(|i| self.factor(i, lambda) * self.removed(i, lambda) * self.real[i]);
+        let moved = self.along(&self.each(|i| self.removed(i, lambda) * self.real[i]));
+        let slope = self.along(&self.each(|i| self.factor(i, lambda) * self.removed(i, lambda) * self.real[i]));
         let (mut noise, mut falling) = (0.0, 0.0);
         for i in self.silent..self.size() {
             let (f, g) = (self.factor(i, lambda), self.removed(i, lambda));
@@ -143,12 +252,17 @@ impl Oblique {
         (0..self.size()).all(|i| (1e-280..1e280).contains(&self.lifted(i, lambda)))
     }
 
-    /// Eigenvalues of `X̃ᵀX̃ + λP`, ascending; `None` if the iteration does not end.
+    /// Eigenvalues of `X̃ᵀX̃ + λP`, ascending; `None` if the iteration does not end, or where
+    /// double precision has not the digits.
     pub(super) fn eigenvalues(&self, lambda: f64) -> Option<Vec<f64>> {
         /// Relative error that double precision may leave.
         const TOLERANCE: f64 = 1e-12;
+        let inverse = match &self.form {
+            Form::Exact(exact) => &exact.inverse,
+            Form::Double(double) => return self.known_eigenvalues(double, lambda),
+        };
         let roots: Vec<Dd> = (0..self.size()).map(|i| Dd::from(self.lifted(i, lambda)).sqrt()).collect();
-        let rows = DMatrix::from_fn(self.size(), self.size(), |i, j| roots[i] * self.inverse[(i, j)]);
+        let rows = DMatrix::from_fn(self.size(), self.size(), |i, j| roots[i] * inverse[(i, j)]);
         let plain = jacobi::svd(rows.map(|x| x.to_f64()))?;
         let (low, high) = (plain.sigma.first().copied()?, plain.sigma.last().copied()?);
         if low > 0.0 && high / low * f64::EPSILON * self.size() as f64 <= TOLERANCE {
@@ -157,13 +271,96 @@ impl Oblique {
         Some(svd_dd(&rows)?.sigma.iter().map(|&s| (s * s).to_f64()).collect())
     }
 
+    /// Finds the eigenvalues at `lambda` beforehand, where the condition there follows from them.
+    pub(super) fn prepare(&self, lambda: f64) {
+        if let Form::Double(double) = &self.form {
+            let found = self.known_eigenvalues(double, lambda).map(|found| (lambda, found));
+            *double.found.borrow_mut() = found;
+        }
+    }
+
+    fn known_eigenvalues(&self, double: &Double, lambda: f64) -> Option<Vec<f64>> {
+        match &*double.found.borrow() {
+            Some((at, found)) if *at == lambda => Some(found.clone()),
+            _ => self.eigenvalues_of_blocks(double, lambda),
+        }
+    }
+
+    /// The large ones from the matrix, the small ones from its inverse, so that the error of none
+    /// is more than a few roundings of the mean of both ends.
+    fn eigenvalues_of_blocks(&self, double: &Double, lambda: f64) -> Option<Vec<f64>> {
+        /// Ratio up to which the small ones have their digits from the matrix itself.
+        const MILD: f64 = 1e4;
+        let mut all = Vec::with_capacity(self.size());
+        for Block { members, z, dual } in &double.blocks {
+            let mut values = symmetric::eigenvalues(gram(dual, members, |i| self.lifted(i, lambda)))?;
+            let (low, high) = (values.first().copied()?, values.last().copied()?);
+            if !(low * MILD > high) {
+                let inverse = symmetric::eigenvalues(gram(z, members, |i| 1.0 / self.lifted(i, lambda)))?;
+                let least = 1.0 / inverse.last().copied()?;
+                let middle = (least * high).sqrt();
+                if !(8.0 * f64::EPSILON * (high / least).sqrt() <= EIGENVALUE) {
+                    return None;
+                }
+                for (value, inverse) in values.iter_mut().zip(inverse.iter().rev()) {
+                    if *value < middle {
+                        *value = 1.0 / inverse;
+                    }
+                }
+            }
+            all.append(&mut values);
+        }
+        all.sort_by(f64::total_cmp);
+        Some(all)
+    }
+
+    /// Condition of `X̃ᵀX̃ + λP`.
+    pub(super) fn condition(&self, lambda: f64) -> Option<f64> {
+        if let Form::Double(double) = &self.form
+            && double.blocks.iter().all(|block| block.members.len() <= DIRECT)
+        {
+            return self.condition_of_blocks(double, lambda).filter(|c| c.is_finite() && *c > 0.0);
+        }
+        self.condition_with_slope(lambda).map(|(condition, _)| condition)
+    }
+
+    /// From both ends of the spectrum of every block; the lower end from the inverse where the
+    /// matrix itself would not leave it its digits.
+    fn condition_of_blocks(&self, double: &Double, lambda: f64) -> Option<f64> {
+        if let Some((_, found)) = double.found.borrow().as_ref().filter(|(at, _)| *at == lambda) {
+            return Some(found.last()? / found.first()?);
+        }
+        let (mut low, mut high) = (f64::INFINITY, 0.0f64);
+        for Block { members, dual, .. } in &double.blocks {
+            let [least, most] = symmetric::extremes(gram(dual, members, |i| self.lifted(i, lambda)))?;
+            (low, high) = (low.min(least), high.max(most));
+        }
+        if !(low > high * SMALL) {
+            let mut most = 0.0f64;
+            for Block { members, z, .. } in &double.blocks {
+                most = most.max(symmetric::extremes(gram(z, members, |i| 1.0 / self.lifted(i, lambda)))?[1]);
+            }
+            low = 1.0 / most;
+        }
+        Some(high / low)
+    }
+
     /// Condition of `X̃ᵀX̃ + λP` and the derivative of its logarithm by ln λ. Its largest
     /// eigenvalue is a convex function of λ and its smallest a concave one, so this slope changes
     /// its sign at most once.
-    pub(super) fn condition(&self, lambda: f64) -> Option<(f64, f64)> {
+    pub(super) fn condition_with_slope(&self, lambda: f64) -> Option<(f64, f64)> {
         let lifted = self.each(|i| self.lifted(i, lambda));
-        let (high, x) = largest(&self.dual, &lifted);
-        let (low, y) = largest(&self.z, &lifted.map(|g| 1.0 / g));
+        let [(high, x), (low, y)] = match &self.form {
+            Form::Exact(exact) => [largest(&exact.dual, &lifted), largest(&exact.plain, &lifted.map(|g| 1.0 / g))],
+            Form::Double(double) => {
+                let of = |blocks: Blocks, d: &DVector<f64>| {
+                    let (value, image) = largest_of_blocks(&blocks, d.as_slice());
+                    (value, DVector::from_vec(image))
+                };
+                let inverse = lifted.map(|g| 1.0 / g);
+                [of(double.of(|block| &block.dual), &lifted), of(double.of(|block| &block.z), &inverse)]
+            }
+        };
         let share = |i: usize| lambda * self.delta[i];
         // derivatives of the two Rayleigh quotients
         let rising: f64 = (0..x.len()).map(|i| share(i) * x[i] * x[i]).sum::<f64>() / high;
@@ -172,137 +369,28 @@ impl Oblique {
         (condition.is_finite() && condition > 0.0).then_some((condition, rising - lifting))
     }
 
-    /// `M = Z diag(1−f) Z⁻¹`, formed in double-double: Z may be long where M is not.
-    pub(super) fn removal(&self, lambda: f64) -> DMatrix<f64> {
-        let mut turned = self.inverse.clone();
-        for (i, mut row) in turned.row_iter_mut().enumerate() {
-            let removed = self.removed(i, lambda);
-            row.iter_mut().for_each(|x| *x = x.mul_f64(removed));
-        }
-        product(&self.z_exact, &turned).map(|x| x.to_f64())
-    }
-}
-
-/// `‖M‖₂`.
-pub(super) fn spectral_norm(matrix: &DMatrix<f64>) -> f64 {
-    let ones = DVector::from_element(matrix.ncols(), 1.0);
-    largest(matrix, &ones).0.sqrt()
-}
-
-/// Steps of the iteration at most, and the residual at which it ends.
-const STEPS: usize = 60;
-const SETTLED: f64 = 1e-13;
-const INVERSE_STEPS: usize = 3;
-
-/// The largest eigenvalue of `M diag(d) Mᵀ`, d > 0, with `Mᵀx` for its eigenvector x of length 1.
-///
-/// Lanczos' iteration, every vector made orthogonal to all before it; at most 60 steps, or as many
-/// as there are rows.
-fn largest(matrix: &DMatrix<f64>, d: &DVector<f64>) -> (f64, DVector<f64>) {
-    let n = matrix.nrows();
-    let scale = matrix.amax();
-    if !(scale > 0.0) || !scale.is_finite() {
-        return (0.0, DVector::zeros(matrix.ncols()));
-    }
-    let apply = |x: &DVector<f64>| matrix * matrix.tr_mul(x).component_mul(d);
-    // a start that no symmetry of the problem can make orthogonal to the eigenvector sought
-    let mut x = DVector::from_fn(n, |i, _| 1.0 + (1.7 * i as f64 + 0.3).sin());
-    x /= x.norm();
-    let mut basis: Vec<DVector<f64>> = Vec::new();
-    let (mut diagonal, mut beside): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
-    let (mut value, mut ritz) = (0.0, vec![1.0]);
-    for step in 0..STEPS.min(n) {
-        let mut next = apply(&x);
-        let own = next.dot(&x);
-        diagonal.push(own);
-        basis.push(x.clone());
-        for _ in 0..2 {
-            for known in &basis {
-                let share = next.dot(known);
-                next.axpy(-share, known, 1.0);
+    /// `M = Z diag(1−f) Z⁻¹`; formed in double-double where Z may be long though M is not.
+    pub(super) fn removal(&self, lambda: f64) -> Removal {
+        match &self.form {
+            Form::Exact(exact) => {
+                let mut turned = exact.inverse.clone();
+                for (i, mut row) in turned.row_iter_mut().enumerate() {
+                    let removed = self.removed(i, lambda);
+                    row.iter_mut().for_each(|x| *x = x.mul_f64(removed));
+                }
+                Removal::Whole(product(&exact.z, &turned).map(|x| x.to_f64()))
+            }
+            Form::Double(double) => {
+                let blocks = double.blocks.iter().map(|Block { members, z, dual }| {
+                    let mut weighted = z.clone();
+                    weighted
+                        .column_iter_mut()
+                        .zip(members)
+                        .for_each(|(mut column, &i)| column *= self.removed(i, lambda));
+                    matvec::product(&weighted, &dual.transpose())
+                });
+                Removal::Blocks(Blockwise { parity: Rc::clone(&double.parity), blocks: blocks.collect() })
             }
         }
-        let length = next.norm();
-        (value, ritz) = top(&diagonal, &beside);
-        if length * ritz[step].abs() <= SETTLED * value.abs() || length == 0.0 {
-            break;
-        }
-        beside.push(length);
-        x = next / length;
-    }
-    let mut vector = DVector::zeros(n);
-    for (share, known) in ritz.iter().zip(&basis) {
-        vector.axpy(*share, known, 1.0);
-    }
-    (value, matrix.tr_mul(&vector))
-}
-
-/// The largest eigenvalue of a symmetric tridiagonal matrix and its vector of length 1: bisection
-/// on whether `xI − T` has pivots all positive, then inverse iteration with the first x that has.
-fn top(diagonal: &[f64], beside: &[f64]) -> (f64, Vec<f64>) {
-    let n = diagonal.len();
-    let off = |i: usize| beside.get(i).map_or(0.0, |b| b.abs());
-    let reach = (0..n).map(|i| diagonal[i] + off(i) + if i > 0 { off(i - 1) } else { 0.0 });
-    let mut above = reach.fold(f64::NEG_INFINITY, f64::max);
-    above += above.abs() * 1e-15 + f64::MIN_POSITIVE;
-    let below = diagonal.iter().copied().fold(f64::NEG_INFINITY, f64::max);
-    let mut pivots = vec![0.0; n];
-    let positive = |x: f64, pivots: &mut Vec<f64>| {
-        let mut last = 1.0;
-        for i in 0..n {
-            let carried = if i > 0 { beside[i - 1] * (beside[i - 1] / last) } else { 0.0 };
-            last = x - diagonal[i] - carried;
-            pivots[i] = last;
-            if !(last > 0.0) {
-                return false;
-            }
-        }
-        true
-    };
-    let [_, above] = boundary([below, above], 0.0, |x| !positive(x, &mut pivots));
-    let mut vector = vec![1.0; n];
-    if positive(above, &mut pivots) {
-        for _ in 0..INVERSE_STEPS {
-            for i in 1..n {
-                vector[i] += beside[i - 1] / pivots[i - 1] * vector[i - 1];
-            }
-            for i in (0..n).rev() {
-                vector[i] = (vector[i] + if i + 1 < n { beside[i] * vector[i + 1] } else { 0.0 }) / pivots[i];
-            }
-            let length = vector.iter().map(|x| x * x).sum::<f64>().sqrt();
-            vector.iter_mut().for_each(|x| *x /= length);
-        }
-    }
-    (above, vector)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_top_of_a_tridiagonal_matrix() {
-        // 2 on the diagonal, 1 beside it: 2 + 2 cos(π/(n+1)), vector sin(πi/(n+1))
-        let n = 7;
-        let (value, vector) = top(&[2.0; 7], &[1.0; 6]);
-        let angle = std::f64::consts::PI / (n as f64 + 1.0);
-        assert!((value - 2.0 - 2.0 * angle.cos()).abs() < 1e-14);
-        for (i, x) in vector.iter().enumerate() {
-            assert!((x - ((i as f64 + 1.0) * angle).sin() * 0.5).abs() < 1e-13, "{vector:?}");
-        }
-        assert_eq!(top(&[3.0], &[]).1, [1.0]);
-    }
-
-    #[test]
-    fn the_largest_eigenvalue_and_its_vector() {
-        let matrix = DMatrix::from_fn(9, 9, |i, j| ((3 * i + 5 * j) as f64).cos());
-        let d = DVector::from_fn(9, |i, _| 10f64.powi(i as i32 - 4));
-        let full = &matrix * DMatrix::from_diagonal(&d) * matrix.transpose();
-        let eigen = full.clone().symmetric_eigen();
-        let (value, image) = largest(&matrix, &d);
-        assert!((value / eigen.eigenvalues.max() - 1.0).abs() < 1e-11);
-        let rayleigh: f64 = (0..9).map(|i| d[i] * image[i] * image[i]).sum();
-        assert!((rayleigh / value - 1.0).abs() < 1e-11);
-        assert_eq!(largest(&DMatrix::zeros(3, 3), &DVector::from_element(3, 1.0)).0, 0.0);
     }
 }

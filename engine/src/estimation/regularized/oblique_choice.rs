@@ -9,6 +9,7 @@ use nalgebra::DMatrix;
 
 use super::{context::Context, node_shares, oblique::Oblique};
 use crate::estimation::{
+    diagnostics::collinearity::MATRICES_UP_TO,
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
     selection::{
@@ -56,6 +57,9 @@ pub(super) fn decide(
     };
     let penalty = Penalised { context, oblique, problem: &problem, search, logarithms, nodewise: &nodewise };
     let selection = select(&penalty, parameter, context.spec.include.lambda_curve, warnings)?;
+    if let Some(answer) = selection.answer {
+        oblique.prepare(answer.value);
+    }
     let figures = penalty.figures(selection.criterion.filter(|_| selection.answer.is_some()), selection.answer);
     Ok(SelectedPenalty { selection, figures })
 }
@@ -114,7 +118,7 @@ impl ParameterProblem for Penalised<'_> {
                 self.fixed(scan::least(self.logarithms, at).exp())
             }
             Criterion::MinCondition => {
-                let slope = |x: f64| oblique.condition(x.exp()).map_or(-1.0, |(_, slope)| slope);
+                let slope = |x: f64| oblique.condition_with_slope(x.exp()).map_or(-1.0, |(_, slope)| slope);
                 let x = scan::turning(self.logarithms, slope).ok_or(Unavailable::NoMinimiser)?;
                 self.fixed(x.exp())
             }
@@ -130,7 +134,11 @@ impl Comparison for Penalised<'_> {
     const PARAMETER: &'static str = "λ*";
 
     fn criteria(&self) -> impl Iterator<Item = Criterion> {
-        Criterion::ALL.into_iter()
+        // of many coefficients the search for the least condition is dearer than all else together
+        let spec = self.context.spec;
+        let few = self.oblique.delta.len() <= MATRICES_UP_TO || spec.include.lambda_curve;
+        let asked = spec.regularization.criterion() == Some(Criterion::MinCondition);
+        Criterion::ALL.into_iter().filter(move |c| few || asked || *c != Criterion::MinCondition)
     }
 
     fn reached(answer: &Lambda) -> bool {
@@ -152,7 +160,7 @@ impl Comparison for Penalised<'_> {
             Some(Lambda { value, .. }) => Choice {
                 criterion,
                 lambda_star: Some(value),
-                condition: oblique.condition(value).map(|(condition, _)| condition),
+                condition: oblique.condition(value),
                 bias_norm: oblique.bias(value),
                 predicted_mse: oblique.mse(value).map(|(mse, _)| mse),
                 rms: ((rss + oblique.risen(value)) / context.weight).sqrt(),

@@ -61,15 +61,48 @@ fn degree(axis: &Axis) -> usize {
     }
 }
 
-/// L: as many columns as working coefficients. `asked` has been checked.
-pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>, Faults> {
+/// L: as many columns as working coefficients.
+pub(super) enum Penalty {
+    Whole(DMatrix<Dd>),
+    /// `√w D_u ⊗ D_v` of every block, below each other, in the products of all functions.
+    Product(Vec<(f64, DMatrix<Dd>, DMatrix<Dd>)>),
+}
+
+impl Penalty {
+    /// L as a matrix, its columns being `terms`.
+    pub(super) fn stacked(&self, terms: &[(usize, usize)]) -> DMatrix<Dd> {
+        match self {
+            Penalty::Whole(l) => l.clone(),
+            Penalty::Product(blocks) => stack(blocks, terms),
+        }
+    }
+
+    fn largest(&self) -> f64 {
+        let of = |matrix: &DMatrix<Dd>| {
+            let larger = |a: f64, x: f64| if x > a || x.is_nan() { x } else { a };
+            matrix.iter().map(|x| x.to_f64().abs()).fold(0.0, larger)
+        };
+        match self {
+            Penalty::Whole(l) => of(l),
+            Penalty::Product(blocks) => {
+                let each = blocks.iter().map(|(w, u, v)| w.sqrt() * of(u) * of(v));
+                each.fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a })
+            }
+        }
+    }
+}
+
+/// The penalty of `asked`, which has been checked.
+pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<Penalty, Faults> {
     let design = context.linear.design;
     let order = asked.order;
     let weights = weights(asked, design);
-    let l = match &design.basis {
-        Basis::Columns { scale } => differences(&context.columns.kept, scale, order, weights.iter().sum()),
+    let penalty = match &design.basis {
+        Basis::Columns { scale } => {
+            Penalty::Whole(differences(&context.columns.kept, scale, order, weights.iter().sum()))
+        }
         Basis::Product { u, v } if let Some(net) = &design.rational => {
-            rational_penalty::factor([u, v], net, &weights, order)
+            Penalty::Whole(rational_penalty::factor([u, v], net, &weights, order))
         }
         Basis::Product { u, v } => {
             let domain = design.domain.unwrap_or_default();
@@ -86,14 +119,17 @@ pub(super) fn factor(context: &Context, asked: &Tikhonov) -> Result<DMatrix<Dd>,
                     blocks.push((weight, mass_u, axis(v, on_v, order)));
                 }
             }
-            stack(&blocks, &design.terms)
+            if design.is_full_product() {
+                Penalty::Product(blocks)
+            } else {
+                Penalty::Whole(stack(&blocks, &design.terms))
+            }
         }
     };
-    let largest = l.iter().map(|x| x.to_f64().abs()).fold(0.0, |a: f64, x| if x > a || x.is_nan() { x } else { a });
-    if !RANGE.contains(&largest) {
+    if !RANGE.contains(&penalty.largest()) {
         return Err(Faults::one(Field::PenaltyWeights, RangeReason::Penalty));
     }
-    Ok(l)
+    Ok(penalty)
 }
 
 fn is_surface(design: &Design) -> bool {

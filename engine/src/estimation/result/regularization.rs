@@ -74,7 +74,9 @@ pub struct RegularizationReport {
     /// corrected by simulation for λ* having been chosen by the same nodes; present when
     /// `predicted_mse` was included and the regularisation is a filter.
     pub predicted_mse_corrected: Option<f64>,
-    /// Plain least squares and every criterion that has an answer, side by side.
+    /// Plain least squares and every criterion that has an answer, side by side. Of Tikhonov with
+    /// more than 64 coefficients the least condition is sought where it is asked for or the curve
+    /// is included.
     pub choices: Vec<Choice>,
 }
 

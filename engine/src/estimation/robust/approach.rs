@@ -45,8 +45,13 @@ pub(super) struct Near {
 
 /// Goes from 0 until there are but `few` kinks about the answer.
 pub(super) fn approach<P: Pieces>(pieces: &P, few: usize) -> Near {
+    approach_from(vec![0.0; pieces.size()], pieces, few)
+}
+
+/// The same from another place.
+pub(super) fn approach_from<P: Pieces>(start: Vec<f64>, pieces: &P, few: usize) -> Near {
     let n = pieces.size();
-    let mut x = DVector::zeros(n);
+    let mut x = DVector::from_vec(start);
     let mut here = pieces.at(x.as_slice());
     let mut inverse = DMatrix::identity(n, n) * pieces.inverse_curvature(&here);
     let mut radius = f64::INFINITY;

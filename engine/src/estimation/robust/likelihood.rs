@@ -13,7 +13,11 @@
 //! shape (Lange, Little and Taylor 1989; for the generalised normal from the moments of T =
 //! (|r|/a)^p, which has the gamma distribution of shape 1/p); at an end of the range there is none.
 //! Shape and scale are told apart from the coefficients by symmetry, so that estimating them costs
-//! the coefficients nothing in the limit.
+//! the coefficients nothing in the limit. With few nodes it does: coefficients move with the
+//! exponent, and the likeliest one is among those that make the residuals look least spread. τ² of
+//! an estimated exponent is therefore a mean over the exponents, weighed by their profile
+//! likelihood and even in their logarithm, of τ² and of how far the coefficients lie from those of
+//! the likeliest one (the law of total variance).
 //!
 //! Standard errors of coefficients: `τ² (XᵀX)⁻¹` with `τ² = E ψ²/(E ψ′)²`, which holds whatever the
 //! errors are distributed like. (The inverse of the Fisher information would not: with normal
@@ -63,11 +67,11 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         Distribution::Student { .. } => problem.student(shape),
         _ => problem.generalized(shape),
     };
+    let (m, n) = (rows.count(), rows.n);
     let (shape, found, inside) = match shape {
         Some(shape) => (shape, at(shape)?, false),
-        None => likeliest(range, at)?,
+        None => likeliest(range, distribution, n, at)?,
     };
-    let (m, n) = (rows.count(), rows.n);
     let count = m as f64;
     let jacobian: f64 = (0..m).map(|k| 0.5 * libm::log(measured.sample.w(k))).sum();
     let tau = found.tau.filter(|_| m > n);
@@ -118,6 +122,8 @@ struct AtShape {
 /// The shape of greatest likelihood, the estimate there, and whether it lies inside the range.
 fn likeliest(
     [low, high]: [f64; 2],
+    distribution: Distribution,
+    n: usize,
     at: impl Fn(f64) -> Result<AtShape, FitError>,
 ) -> Result<(f64, AtShape, bool), FitError> {
     let place = |i: usize| low * libm::pow(high / low, i as f64 / (PLACES - 1) as f64);
@@ -131,11 +137,28 @@ fn likeliest(
     let sides = [best.saturating_sub(1), (best + 1).min(PLACES - 1)];
     let ends = sides.map(|i| (place(i), scan[i].slope));
     let slope = |shape: f64| at(shape).map_or(f64::NAN, |found| found.slope);
-    if !(ends[0].1 > 0.0 && ends[1].1 < 0.0) {
-        return Ok((place(best), at(place(best))?, false));
+    let inside = ends[0].1 > 0.0 && ends[1].1 < 0.0;
+    let shape =
+        if inside { root(ends, |shape| 1e-12 * shape, slope).unwrap_or_else(|| place(best)) } else { place(best) };
+    let mut found = at(shape)?;
+    if matches!(distribution, Distribution::GeneralizedNormal { .. }) {
+        found.tau = found.tau.map(|tau| total_variance(&scan, &found, n).map_or(tau, f64::sqrt));
     }
-    let shape = root(ends, |shape| 1e-12 * shape, slope).unwrap_or_else(|| place(best));
-    Ok((shape, at(shape)?, true))
+    Ok((shape, found, inside))
+}
+
+/// Mean over the scan, weighed by likelihood, of τ² and of the squared way from `found` in each of
+/// the n directions; `None` where nothing of it is known.
+fn total_variance(scan: &[AtShape], found: &AtShape, n: usize) -> Option<f64> {
+    let (mut weights, mut sum) = (0.0, 0.0);
+    for other in scan {
+        let weight = libm::exp(other.log_likelihood - found.log_likelihood);
+        let Some(tau) = other.tau.filter(|_| weight.is_finite()) else { continue };
+        let away: f64 = other.x.iter().zip(&found.x).map(|(a, b)| (a - b).powi(2)).sum();
+        weights += weight;
+        sum += weight * (tau * tau + away / n as f64);
+    }
+    Some(sum / weights).filter(|variance| *variance > 0.0 && variance.is_finite())
 }
 
 struct Problem<'a> {

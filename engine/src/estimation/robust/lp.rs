@@ -171,7 +171,9 @@ fn newton(p: f64, epsilon: f64, largest: f64, rows: &Rows, r: &[f64]) -> Option<
 
 /// τ. The mean of `|r|^{p−2}` hangs on the smallest residuals and has no variance for p ≤ 1.5, so
 /// below the k-th smallest, δ, the density is taken as even: there the mean is `δ^{p−2}/(p−1)`.
-/// Near p = 1 n residuals are 0 by the fit itself and do not count.
+/// Near p = 1 n residuals are 0 by the fit itself and do not count. For p > 2 few residuals make
+/// the mean, and the fit follows them: there Huber's factor for few nodes (1981, section 7.6)
+/// widens τ.
 pub(super) fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> Option<f64> {
     if m <= n || scale <= 0.0 {
         return None;
@@ -184,6 +186,14 @@ pub(super) fn dispersion(p: f64, r: &[f64], m: usize, n: usize, scale: f64) -> O
     let inside = (k as f64 - n as f64 * (2.0 - p).max(0.0)) * edge.powf(p - 2.0);
     let slope = (inside + (p - 1.0) * far.iter().asking(50).map(|r| r.powf(p - 2.0)).sum::<f64>()) / m as f64;
     let squares = sizes.iter().asking(50).map(|r| r.powf(2.0 * p - 2.0)).sum::<f64>() / (m - n) as f64;
-    let dispersion = squares.sqrt() / slope;
+    let correction = if p > 2.0 {
+        let slopes = || sizes.iter().asking(50).map(|r| r.powf(p - 2.0));
+        let mean = slopes().sum::<f64>() / m as f64;
+        let variance = slopes().map(|x| (x - mean).powi(2)).sum::<f64>() / m as f64;
+        1.0 + n as f64 / m as f64 * variance / (mean * mean)
+    } else {
+        1.0
+    };
+    let dispersion = squares.sqrt() / slope * correction;
     (dispersion.is_finite() && dispersion > 0.0).then_some(dispersion)
 }

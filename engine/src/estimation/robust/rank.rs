@@ -18,7 +18,7 @@
 //! 3.7); along the constant `τ_s = 1/(2f(0))`, as for a median.
 
 use super::{
-    approach::{At, Pieces, approach},
+    approach::{At, Pieces, approach, approach_from},
     exact, normal,
     outcome::{Along, Measured, Outcome, Solved},
     rows::{Rows, dot},
@@ -32,6 +32,7 @@ use crate::{
     },
     numerics::{
         cancel::{self, Asking},
+        matvec,
         order::{Ordered, ordered},
     },
 };
@@ -42,6 +43,10 @@ const ROUNDS: usize = 60;
 /// Numbers in the rows of pairs that are few.
 const FEW: usize = 200_000;
 
+/// Nodes from which on a sample of them leads the way, and how many are in it at least.
+const MANY: usize = 8_000;
+const SAMPLE: usize = 1_500;
+
 pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
     let (m, n) = (rows.count(), rows.n);
@@ -49,7 +54,11 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let free = Free::new(&rows, constant.as_deref());
     let mut walk = Search { x: vec![0.0; free.n], steps: 0, certificate: 0.0, optimal: true, unique: true };
     if free.n > 0 && m > 1 {
-        let near = approach(&free, (FEW / (free.n + 5)).max(12 * free.n));
+        let few = (FEW / (free.n + 5)).max(12 * free.n);
+        let near = match m {
+            ..MANY => approach(&free, few),
+            _ => approach_from(free.by_sample(few), &free, few),
+        };
         walk.x = near.x;
         walk.run(&free, near.radius)?;
     }
@@ -139,6 +148,22 @@ impl<'a> Free<'a> {
         Free { n, longest: squares.fold(0.0, f64::max).sqrt(), a, b, mirror }
     }
 
+    /// Where some of the rows have their least dispersion.
+    fn by_sample(&self, few: usize) -> Vec<f64> {
+        let (m, size) = (self.count(), SAMPLE.max(40 * self.n).min(self.count()));
+        // places that no period of the nodes can share; columns of about length 1 again
+        let place = |j: usize| ((j as f64 * 0.618_033_988_749_894_9).fract() * m as f64) as usize;
+        let root = (m as f64 / size as f64).sqrt();
+        let (mut a, mut b) = (Vec::with_capacity(size * self.n), Vec::with_capacity(size));
+        for k in (0..size).map(place).asking(self.n) {
+            a.extend(self.row(k).iter().map(|a| a * root));
+            b.push(self.b[k]);
+        }
+        let mut x = approach(&Free::of(self.n, a, &b, None), few).x;
+        x.iter_mut().for_each(|x| *x *= root);
+        x
+    }
+
     /// The step in all directions.
     pub(super) fn back(&self, x: &[f64]) -> Vec<f64> {
         let Some(v) = &self.mirror else { return x.to_vec() };
@@ -158,7 +183,7 @@ impl<'a> Free<'a> {
     }
 
     pub(super) fn residuals(&self, x: &[f64]) -> Vec<f64> {
-        (0..self.count()).asking(self.n).map(|k| self.b[k] - dot(self.row(k), x)).collect()
+        (0..self.count()).asking(self.n).map(|k| self.b[k] - matvec::dot(self.row(k), x)).collect()
     }
 
     /// `Σ_{i<j} |rᵢ − rⱼ|`.
@@ -219,7 +244,7 @@ impl Pieces for Free<'_> {
         from.iter().zip(ascending).for_each(|(&k, a)| scores[k as usize] = a);
         let mut gradient = vec![0.0; self.n];
         for (k, a) in scores.into_iter().enumerate().asking(self.n) {
-            gradient.iter_mut().zip(self.row(k)).for_each(|(g, q)| *g -= a * q);
+            matvec::add(-a, self.row(k), &mut gradient);
         }
         Place { spread, gradient, sorted }
     }

@@ -64,7 +64,8 @@ pub(super) struct Centred {
     pub beyond: Option<(Vec<f64>, f64)>,
 }
 
-pub(super) fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, weight: f64) -> Centred {
+/// Centres the columns; where `lengths` are all that is wanted and nothing cancels, in doubles.
+pub(super) fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, weight: f64, lengths: bool) -> Centred {
     let n = caller.ncols();
     let dot = |a: &dyn Fn(usize) -> Dd, b: usize| (0..n).fold(Dd::ZERO, |sum, k| sum + a(k) * caller[(k, b)]);
     if design.constant == Some(0) && (1..n).all(|k| caller[(k, 0)] == Dd::ZERO) {
@@ -95,13 +96,27 @@ pub(super) fn centred(design: &Design, factor: &Factor, caller: &DMatrix<Dd>, we
     let rest = whole - own;
     let outside = design.constant.is_none() && rest > 1e-10 * whole;
     let mut matrix = DMatrix::zeros(n + 1, n);
-    for j in (0..n).asking(20 * n) {
-        let mean = dot(&|k| constant[k], j) / whole;
-        for k in 0..n {
-            matrix[(k, j)] = (caller[(k, j)] - mean * constant[k]).to_f64();
+    // B-splines are far from constant
+    if lengths && design.constant.is_none() {
+        let constant: Vec<f64> = constant.iter().map(|x| x.to_f64()).collect();
+        for j in (0..n).asking(4 * n) {
+            let column = &mut matrix.as_mut_slice()[j * (n + 1)..(j + 1) * (n + 1)];
+            column.iter_mut().zip(caller.column(j).iter()).for_each(|(to, x)| *to = x.to_f64());
+            let mean = self::dot(&constant, &column[..n]) / whole;
+            column.iter_mut().zip(&constant).for_each(|(to, x)| *to -= mean * x);
+            if outside {
+                column[n] = mean * rest.sqrt();
+            }
         }
-        if outside {
-            matrix[(n, j)] = mean.to_f64() * rest.sqrt();
+    } else {
+        for j in (0..n).asking(20 * n) {
+            let mean = dot(&|k| constant[k], j) / whole;
+            for k in 0..n {
+                matrix[(k, j)] = (caller[(k, j)] - mean * constant[k]).to_f64();
+            }
+            if outside {
+                matrix[(n, j)] = mean.to_f64() * rest.sqrt();
+            }
         }
     }
     let beyond = outside.then(|| {

@@ -45,11 +45,11 @@ pub(crate) fn report(
     let n = design.size();
     let plain = caller.map(|x| x.to_f64());
     let length = lengths(&plain);
-    let centred = centred(design, factor, caller, weight);
+    let matrices = n <= MATRICES_UP_TO || all_matrices;
+    let centred = centred(design, factor, caller, weight, !matrices);
     let deviation = lengths(&centred.matrix);
     // a column whose spread is lost in rounding is a constant
     let varies = |j: usize| deviation[j] > 1e-13 * length[j];
-    let matrices = n <= MATRICES_UP_TO || all_matrices;
     let correlation = matrices.then(|| correlations(&centred.matrix, &deviation, varies));
     let shares = Shares::new(unit);
     let mut infinite = Vec::new();
