@@ -1,14 +1,15 @@
 //! How often the 95 % intervals of robust estimators hold: the table of docs/intervals.md.
 //!
 //! A cubic on 45 nodes, errors of four distributions with the same middle; the mean over the four
-//! coefficients, and that of the worst one. `cargo run --release -p flankfit-engine --example
+//! coefficients, that of the worst one, the width, and how often the band of a further measurement
+//! holds it. `cargo run --release -p flankfit-engine --example
 //! robust_coverage -- 1000` draws 1,000 times each.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
 #[path = "../tests/oracle/mod.rs"]
 mod oracle;
 
-use oracle::errors::{ERRORS, coverage, estimators};
+use oracle::errors::{ERRORS, coverage, estimators, further};
 
 fn main() {
     let repetitions: u64 = std::env::args().nth(1).and_then(|text| text.parse().ok()).unwrap_or(1000);
@@ -17,7 +18,8 @@ fn main() {
     for (name, estimator) in estimators() {
         let cells = ERRORS.map(|errors| {
             let found = coverage(estimator, errors, repetitions, 45);
-            format!("{:.3} / {:.3} / {:.2}", found.mean, found.worst, found.width)
+            let further = further(estimator, errors, repetitions, 45);
+            format!("{:.3} / {:.3} / {:.2} / {further:.3}", found.mean, found.worst, found.width)
         });
         println!("| {name} | {} |", cells.join(" | "));
     }

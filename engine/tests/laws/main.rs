@@ -74,6 +74,7 @@ mod serial_correlation;
 mod shrinkage;
 mod simulation;
 mod spectral;
+mod standard_errors;
 mod statistics;
 mod surfaces;
 mod surfaces_grid;

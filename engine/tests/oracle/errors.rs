@@ -3,7 +3,8 @@
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
     spec::{
-        Contamination, Distribution, Estimator, LEstimator, Loss, MEstimator, Model, QuantileWeights, Regularization,
+        Contamination, Distribution, Estimator, Kinds, LEstimator, Loss, MEstimator, Model, Places, Predict,
+        QuantileWeights, Regularization,
     },
 };
 
@@ -73,22 +74,50 @@ pub struct Coverage {
     pub width: f64,
 }
 
+const TRUTH: [f64; 4] = [1.0, -2.0, 0.5, 3.0];
+
+/// A cubic's row at t in [-1, 1].
+fn row(t: f64) -> [f64; 4] {
+    [1.0, t, 1.5 * t * t - 0.5, 2.5 * t * t * t - 1.5 * t]
+}
+
+fn height(row: &[f64; 4]) -> f64 {
+    row.iter().zip(&TRUTH).map(|(x, a)| x * a).sum()
+}
+
+fn rows(m: usize) -> Vec<[f64; 4]> {
+    (0..m).map(|k| row(2.0 * k as f64 / (m - 1) as f64 - 1.0)).collect()
+}
+
+/// How often the band of a further measurement holds it, at ten places for each set of `m` nodes.
+pub fn further(estimator: Estimator, errors: Errors, repetitions: u64, m: usize) -> f64 {
+    let (x, mut hits, mut all) = (rows(m), 0u64, 0u64);
+    for seed in 0..repetitions {
+        let mut random = Random::new(700_000 + seed);
+        let heights = x.iter().map(|row| height(row) + errors.draw(&mut random)).collect();
+        let nodes = Nodes::matrix(x.concat(), 4, heights, None, None).unwrap();
+        let at: Vec<[f64; 4]> = (0..10).map(|_| row(random.between(-1.0, 1.0))).collect();
+        let kinds = Kinds { confidence: false, prediction: true, simultaneous: false };
+        let places = Places::Rows(at.iter().map(|row| row.to_vec()).collect());
+        let predict = Some(Predict { at: places, level: None, kinds, slopes: false });
+        let spec = FitSpec { estimator, predict, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };
+        let band = fit(&nodes, &spec).unwrap().predictions.unwrap().prediction.unwrap();
+        for (row, [low, high]) in at.iter().zip(band) {
+            let measured = height(row) + errors.draw(&mut random);
+            hits += u64::from(low <= measured && measured <= high);
+            all += 1;
+        }
+    }
+    hits as f64 / all as f64
+}
+
 /// Intervals of a cubic on `m` nodes.
 pub fn coverage(estimator: Estimator, errors: Errors, repetitions: u64, m: usize) -> Coverage {
-    let truth = [1.0, -2.0, 0.5, 3.0];
-    let x: Vec<[f64; 4]> = (0..m)
-        .map(|k| {
-            let t = 2.0 * k as f64 / (m - 1) as f64 - 1.0;
-            [1.0, t, 1.5 * t * t - 0.5, 2.5 * t * t * t - 1.5 * t]
-        })
-        .collect();
+    let (truth, x) = (TRUTH, rows(m));
     let (mut hits, mut width, mut plain) = ([0u64; 4], 0.0, 0.0);
     for seed in 0..repetitions {
         let mut random = Random::new(90_000 + seed);
-        let heights: Vec<f64> = x
-            .iter()
-            .map(|row| row.iter().zip(&truth).map(|(x, a)| x * a).sum::<f64>() + errors.draw(&mut random))
-            .collect();
+        let heights = x.iter().map(|row| height(row) + errors.draw(&mut random)).collect();
         let nodes = Nodes::matrix(x.concat(), 4, heights, None, None).unwrap();
         let of = |estimator: Estimator| {
             let spec = FitSpec { estimator, regularization: Regularization::None, ..FitSpec::new(Model::Linear) };

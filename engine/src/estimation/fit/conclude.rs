@@ -173,7 +173,7 @@ impl<'a> Solved<'a> {
         let least_squares_rss = robust.map_or(least_squares.rss, |robust| robust.plain.rss);
         let sigma = (degrees_of_freedom > 0).then(|| (least_squares_rss / degrees_of_freedom as f64).sqrt());
         let noise = robust.map_or(sigma, |robust| robust.estimate.sigma.filter(|_| degrees_of_freedom > 0));
-        if sigma.is_none() {
+        if sigma.is_none() && (spec.noise_sigma.is_none() || robust.is_some()) {
             warnings.push(Warning::NoDegreesOfFreedom);
         }
         let weight = robust.map_or(heights.weight, |robust| robust.weight);
@@ -285,7 +285,8 @@ impl<'a> Solved<'a> {
     fn coefficients(&self, applied: &Applied) -> Vec<Coefficient> {
         let design = self.linear.design;
         let mut intervals = self.intervals(applied).into_iter();
-        let sigma = applied.pooled().map_or(self.sigma, |pooled| Some(pooled.sigma));
+        let alone = self.spec.noise_sigma.or(self.sigma);
+        let sigma = applied.pooled().map_or(alone, |pooled| Some(pooled.sigma));
         let own = self.forms_of_coefficients(applied);
         let (plain, leverage) = match self.robust {
             Some(RobustSolution { plain, .. }) => (&plain.coefficients, &plain.leverage),
@@ -306,17 +307,17 @@ impl<'a> Solved<'a> {
                 term: design.labels[j].clone(),
                 key: design.keys[j].clone(),
                 value: applied.estimate.coefficients[j],
-                std_error: match (&robust_errors, &own) {
-                    (Some(errors), _) => errors[j].filter(|_| self.degrees_of_freedom > 0),
-                    (None, Some(own)) => own[j].std_error,
+                std_error: match (&own, &robust_errors) {
+                    (Some(own), _) => own[j].std_error,
+                    (None, Some(errors)) => errors[j].filter(|_| self.degrees_of_freedom > 0),
                     (None, None) if self.errors.is_some() => None,
                     (None, None) => sigma.map(|s| s * applied.estimate.spread[j]),
                 },
                 least_squares: plain[j],
                 least_squares_std_error: match &own {
-                    Some(own) => own[j].least_squares_error,
-                    None if self.errors.is_some() => None,
-                    None => self.sigma.map(|s| s * leverage[j]),
+                    Some(own) if self.errors.is_some() => own[j].least_squares_error,
+                    _ if self.errors.is_some() => None,
+                    _ => alone.map(|s| s * leverage[j]),
                 },
                 bias_bound: applied.bounds[j],
                 interval: intervals.next().flatten(),

@@ -25,6 +25,8 @@ pub(super) struct Forms<'a> {
     /// The fitted heights in Q's coordinates.
     pub fitted: Vec<Dd>,
     pub noise: Option<Noise>,
+    /// Standard deviation of a further measurement; `None` where it has no band.
+    pub further: Option<f64>,
     /// Whether the estimate is the mean of a posterior, whose bands are about itself.
     pub posterior: bool,
     /// Standard errors of a robust estimate.

@@ -11,12 +11,14 @@ use crate::estimation::{
     prior::PooledNoise,
     regularized::Applied,
     result::{Covariance, Interval, IntervalKind, Predictions, RegularizationKind, Warning},
+    spec::Estimator,
 };
 
 impl Solved<'_> {
-    /// What is known of the noise: σ that was told, else σ̂.
+    /// What is known of the noise: σ that was given, else σ̂. The dispersion of a robust estimate is
+    /// estimated whatever is known of σ.
     pub(super) fn noise(&self, level: f64) -> Option<Noise> {
-        match self.spec.noise_sigma {
+        match self.spec.noise_sigma.filter(|_| self.robust.is_none()) {
             Some(sigma) => Some(Noise::known(sigma, level)),
             None => self.noise.map(|sigma| Noise::estimated(sigma, self.degrees_of_freedom as f64, level)),
         }
@@ -48,6 +50,7 @@ impl Solved<'_> {
 
     pub(super) fn forms_at<'b>(&'b self, applied: &'b Applied, level: f64) -> Forms<'b> {
         let pooled = applied.pooled().map(|pooled| noise_of(pooled, level));
+        let noise = pooled.or_else(|| self.noise(level));
         // the bound on the bias is of filters of least squares whose errors are σ and R
         let plain = self.robust.is_none() && self.errors.is_none();
         Forms {
@@ -56,7 +59,8 @@ impl Solved<'_> {
             spectrum: &self.spectrum,
             map: &applied.map,
             fitted: applied.map.fitted(self.linear, &self.spectrum),
-            noise: pooled.or_else(|| self.noise(level)),
+            further: noise.as_ref().and_then(|noise| self.further(applied, noise)),
+            noise,
             posterior: pooled.is_some(),
             robust: self.robust.map(|robust| &robust.estimate.spread),
             errors: self.errors,
@@ -65,9 +69,41 @@ impl Solved<'_> {
         }
     }
 
-    /// The coefficients as linear forms, where their errors do not follow from σ and R alone.
+    /// Standard deviation of a further measurement of weight 1, by which its band is as wide as it
+    /// is to be at this level: of a robust fit that of its residuals themselves, as far as there are
+    /// enough of them, since its dispersion is that of the estimate. None about a quantile.
+    fn further(&self, applied: &Applied, noise: &Noise) -> Option<f64> {
+        let Some(robust) = self.robust else { return Some(noise.sigma) };
+        if matches!(self.spec.estimator, Estimator::Quantile { .. }) {
+            return None;
+        }
+        if self.spec.noise_sigma.is_some() {
+            return self.spec.noise_sigma;
+        }
+        let values = applied.residuals.values.as_deref()?;
+        let mut sizes: Vec<f64> = values.iter().enumerate().map(|(k, r)| robust.posted.w(k).sqrt() * r.abs()).collect();
+        let (m, freedom) = (sizes.len(), self.degrees_of_freedom);
+        let place = ((m + 1) as f64 * (1.0 - noise.miss)).ceil() as usize;
+        if freedom == 0 {
+            return None;
+        }
+        let wider = (m as f64 / freedom as f64).sqrt();
+        if place > m {
+            return Some(wider * (sizes.iter().map(|r| r * r).sum::<f64>() / m as f64).sqrt());
+        }
+        let (_, size, _) = sizes.select_nth_unstable_by(place - 1, f64::total_cmp);
+        Some(wider * *size / noise.quantile())
+    }
+
+    /// The coefficients as linear forms, where their errors do not follow from σ and R alone, or a
+    /// robust estimate is filtered otherwise than along the eigenvectors.
     pub(super) fn forms_of_coefficients(&self, applied: &Applied) -> Option<Vec<Estimated>> {
-        self.errors.filter(|_| self.spectrum.full_rank())?;
+        use RegularizationKind::{None as Plain, Ridge, Spectral, TruncatedSvd};
+        let along = matches!(applied.regularization.kind, Plain | Spectral | Ridge | TruncatedSvd);
+        let robust = self.robust.is_some() && !along && self.degrees_of_freedom > 0;
+        if !self.spectrum.full_rank() || !(self.errors.is_some() || robust) {
+            return None;
+        }
         Some(self.forms_at(applied, self.spec.level).coefficients(&applied.estimate.coefficients))
     }
 
@@ -77,7 +113,7 @@ impl Solved<'_> {
             return self.posterior_intervals(applied, &noise_of(pooled, self.spec.level));
         }
         let Some(noise) = self.noise(self.spec.level) else { return Vec::new() };
-        let plain = matches!(applied.regularization.kind, RegularizationKind::None);
+        let plain = applied.map.is_identity();
         let intervals = Intervals {
             columns: &self.frame.columns,
             spectrum: &self.spectrum,
@@ -86,7 +122,7 @@ impl Solved<'_> {
             norm_limit: intervals::told(&applied.bias).filter(|_| self.robust.is_none()),
             unlimited: if plain { IntervalKind::Student } else { IntervalKind::LeastSquares },
         };
-        if let Some(own) = self.forms_of_coefficients(applied) {
+        if let Some(own) = self.errors.and_then(|_| self.forms_of_coefficients(applied)) {
             let forms = self.forms_at(applied, self.spec.level);
             let of = |one: &Estimated| {
                 let ends = forms.interval(one, 0.0)?;

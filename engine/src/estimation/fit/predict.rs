@@ -85,14 +85,16 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
         (true, Places::Curve(_)) => vec![Along::U],
         (true, _) => vec![Along::U, Along::V],
     };
-    let sigma = forms.noise.map_or(0.0, |noise| noise.sigma);
     Predictions {
         level,
         value: values(&heights),
         std_error: errors(&heights),
         bias_bound: heights.iter().map(|h| h.bias_bound).collect(),
         confidence: if asked.kinds.confidence { intervals(forms, &heights, 0.0) } else { None },
-        prediction: if asked.kinds.prediction { intervals(forms, &heights, sigma) } else { None },
+        prediction: forms
+            .further
+            .filter(|_| asked.kinds.prediction)
+            .and_then(|sigma| intervals(forms, &heights, sigma)),
         simultaneous: forms
             .noise
             .filter(|_| asked.kinds.simultaneous)
@@ -119,10 +121,27 @@ fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2
     found.iter().asking(1000).map(|one| forms.interval(one, own)).collect()
 }
 
-/// A band about the estimate with its bias where r was told, else about least squares.
+/// A band about least squares, or about the mean of a posterior. Where r was given also that about
+/// the estimate with its bias, and the narrower of the two on the whole is taken: their widths know
+/// no heights but σ̂ and λ*.
 fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
+    let plain = band(forms, heights, places, noise, forms.posterior)?;
+    if forms.told.is_none() || forms.posterior {
+        return Some(plain);
+    }
+    let width = |found: &Simultaneous| found.band.iter().map(|[low, high]| high - low).sum::<f64>();
+    let aware = band(forms, heights, places, noise, true).filter(|aware| width(aware) < width(&plain));
+    Some(aware.unwrap_or(plain))
+}
+
+fn band(
+    forms: &Forms,
+    heights: &[Estimated],
+    places: &[[f64; 2]],
+    noise: &Noise,
+    biased: bool,
+) -> Option<Simultaneous> {
     let n = forms.linear.design.size();
-    let biased = forms.told.is_some() || forms.posterior;
     let among = match places.is_empty() {
         true => Some(Among::Each(heights.len())),
         false => tube(forms, places, biased).map(Among::Tube),

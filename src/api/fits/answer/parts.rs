@@ -64,7 +64,8 @@ answer! {
 
 names! {
     /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
-    /// Student's t about least squares, as nothing limits the bias of the regularised estimate;
+    /// Student's t about the estimate before it is regularised (least squares, or the robust
+    /// estimate), as nothing limits the bias of the regularised one;
     /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
     /// coefficients within the norm limit that was given; `posterior`, Student's t about the mean
     /// of the posterior of nodes and prior: it holds as far as the prior does (docs/prior.md).

@@ -15,7 +15,7 @@ answer! {
     pub struct CovarianceBody from Covariance { coefficients, least_squares } {
         /// Of the estimate, for the λ* used.
         coefficients: Vec<Vec<f64>> = coefficients,
-        /// Of unregularised least squares.
+        /// Of the estimate before it is regularised: least squares, or the robust estimate.
         least_squares: Vec<Vec<f64>> = least_squares,
     }
 }
@@ -38,10 +38,12 @@ answer! {
         /// `[low, high]` of the true height at each place by itself. Like
         /// `coefficients[].interval`: about least squares where no norm limit was given.
         confidence?: Vec<[f64; 2]> = confidence,
-        /// `[low, high]` of a further measurement of weight 1 at each place by itself.
+        /// `[low, high]` of a further measurement of weight 1 at each place by itself. Of robust
+        /// fits by their own residuals, outliers included; of a quantile there is none.
         prediction?: Vec<[f64; 2]> = prediction,
         /// `[low, high]` of the true heights of the whole domain at once, at each place; of a
-        /// linear model of all rows asked for at once.
+        /// linear model of all rows asked for at once. About least squares; where a norm limit was
+        /// given about the estimate, if that band is narrower on the whole.
         simultaneous?: Vec<[f64; 2]> = simultaneous.as_ref().map(|all| &all.band),
         simultaneous_method?: SimultaneousMethodName = simultaneous.as_ref().map(|all| &all.method),
         /// Half the width of `simultaneous` in standard errors.
