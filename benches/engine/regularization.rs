@@ -8,8 +8,8 @@ use divan::Bencher;
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
     spec::{
-        Attraction, Chain, Criterion, Degree, Earlier, JamesStein, Knots, Model, Moves, Parameter, PolynomialBasis,
-        Prior, Regularization, ShrinkageFactor, Terms, Tikhonov, Which,
+        Attraction, Candidates, Chain, Criterion, Degree, Earlier, JamesStein, Knots, Model, ModelCriterion, Moves,
+        Parameter, PolynomialBasis, Prior, Regularization, Select, ShrinkageFactor, TermSearch, Terms, Tikhonov, Which,
     },
 };
 
@@ -28,7 +28,7 @@ fn nodes() -> Nodes {
     Nodes::grid(u, v, z, None, None).expect("a full grid is valid")
 }
 
-fn kinds(n: usize) -> [(&'static str, Regularization); 10] {
+fn kinds(n: usize) -> [(&'static str, Regularization); 11] {
     let by = Parameter::Criterion;
     [
         ("spectral", Regularization::default()),
@@ -36,6 +36,7 @@ fn kinds(n: usize) -> [(&'static str, Regularization); 10] {
         ("ridge_reml", Regularization::Ridge { parameter: by(Criterion::Reml) }),
         ("ridge_sure", Regularization::Ridge { parameter: by(Criterion::Sure) }),
         ("ridge_press", Regularization::Ridge { parameter: by(Criterion::Press) }),
+        ("ridge_blocked_cv", Regularization::Ridge { parameter: by(Criterion::BlockedCv) }),
         ("truncated_svd", Regularization::TruncatedSvd { rank: n - 2 }),
         ("truncated_svd_gcv", Regularization::TruncatedSvdBy { criterion: Criterion::Gcv }),
         (
@@ -54,12 +55,13 @@ fn kinds(n: usize) -> [(&'static str, Regularization); 10] {
     ]
 }
 
-const NAMES: [&str; 10] = [
+const NAMES: [&str; 11] = [
     "spectral",
     "ridge",
     "ridge_reml",
     "ridge_sure",
     "ridge_press",
+    "ridge_blocked_cv",
     "truncated_svd",
     "truncated_svd_gcv",
     "james_stein",
@@ -91,6 +93,26 @@ fn splines(bencher: Bencher, name: &str) {
 #[divan::bench(args = ["spectral", "tikhonov"], max_time = 6, sample_count = 3, sample_size = 1)]
 fn many_splines(bencher: Bencher, name: &str) {
     run(bencher, Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(12), weights: None }, 225, name);
+}
+
+/// A model out of several: 16 by their degrees, 16 on the way of backward elimination, and those of
+/// the path of the elastic net with its ten folds.
+#[divan::bench(args = ["degrees", "backward", "elastic_net"], max_time = 3)]
+fn select(bencher: Bencher, name: &str) {
+    let (basis, terms) = (PolynomialBasis::Monomial, Terms::Tensor);
+    let candidates = match name {
+        "degrees" => Candidates::Degrees(Degree::Both(3)),
+        "backward" => Candidates::Terms(TermSearch::Backward),
+        _ => Candidates::Terms(TermSearch::ElasticNet { alpha: 0.5 }),
+    };
+    let spec = FitSpec {
+        regularization: Regularization::None,
+        select: Some(Select::new(candidates, ModelCriterion::Bic)),
+        ..FitSpec::new(Model::Polynomial { degree: Degree::Both(3), basis, terms })
+    };
+    let nodes = nodes();
+    fit(&nodes, &spec).expect("the case is well posed");
+    bencher.bench_local(|| fit(divan::black_box(&nodes), divan::black_box(&spec)));
 }
 
 /// 9 coefficients with the prior of so many earlier iterations over the same nodes, their moves

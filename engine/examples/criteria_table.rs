@@ -3,7 +3,8 @@
 //! For each design the true coefficients have norm 1 (in columns of unit length), along the worst
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what
 //! makes the worst direction as uncertain as it is large. `cargo run --release -p flankfit-engine
-//! --example criteria_table -- 300` draws 300 times each.
+//! --example criteria_table -- 300` draws 300 times each; `-- 300 press` shows the rows of one
+//! criterion alone.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
 #[path = "../tests/oracle/mod.rs"]
@@ -100,6 +101,10 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let of_ridge = asked().filter(|criterion| *criterion != Criterion::MinCondition).chain([Criterion::Hkb1975]);
     rows.extend(of_ridge.map(|criterion| (name("ridge", criterion), ridge(criterion))));
     rows.extend(Criterion::OF_RANK.map(|criterion| (name("`truncated_svd`", criterion), rank(criterion))));
+    let only = std::env::args().nth(2);
+    if let Some(only) = &only {
+        rows.retain(|(name, _)| name.contains(&format!("`{only}`")));
+    }
     println!("{draws} draws of each of {} cases\n", cases.len());
     println!("| regularisation | criterion | geometric mean | mean | worst | cases worse than least squares |");
     println!("|---|---|---|---|---|---|");
@@ -119,6 +124,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             }
             Err(error) => println!("| {name} | – | – | – | {error} |"),
         }
+    }
+    if only.is_some() {
+        return Ok(());
     }
     println!("\nmean predicted over mean true squared error, least and most over the cases");
     println!("\n| regularisation | criterion | `predicted_mse` | `predicted_mse_corrected` |");

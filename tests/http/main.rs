@@ -28,6 +28,7 @@ mod operation;
 mod prior;
 mod regularization;
 mod schema;
+mod selection;
 mod shapes;
 mod strict;
 mod studies;

@@ -1,6 +1,7 @@
 //! Which part of a request for a fit is at fault, and why.
 
 pub use super::{
+    data::folds::FoldsReason,
     data::reason::{Extent, NodesReason},
     design::reason::{Bound, ModelReason},
     diagnostics::reason::RangeReason,
@@ -12,6 +13,7 @@ pub use super::{
     recursive::reason::StreamReason,
     regularized::reason::{RankOf, RegularizationReason},
     robust::reason::RobustReason,
+    select::reason::SelectionReason,
 };
 
 use crate::fault::{self, Common};
@@ -62,6 +64,10 @@ pub enum Field {
     ModelType,
     /// Its degree.
     Degree,
+    /// Its products of powers.
+    Terms,
+    /// One of them.
+    Term(usize),
     /// Its knots.
     Knots,
     /// A knot of a curve.
@@ -166,6 +172,26 @@ pub enum Field {
     PriorMove,
     /// How far one of its coefficients does.
     PriorMoveOf(usize),
+    /// Which of several models is fitted.
+    Select,
+    /// The largest degrees that are looked at.
+    SelectDegrees,
+    /// How terms are chosen.
+    SelectTerms,
+    /// The share of the absolute values in the penalty of the elastic net.
+    SelectAlpha,
+    /// Whether terms stand with all that divide them.
+    SelectHierarchical,
+    /// The criterion that chooses a model.
+    SelectCriterion,
+    /// The blocks of nodes that are left out.
+    Folds,
+    /// What is never torn apart.
+    FoldsBy,
+    /// How many blocks there are.
+    FoldsCount,
+    /// The scan line of each node.
+    FoldsLine,
     /// What is answered only when asked for.
     Include,
     /// The filters.
@@ -199,6 +225,8 @@ impl Field {
             Model
                 | ModelType
                 | Degree
+                | Terms
+                | Term(_)
                 | Knots
                 | Knot(_)
                 | AxisKnots(_)
@@ -274,6 +302,12 @@ pub enum Reason {
     /// What is wrong with a model of the errors.
     #[error(transparent)]
     Errors(#[from] ErrorsReason),
+    /// What is wrong with a selection of models.
+    #[error(transparent)]
+    Selection(#[from] SelectionReason),
+    /// What is wrong with blocks of nodes.
+    #[error(transparent)]
+    Folds(#[from] FoldsReason),
     /// What is wrong with a stream.
     #[error(transparent)]
     Stream(#[from] StreamReason),

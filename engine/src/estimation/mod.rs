@@ -22,6 +22,7 @@ pub mod recursive;
 mod regularized;
 pub mod result;
 mod robust;
+mod select;
 mod selection;
 pub mod smoothing;
 pub mod spec;

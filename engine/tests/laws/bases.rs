@@ -34,7 +34,8 @@ proptest! {
         let data = Surface::new(seed, [2, 3], 0.5, 1e-3);
         let (degree, terms) = if total { (Degree::Both(q), Terms::Total) } else { (Degree::Each(p, q), Terms::Tensor) };
         let each = [PolynomialBasis::Monomial, PolynomialBasis::Chebyshev, PolynomialBasis::Legendre]
-            .map(|basis| fit(&data.scattered(), &plain(FitSpec::new(Model::Polynomial { degree, basis, terms }))));
+            .map(|basis| Model::Polynomial { degree, basis, terms: terms.clone() })
+            .map(|model| fit(&data.scattered(), &plain(FitSpec::new(model))));
         for other in &each[1..] {
             prop_assert_eq!(keys(&each[0]), keys(other));
             assert_close("rss", each[0].residuals.rss, other.residuals.rss, 1e-10, 0.0);
@@ -60,7 +61,7 @@ proptest! {
             (PolynomialBasis::Chebyshev, [Basis::Chebyshev(u), Basis::Chebyshev(v)]),
             (PolynomialBasis::Legendre, [Basis::Legendre(u), Basis::Legendre(v)]),
         ] {
-            let model = Model::Polynomial { degree, basis, terms };
+            let model = Model::Polynomial { degree, basis, terms: terms.clone() };
             let domain = given.then_some(DOMAIN);
             let x = surface(columns, [p, q], &data.nodes, keep);
             let exact = least_squares(&x, &vector(&data.z));

@@ -94,7 +94,7 @@ impl Trial<'_> {
             // closed forms of single kinds, with laws of their own
             Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang | Criterion::Optimal => {}
             // not among those that stand beside every fit
-            Criterion::Reml | Criterion::Press | Criterion::Sure => {}
+            Criterion::Reml | Criterion::Press | Criterion::BlockedCv | Criterion::Sure => {}
         }
     }
 }

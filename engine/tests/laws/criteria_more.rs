@@ -53,11 +53,27 @@ impl Dense {
         (0..self.y.len()).map(|i| (residuals[i] / (1.0 - hat[(i, i)])).powi(2)).sum()
     }
 
+    /// Estimates without each of ten blocks of neighbouring rows (or without each row), the penalty
+    /// held.
+    fn blocked(&self, k: f64) -> f64 {
+        let (m, n) = self.x.shape();
+        let count = m.min(10);
+        let each = (0..count).map(|block| {
+            let (out, kept): (Vec<usize>, Vec<usize>) = (0..m).partition(|row| row * count / m == block);
+            let x = DMatrix::from_fn(kept.len(), n, |i, j| self.x[(kept[i], j)]);
+            let y = DVector::from_fn(kept.len(), |i, _| self.y[kept[i]]);
+            let found = (x.transpose() * &x + k * &self.p).try_inverse().unwrap() * x.transpose() * y;
+            out.iter().map(|&row| (self.y[row] - self.x.row(row).transpose().dot(&found)).powi(2)).sum::<f64>()
+        });
+        each.sum()
+    }
+
     /// Nothing between the ends of `range` is better than what was chosen.
     fn check(&self, what: &str, criterion: Criterion, result: &FitResult, range: [f64; 2]) {
         let value = |k: f64| match criterion {
             Criterion::Reml => self.reml(k),
             Criterion::Sure => self.sure(k),
+            Criterion::BlockedCv => self.blocked(k),
             _ => self.press(k),
         };
         assert_eq!(result.regularization.criterion, Some(criterion));
@@ -108,7 +124,7 @@ proptest! {
             let lambda = &result.spectrum.eigenvalues;
             let found = result.regularization.lambda_star.unwrap();
             prop_assert!(found >= lambda[n - 2] * (1.0 - 1e-9) && found <= lambda[n - 1] * (1.0 + 1e-9));
-            for criterion in [Criterion::Sure, Criterion::Press] {
+            for criterion in [Criterion::Sure, Criterion::Press, Criterion::BlockedCv] {
                 let regularization = spectral(scheme, Count::Given(n - 1), by(criterion));
                 let result = fit(&problem.nodes(), &FitSpec { regularization, ..linear() });
                 let found = result.regularization.lambda_star.unwrap();

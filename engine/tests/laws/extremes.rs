@@ -152,6 +152,8 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         noise_sigma: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
         level: [0.95, 0.51, 0.999_999][random.below(3)],
         predict: predict(nodes),
+        select: None,
+        folds: None,
         node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
         errors: None,
         variance: Variance::Constant,

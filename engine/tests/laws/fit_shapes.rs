@@ -91,7 +91,7 @@ fn surfaces_have_the_fitted_heights() {
             for regularization in filters() {
                 let (us, vs) = (places([30.0, 34.0], 23), places([-5.0, 5.0], 19));
                 let at = Places::Grid { u: us.clone(), v: vs.clone() };
-                let spec = spec(Model::Polynomial { degree, basis, terms }, at, regularization, None);
+                let spec = spec(Model::Polynomial { degree, basis, terms: terms.clone() }, at, regularization, None);
                 let found = fit(&nodes, &spec);
                 let Some(Shape::Surface(surface)) = shape_of(&spec, &found) else { panic!("{degree:?} {basis:?}") };
                 let Some(predictions) = found.predictions else {

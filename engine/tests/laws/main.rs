@@ -70,6 +70,7 @@ mod recursive;
 mod ridge;
 mod robust;
 mod robust_answers;
+mod selection;
 mod serial_correlation;
 mod shrinkage;
 mod simulation;

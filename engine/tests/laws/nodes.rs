@@ -90,7 +90,7 @@ proptest! {
         for terms in [Terms::Tensor, Terms::Total] {
             for regularization in regularizations() {
                 let degree = if terms == Terms::Total { Degree::Both(2) } else { Degree::Each(3, 2) };
-                let model = Model::Polynomial { degree, basis, terms };
+                let model = Model::Polynomial { degree, basis, terms: terms.clone() };
                 let spec = with_residuals(FitSpec { regularization, ..FitSpec::new(model) });
                 let (one, two) = (fit(&surface.grid(), &spec), fit(&surface.scattered(), &spec));
                 assert_same_fit(&one, &two, 1e-9);

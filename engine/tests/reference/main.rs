@@ -23,6 +23,7 @@ mod reml;
 mod ridge;
 mod robust;
 mod robust_more;
+mod selection;
 mod shrinkage;
 mod spectral;
 mod surfaces;

@@ -1,6 +1,7 @@
 //! Checked nodes, and how a fit sees them: counted, weighted, in blocks, summed.
 
 mod blocks;
+pub(super) mod folds;
 mod heights;
 mod nodes;
 pub(super) mod reason;
@@ -8,6 +9,7 @@ mod sample;
 mod white_rows;
 
 pub use blocks::{Form, join};
+pub(crate) use folds::Partition;
 pub(crate) use heights::Heights;
 pub use nodes::{Curve, Grid, Matrix, Nodes, Scattered};
 pub(crate) use sample::Sample;

@@ -1,5 +1,7 @@
 //! A model checked against the nodes.
 
+use std::collections::BTreeSet;
+
 use super::{
     axis::Axis,
     columns::columns,
@@ -84,7 +86,7 @@ pub(crate) fn product_on(
         too_many(usize::MAX, Field::Degree)?;
     }
     let mut rational = None;
-    let (u, v, total, letter) = match model {
+    let (u, v, part, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
                 return Err(Faults::one(Field::Degree, ModelReason::OneTotalDegree));
@@ -103,28 +105,29 @@ pub(crate) fn product_on(
                 PolynomialBasis::Chebyshev => Some('T'),
                 PolynomialBasis::Legendre => Some('P'),
             };
-            let total = (*terms == Terms::Total).then_some(p);
-            (axis(domain_u, box_u, p), axis(domain_v, box_v, q), total, letter)
+            if let Terms::Listed(listed) = terms {
+                check_terms(listed, (p, q), surface)?;
+            }
+            (axis(domain_u, box_u, p), axis(domain_v, box_v, q), Part::of(terms, p), letter)
         }
         Model::BSpline { knots, weights, .. } => {
             let (u, v) = splines(knots, (p, q), surface, (domain_u, domain_v))?;
             if let Some(weights) = weights {
                 rational = Some(weight_net(weights, (u.size(), v.size()), surface)?);
             }
-            (u, v, None, Some(if rational.is_some() { 'R' } else { 'B' }))
+            (u, v, Part::All, Some(if rational.is_some() { 'R' } else { 'B' }))
         }
         Model::Linear => return Err(Faults::one(Field::ModelType, ModelReason::LinearIsForMatrix)),
     };
-    let count = match total {
-        Some(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,
+    let count = match &part {
+        Part::UpTo(d) if surface => d.saturating_add(1).saturating_mul(d.saturating_add(2)) / 2,
+        Part::Listed(listed) => listed.len(),
         _ => u.size().saturating_mul(v.size()),
     };
     let spline = matches!(letter, Some('B' | 'R'));
     too_many(count, if spline { Field::Knots } else { Field::Degree })?;
-    let terms: Vec<(usize, usize)> = (0..u.size())
-        .flat_map(|i| (0..v.size()).map(move |j| (i, j)))
-        .filter(|(i, j)| total.is_none_or(|d| i + j <= d))
-        .collect();
+    let terms: Vec<(usize, usize)> =
+        (0..u.size()).flat_map(|i| (0..v.size()).map(move |j| (i, j))).filter(|&term| part.has(term)).collect();
     Ok(Design {
         labels: terms.iter().map(|&term| label(term, letter, surface)).collect(),
         keys: terms
@@ -141,4 +144,56 @@ pub(crate) fn product_on(
         domain: Some(Domain { u: Some(domain_u), v: surface.then_some(domain_v) }),
         rational,
     })
+}
+
+/// Which products of powers take part.
+enum Part<'a> {
+    All,
+    /// Of so many powers together.
+    UpTo(usize),
+    Listed(BTreeSet<&'a [usize; 2]>),
+}
+
+impl<'a> Part<'a> {
+    fn of(terms: &'a Terms, degree: usize) -> Self {
+        match terms {
+            Terms::Tensor => Part::All,
+            Terms::Total => Part::UpTo(degree),
+            Terms::Listed(listed) => Part::Listed(listed.iter().collect()),
+        }
+    }
+
+    fn has(&self, (i, j): (usize, usize)) -> bool {
+        match self {
+            Part::All => true,
+            Part::UpTo(degree) => i + j <= *degree,
+            Part::Listed(listed) => listed.contains(&[i, j]),
+        }
+    }
+}
+
+/// Every product once, within the degrees, with those that divide it.
+fn check_terms(listed: &[[usize; 2]], (p, q): (usize, usize), surface: bool) -> Result<(), Faults> {
+    if !surface {
+        return Err(Faults::one(Field::Terms, ModelReason::TermsOfCurve));
+    }
+    if listed.is_empty() {
+        return Err(Faults::one(Field::Terms, ModelReason::NoTerms));
+    }
+    too_many(listed.len(), Field::Terms)?;
+    let all: BTreeSet<[usize; 2]> = listed.iter().copied().collect();
+    let mut seen = BTreeSet::new();
+    let mut faults = Faults::default();
+    for (k, &[i, j]) in listed.iter().enumerate() {
+        let missing = [i.checked_sub(1).map(|i| [i, j]), j.checked_sub(1).map(|j| [i, j])];
+        let missing = missing.into_iter().flatten().find(|divisor| !all.contains(divisor));
+        if i > p || j > q {
+            faults.push(Field::Term(k), ModelReason::TermBeyondDegree { term: [i, j], degree: [p, q] });
+        } else if !seen.insert([i, j]) {
+            faults.push(Field::Term(k), ModelReason::RepeatedTerm([i, j]));
+        } else if let Some(divisor) = missing {
+            faults.push(Field::Term(k), ModelReason::MissingDivisor { term: [i, j], divisor });
+        }
+    }
+    faults.into_result(())
 }

@@ -65,6 +65,34 @@ pub enum ModelReason {
     /// Two degrees where the total one is limited.
     #[error("total degree wants one degree, not two different ones")]
     OneTotalDegree,
+    /// Products listed for a curve.
+    #[error("a curve has every power up to its degree: products are listed for surfaces")]
+    TermsOfCurve,
+    /// No product at all.
+    #[error("at least one term")]
+    NoTerms,
+    /// A product beyond the degrees.
+    #[error("[{}, {}] is beyond the degrees [{}, {}]", .term[0], .term[1], .degree[0], .degree[1])]
+    TermBeyondDegree {
+        /// Its powers.
+        term: [usize; 2],
+        /// Degrees of the model.
+        degree: [usize; 2],
+    },
+    /// A product that is listed twice.
+    #[error("[{}, {}] is listed before", .0[0], .0[1])]
+    RepeatedTerm([usize; 2]),
+    /// A product without one that divides it.
+    #[error(
+        "[{}, {}] without [{}, {}], which divides it: what is fitted would depend on where u and v are 0",
+        .term[0], .term[1], .divisor[0], .divisor[1]
+    )]
+    MissingDivisor {
+        /// Its powers.
+        term: [usize; 2],
+        /// Those that are missing.
+        divisor: [usize; 2],
+    },
     /// Ends of a domain that do not ascend.
     #[error("[{}, {}] is not a range from low to high", Shown(.0[0]), Shown(.0[1]))]
     Range([f64; 2]),

@@ -9,7 +9,7 @@ use crate::estimation::{
     error::FitError,
     result::{
         CollinearityReport, Covariance, EstimableSum, FilteringReport, FitResult, Influence, Interval,
-        LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, PriorReport, Warning,
+        LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, PriorReport, Selection, Warning,
     },
 };
 
@@ -147,6 +147,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     dropped.unless("prior", &mut result.prior, PriorReport::is_finite);
     dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
     dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
+    dropped.unless("selection", &mut result.selection, Selection::is_finite);
     dropped.unless("influence", &mut result.influence, Influence::is_finite);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {

@@ -68,8 +68,8 @@ pub enum ErrorsReason {
     /// Bounds for independent nodes.
     #[error("perturbation bounds are those of independent errors of equal variance")]
     Uncertainty,
-    /// Deletion of single nodes.
-    #[error("PRESS leaves nodes out one by one, of which correlated neighbours would still tell: take another")]
+    /// Nodes left out.
+    #[error("press and blocked_cv leave out nodes, of which correlated neighbours would still tell: take another")]
     Press,
     /// A prior beside parameters that are estimated.
     #[error("a prior is weighed against errors whose correlations are told, or whose variances are")]

@@ -28,6 +28,7 @@ use super::{
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
     result::{FilteringReport, FitResult, Warning},
+    select::choose,
     spec::{Filter, FitSpec},
 };
 
@@ -91,6 +92,19 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
+    if let Some(asked) = &spec.select {
+        let chosen = match spec.filters.is_empty() {
+            true => choose(nodes, spec, asked)?,
+            false => choose(&steps::apply(nodes, &spec.filters)?.nodes, spec, asked)?,
+        };
+        let result = fit_model(chosen.nodes.as_ref().unwrap_or(nodes), &chosen.spec, plans)?;
+        return chosen.told(result);
+    }
+    fit_model(nodes, spec, plans)
+}
+
+/// The fit of the model of `spec`.
+fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if spec.filters.is_empty() {
         return fit_nodes(nodes, spec, plans);
     }

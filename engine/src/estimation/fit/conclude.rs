@@ -112,6 +112,7 @@ pub(super) fn conclude_with(
         covariance,
         predictions,
         influence,
+        selection: None,
         shape,
         errors: None,
         variance: None,

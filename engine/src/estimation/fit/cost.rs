@@ -52,7 +52,7 @@ fn is_usual(spec: &FitSpec) -> bool {
     };
     *spec == usual
         // looks at every node for every λ*
-        && spec.regularization.criterion() != Some(Criterion::Press)
+        && !spec.regularization.criterion().is_some_and(Criterion::is_nodewise)
         && matches!(
             spec.regularization,
             Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. }

@@ -18,7 +18,7 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
         faults.push(Field::NodeUncertainty, ErrorsReason::Uncertainty);
     }
     if let Some(errors) = &spec.errors {
-        if spec.regularization.criterion() == Some(Criterion::Press) {
+        if spec.regularization.criterion().is_some_and(Criterion::is_nodewise) {
             faults.push(criterion_field(spec), ErrorsReason::Press);
         }
         if spec.scaling == Scaling::Standardized {

@@ -3,14 +3,15 @@
 
 use super::boxes::roomy;
 use crate::estimation::fault::{
-    ErrorsReason, Fault, Faults, Field, ModelReason, NodeList, Reason, RegularizationReason, StreamReason,
+    ErrorsReason, Fault, Faults, Field, FoldsReason, ModelReason, NodeList, Reason, RegularizationReason,
+    SelectionReason, StreamReason,
 };
 use crate::estimation::{
     data::{Form, Nodes, Sample},
     design::{self, Boxes, Design, bounding_box, product_on},
     fit::asked_models,
     regularized::{check_admissible, criterion_field},
-    spec::{Criterion, Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
+    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -26,8 +27,13 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     if !spec.filters.is_empty() {
         faults.push(Field::Filters, StreamReason::NoFilters);
     }
-    if spec.regularization.criterion() == Some(Criterion::Press) {
-        faults.push(criterion_field(spec), RegularizationReason::NodesNotKept(Criterion::Press));
+    if let Some(criterion) = spec.regularization.criterion().filter(|criterion| criterion.is_nodewise()) {
+        faults.push(criterion_field(spec), RegularizationReason::NodesNotKept(criterion));
+    } else if spec.folds.is_some() {
+        faults.push(Field::Folds, FoldsReason::Unused);
+    }
+    if spec.select.is_some() {
+        faults.push(Field::Select, SelectionReason::OfStream);
     }
     asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
     check_domain(spec, &mut faults);

@@ -5,11 +5,19 @@ use super::{
     context::{Applied, Context},
     prior, shrink, spectral, tikhonov, truncated,
 };
-use crate::estimation::{error::FitError, result::Warning, spec::Regularization};
+use crate::estimation::{
+    error::FitError,
+    fault::{Faults, Field, FoldsReason},
+    result::Warning,
+    spec::Regularization,
+};
 
 /// Applies what the spec asks for.
 pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     check_admissible(context.linear.design, context.spec)?;
+    if context.spec.folds.is_some() && !context.spec.cross_validates() {
+        return Err(Faults::one(Field::Folds, FoldsReason::Unused).into());
+    }
     if let Some(known) = &context.spec.prior {
         return prior::apply(context, known, warnings);
     }

@@ -82,7 +82,7 @@ fn corrected(
 fn parameter(criterion: Option<Criterion>, fixed: bool, value: f64) -> Option<Parameter> {
     match criterion {
         _ if fixed => Some(Parameter::Fixed(value)),
-        Some(Criterion::Press) => None,
+        Some(criterion) if criterion.is_nodewise() => None,
         Some(criterion) => Some(Parameter::Criterion(criterion)),
         None => None,
     }

@@ -13,7 +13,7 @@ use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
     selection::{
-        Nodewise, Rule, Search, Spectral, Unavailable, range, scan,
+        LeftOut, Rule, Search, Spectral, Unavailable, range, scan,
         selector::{Comparison, ParameterProblem, Selection, select},
     },
     spec::{Criterion, Parameter},
@@ -53,7 +53,7 @@ pub(super) fn decide(
     let logarithms = range(&problem, Rule::Ridge).map(f64::ln);
     let nodewise = || {
         let along = DMatrix::from_fn(images.nrows(), penalised.len(), |k, i| images[(k, penalised[i])]);
-        node_shares::along(context, &along, penalised.iter().map(|&i| oblique.a[i]).collect())
+        node_shares::left_out(context, &along, penalised.iter().map(|&i| oblique.a[i]).collect())
     };
     let penalty = Penalised { context, oblique, problem: &problem, search, logarithms, nodewise: &nodewise };
     let selection = select(&penalty, parameter, context.spec.include.lambda_curve, warnings)?;
@@ -94,7 +94,7 @@ struct Penalised<'a> {
     /// ln λ is searched between these.
     logarithms: [f64; 2],
     /// The nodes along the directions that are penalised.
-    nodewise: &'a dyn Fn() -> Option<Nodewise>,
+    nodewise: &'a dyn Fn() -> Option<LeftOut>,
 }
 
 impl ParameterProblem for Penalised<'_> {
@@ -108,9 +108,9 @@ impl ParameterProblem for Penalised<'_> {
     fn choose(&self, criterion: Criterion) -> Result<Lambda, Unavailable> {
         let oblique = self.oblique;
         match criterion {
-            Criterion::Press => {
+            Criterion::Press | Criterion::BlockedCv => {
                 let nodes = (self.nodewise)().ok_or(Unavailable::NoMinimiser)?;
-                self.fixed(self.search.least_of_nodes(|removed| nodes.press(removed)).lambda_star)
+                self.fixed(self.search.least_of_nodes(|removed| nodes.sum(removed)).lambda_star)
             }
             Criterion::MinMse if oblique.is_noiseless() => Err(Unavailable::NoSigma),
             Criterion::MinMse => {

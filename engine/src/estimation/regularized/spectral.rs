@@ -52,7 +52,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         let root = |i: usize| spectrum.lambda[i].sqrt();
         let images =
             DMatrix::from_fn(spectrum.image.nrows(), spectrum.image.ncols(), |k, i| spectrum.image[(k, i)] / root(i));
-        node_shares::along(context, &images, spectrum.a.iter().enumerate().map(|(i, a)| root(i) * a).collect())
+        node_shares::left_out(context, &images, spectrum.a.iter().enumerate().map(|(i, a)| root(i) * a).collect())
     };
     let asked =
         filters::Asked { regularization: &spec.regularization, weight: context.weight, curve: include.lambda_curve };

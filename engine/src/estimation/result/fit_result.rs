@@ -15,6 +15,7 @@ use super::{
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
     residuals::ResidualReport,
     robust::RobustReport,
+    selection::Selection,
     shape::Shape,
     spectrum::SpectrumReport,
     term::Coefficient,
@@ -64,6 +65,8 @@ pub struct FitResult {
     pub predictions: Option<Predictions>,
     /// Present when `influence` was included and the nodes determine the coefficients.
     pub influence: Option<Influence>,
+    /// Present when the model was chosen out of several.
+    pub selection: Option<Selection>,
     /// The fitted polynomial as a curve or surface; present when `shape` was included.
     pub shape: Option<Shape>,
     /// Present when errors are correlated.

@@ -14,6 +14,7 @@ mod prior;
 mod regularization;
 mod residuals;
 mod robust;
+mod selection;
 mod shape;
 mod spectrum;
 mod term;
@@ -35,6 +36,7 @@ pub use regularization::{
 };
 pub use residuals::ResidualReport;
 pub use robust::{LikelihoodReport, LocalSolution, MinimaxReport, RobustReport};
+pub use selection::{Candidate, Selection};
 pub use shape::Shape;
 pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use term::{Coefficient, TermKey};

@@ -346,6 +346,12 @@ pub enum Warning {
          let go, and least squares of these nodes is answered", .0.statistic, .0.p
     )]
     PriorConflict(PriorConflict),
+    /// A model that was chosen by the nodes it is fitted to.
+    #[error(
+        "the model was chosen out of {0} by the nodes that it is fitted to: intervals and standard errors take it for \
+         given, and hold less often than they say"
+    )]
+    PostSelection(usize),
     /// A prior of iterations without any.
     #[error("there is no earlier iteration of this flank and tooth: least squares of these nodes is answered")]
     NoEarlierIterations,
@@ -402,6 +408,7 @@ impl Warning {
             OutsideDomain(_) => "outside_domain",
             CorrelatedResiduals { .. } => "correlated_residuals",
             PriorConflict(_) => "prior_conflict",
+            PostSelection(_) => "post_selection",
             NoEarlierIterations => "no_earlier_iterations",
         }
     }

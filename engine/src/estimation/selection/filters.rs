@@ -3,7 +3,7 @@
 use super::{
     classical::ridge_parameter,
     filter::Rule,
-    nodewise::Nodewise,
+    nodewise::LeftOut,
     search::{Chosen, Search, Unavailable, range},
     selector::{Comparison, ParameterProblem, Selection, select},
     spectral::Spectral,
@@ -86,7 +86,7 @@ pub(crate) fn decide(
     asked: &Asked,
     problem: &Spectral,
     a: &[f64],
-    nodewise: &dyn Fn() -> Option<Nodewise>,
+    nodewise: &dyn Fn() -> Option<LeftOut>,
     warnings: &mut Vec<Warning>,
 ) -> Result<SelectedFilter, FitError> {
     let Asked { regularization, weight, curve: want_curve } = *asked;
@@ -127,7 +127,7 @@ struct Filters<'a> {
     /// Σw.
     weight: f64,
     /// The nodes along the directions, where they are there.
-    nodewise: &'a dyn Fn() -> Option<Nodewise>,
+    nodewise: &'a dyn Fn() -> Option<LeftOut>,
     search: Search<'a>,
 }
 
@@ -144,9 +144,9 @@ impl ParameterProblem for Filters<'_> {
             Criterion::Hkb | Criterion::Hkb1975 | Criterion::LawlessWang if self.rule == Rule::Ridge => {
                 ridge_parameter(criterion, self.problem, self.a)
             }
-            Criterion::Press => {
+            Criterion::Press | Criterion::BlockedCv => {
                 let nodes = (self.nodewise)().ok_or(Unavailable::NoMinimiser)?;
-                Ok(self.search.least_of_nodes(|removed| nodes.press(removed)))
+                Ok(self.search.least_of_nodes(|removed| nodes.sum(removed)))
             }
             _ => self.search.choose(criterion),
         }

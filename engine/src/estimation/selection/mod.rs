@@ -1,5 +1,6 @@
 //! The parameter of a regularisation: filters on the spectrum, criteria, and the search for λ*.
 
+mod blockwise;
 mod classical;
 mod filter;
 pub(super) mod filters;
@@ -11,8 +12,9 @@ mod search;
 pub(super) mod selector;
 mod spectral;
 
+pub(crate) use blockwise::{Block, Blockwise, left_out, moved_by};
 pub(crate) use filter::{Filtered, Rule};
 pub(crate) use g_prior::g_prior;
-pub(crate) use nodewise::Nodewise;
+pub(crate) use nodewise::{LeftOut, Nodewise};
 pub(crate) use search::{Chosen, Search, Unavailable, range};
 pub(crate) use spectral::Spectral;

@@ -1,6 +1,26 @@
-//! What the nodes say of a filter: the sum of squares of leave-one-out residuals, the penalty held.
+//! What the nodes say of a filter: the sum of squares of the residuals of nodes that are left out,
+//! one by one or in blocks, the penalty held.
 
+use super::blockwise::Blockwise;
 use crate::numerics::cancel::Asking;
+
+/// How nodes are left out.
+pub(crate) enum LeftOut {
+    OneByOne(Nodewise),
+    /// With what the heights have along the directions that are filtered.
+    InBlocks(Blockwise, Vec<f64>),
+}
+
+impl LeftOut {
+    /// `Σ w r²` of the nodes left out where `removed` of each direction is taken away; infinite
+    /// where the others do not determine them.
+    pub(crate) fn sum(&self, removed: &[f64]) -> f64 {
+        match self {
+            LeftOut::OneByOne(nodes) => nodes.press(removed),
+            LeftOut::InBlocks(blocks, heights) => blocks.sum(removed, heights),
+        }
+    }
+}
 
 /// The nodes in the coordinates of the directions that are filtered.
 pub(crate) struct Nodewise {
@@ -20,7 +40,7 @@ const UNDETERMINED: f64 = 1e-10;
 impl Nodewise {
     /// `Σ w r²/(1 − h)²` where `removed` of each direction is taken away; infinite where a node is
     /// not determined by the others.
-    pub(crate) fn press(&self, removed: &[f64]) -> f64 {
+    fn press(&self, removed: &[f64]) -> f64 {
         let moved: Vec<f64> = removed.iter().zip(&self.heights).map(|(g, b)| g * b).collect();
         let rows = self.along.chunks_exact(removed.len().max(1));
         let nodes = self.residuals.iter().zip(&self.left).zip(rows).asking(4 * removed.len());

@@ -153,8 +153,8 @@ impl<'a> Search<'a> {
                 }
             }
             (Criterion::Reml, _) => self.likeliest().map_or(Err(Unavailable::NoSigma), chosen),
-            // needs the nodes
-            (Criterion::Press, _) => Err(Unavailable::NoMinimiser),
+            // need the nodes
+            (Criterion::Press | Criterion::BlockedCv, _) => Err(Unavailable::NoMinimiser),
             (Criterion::Discrepancy, _) => match self.problem.variance {
                 None => Err(Unavailable::NoSigma),
                 Some(variance) => Ok(self.discrepancy(self.problem.count as f64 * variance)),

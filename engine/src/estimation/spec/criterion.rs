@@ -77,6 +77,9 @@ pub enum Criterion {
     Reml,
     /// Least `Σ w r²/(1 − h)²`, the penalty held (Allen's PRESS); needs the nodes.
     Press,
+    /// Least `Σ w r²` of nodes left out in blocks ([`super::Folds`]), the penalty held; needs the
+    /// nodes.
+    BlockedCv,
     /// Least `RSS + 2σ² Σfᵢ`, Stein's unbiased estimate of the risk of the fitted heights.
     Sure,
 }
@@ -101,6 +104,7 @@ impl Criterion {
             Criterion::Optimal => "optimal",
             Criterion::Reml => "reml",
             Criterion::Press => "press",
+            Criterion::BlockedCv => "blocked_cv",
             Criterion::Sure => "sure",
         }
     }
@@ -109,10 +113,15 @@ impl Criterion {
     pub const RIDGE: [Criterion; 3] = [Criterion::Hkb, Criterion::Hkb1975, Criterion::LawlessWang];
 
     /// Those that are answered only when asked for.
-    pub const MORE: [Criterion; 3] = [Criterion::Reml, Criterion::Press, Criterion::Sure];
+    pub const MORE: [Criterion; 4] = [Criterion::Reml, Criterion::Press, Criterion::BlockedCv, Criterion::Sure];
 
     /// The criteria for the rank of a truncated singular value decomposition.
     pub const OF_RANK: [Criterion; 3] = [Criterion::Gcv, Criterion::Reml, Criterion::Discrepancy];
+
+    /// Whether it looks at every node.
+    pub fn is_nodewise(self) -> bool {
+        matches!(self, Criterion::Press | Criterion::BlockedCv)
+    }
 
     /// Every criterion there is.
     pub fn every() -> impl Iterator<Item = Criterion> {

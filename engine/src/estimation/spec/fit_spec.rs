@@ -3,13 +3,16 @@
 use std::sync::Arc;
 
 use super::{
+    criterion::Criterion,
     errors::{Errors, Variance},
     estimator::Estimator,
     filter::Filter,
+    folds::Folds,
     model::{Domain, Model, Scaling},
     predict::Predict,
     prior::{Earlier, Prior},
     regularization::Regularization,
+    select::Select,
 };
 
 /// Level of confidence intervals where none is given.
@@ -69,6 +72,10 @@ pub struct FitSpec {
     pub prior: Option<Prior>,
     /// Heights and bands at places of the domain.
     pub predict: Option<Predict>,
+    /// Which of several models is fitted, in place of `model` alone.
+    pub select: Option<Select>,
+    /// Which nodes blocked cross-validation leaves out together.
+    pub folds: Option<Folds>,
     /// Parts of the answer beyond the default.
     pub include: Include,
     /// What is done to the nodes before, in this order.
@@ -94,9 +101,16 @@ impl FitSpec {
             level: DEFAULT_LEVEL,
             prior: None,
             predict: None,
+            select: None,
+            folds: None,
             include: Include::default(),
             filters: Vec::new(),
         }
+    }
+
+    /// Whether λ* is chosen by leaving out blocks of nodes.
+    pub fn cross_validates(&self) -> bool {
+        self.regularization.criterion() == Some(Criterion::BlockedCv)
     }
 
     /// The same with the earlier iterations of its prior; nothing changes where it has no chain.

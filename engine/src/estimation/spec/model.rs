@@ -74,12 +74,14 @@ pub enum PolynomialBasis {
 }
 
 /// Products of powers of u and v that a surface has.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Terms {
     /// Every product up to the degree of each axis.
     Tensor,
     /// Products whose degrees add up to at most the degree.
     Total,
+    /// These, as degrees along u and v, each with all products that divide it; of surfaces.
+    Listed(Vec<[usize; 2]>),
 }
 
 /// Knots of B-splines (full vectors, the last span closed on the right) or a count of equal spans

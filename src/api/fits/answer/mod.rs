@@ -11,5 +11,6 @@ pub mod prior;
 pub mod regularization;
 pub mod result;
 pub mod robust;
+mod selection;
 mod shared_text;
 pub mod text;

@@ -15,6 +15,7 @@ use super::{
     prior::PriorResultBody,
     regularization::{RegularizationResult, RidgeTracePointBody},
     robust::RobustBody,
+    selection::SelectionBody,
     shared_text,
 };
 use crate::api::{
@@ -48,7 +49,7 @@ answer! {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
             lambda_curve, ridge_trace, matrix_b, matrix_b_factors, estimable, filtering, prior, covariance, predictions,
-            influence, shape: _, errors, variance, numerics, warnings,
+            influence, selection, shape: _, errors, variance, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -97,6 +98,8 @@ answer! {
         predictions?: PredictionsBody = predictions,
         /// Present when `influence` was included and the nodes determine the coefficients.
         influence?: InfluenceBody = influence,
+        /// Present when the model was chosen out of several (`select`).
+        selection?: SelectionBody = selection,
         /// Present when `errors` were correlated.
         errors?: ErrorsResult = errors.as_ref().map(|found| Serialized(ErrorsResult::from(found))),
         /// Present when variances were estimated.

@@ -15,11 +15,11 @@ use flankfit_engine::estimation::{
     inference::{Inferred, SimultaneousMethod},
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
-        EstimableSum, FilterReport, FilteringReport, Influence, Interval, IntervalKind as Kind, IterationReport,
-        LambdaCurvePoint, LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency,
-        NormLimitSource as Limit, Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB,
-        RegularizationKind, RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport,
-        Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
+        EstimableSum, FilterReport, FilteringReport, Interval, IntervalKind as Kind, IterationReport, LambdaCurvePoint,
+        LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency, NormLimitSource as Limit,
+        Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB, RegularizationKind,
+        RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, Simultaneous, Slopes,
+        SpectrumReport, TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
@@ -32,6 +32,8 @@ use flankfit_engine::numerics::distribution::Student;
 mod errors;
 #[path = "text_tests_prior.rs"]
 mod prior;
+#[path = "text_tests_selection.rs"]
+mod selection_made;
 
 const ALL: Include = Include {
     residuals: true,
@@ -157,7 +159,7 @@ impl Maker {
     }
 
     fn criterion(&mut self) -> Option<Criterion> {
-        self.there().then(|| Criterion::every().nth(self.below(12)).unwrap())
+        self.there().then(|| Criterion::every().nth(self.below(13)).unwrap())
     }
 
     fn figures(&mut self) -> ColumnFigures {
@@ -264,20 +266,6 @@ impl Maker {
             condition_index: m.number(),
             sentence: m.text(),
         })
-    }
-
-    fn influence(&mut self) -> Influence {
-        let list = |m: &mut Self| m.there().then(|| m.list(Maker::maybe));
-        Influence {
-            leverage: self.numbers(),
-            internally_studentized: list(self),
-            externally_studentized: list(self),
-            cooks_distance: list(self),
-            dffits: list(self),
-            press_residual: self.list(Maker::maybe),
-            press: self.maybe(),
-            node_indices: self.there().then(|| vec![self.below(9)]),
-        }
     }
 
     fn curve_point(&mut self) -> LambdaCurvePoint {
@@ -418,6 +406,7 @@ impl Maker {
             estimable: self.there().then(|| self.sums()),
             filtering: self.there().then(|| self.filtering()),
             influence: self.there().then(|| self.influence()),
+            selection: self.there().then(|| self.selection()),
             prior: self.there().then(|| self.prior()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
             predictions: self.there().then(|| self.predictions()),

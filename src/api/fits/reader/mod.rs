@@ -14,12 +14,14 @@ mod errors;
 mod estimator;
 pub mod fields;
 mod filters;
+mod folds;
 mod l_estimator;
 pub mod nodes;
 mod predict;
 pub mod prior;
 pub mod regularization;
 mod request;
+mod select;
 pub mod spec;
 #[cfg(test)]
 mod tests;

@@ -29,10 +29,12 @@ pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec
     let domain = members.domain.text().and_then(|slice| read_domain(slice, faults));
     let prior = members.prior.text().and_then(|slice| super::prior::read(slice, faults));
     let predict = members.predict.text().and_then(|slice| super::predict::read(slice, faults));
+    let select = members.select.text().and_then(|slice| super::select::read(slice, faults));
+    let folds = members.folds.text().and_then(|slice| super::folds::read(slice, faults));
     // a prior leaves nothing to be regularised
     let regularization = if prior.is_some() { spec::Regularization::None } else { spec::Regularization::default() };
     let fit = fields::of_model(&members.fit, model.unwrap_or(spec::Model::Linear), regularization, faults);
-    fit.filter(|_| faults.count() == before).map(|fit| FitSpec { domain, prior, predict, ..fit })
+    fit.filter(|_| faults.count() == before).map(|fit| FitSpec { domain, prior, predict, select, folds, ..fit })
 }
 
 fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
@@ -46,10 +48,7 @@ fn read_model(slice: &[u8], faults: &mut Faults) -> Option<spec::Model> {
                     Some(BasisName::Chebyshev) => spec::PolynomialBasis::Chebyshev,
                     Some(BasisName::Legendre) => spec::PolynomialBasis::Legendre,
                 },
-                terms: match model.terms {
-                    None | Some(TermsName::Tensor) => spec::Terms::Tensor,
-                    Some(TermsName::Total) => spec::Terms::Total,
-                },
+                terms: model.terms.map_or(spec::Terms::Tensor, spec::Terms::from),
             })
         }
         "b_spline" => {

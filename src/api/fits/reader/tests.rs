@@ -9,6 +9,9 @@ use crate::api::{
 };
 use flankfit_engine::estimation::spec::{self, Criterion, Model, Parameter, Regularization};
 
+#[path = "tests_drawn.rs"]
+mod drawn;
+
 fn read(text: &str) -> Result<(Nodes, FitSpec), ReadError> {
     read_fit::<()>(text.as_bytes()).map(|(nodes, spec, _)| (nodes, spec))
 }
@@ -437,7 +440,9 @@ proptest! {
                 predicted_mse: include & 8 > 0,
             },
             level: [0.95, 0.6][include & 1],
-            predict: predict(include, value),
+            predict: drawn::predict(include, value),
+            select: drawn::select(include, value),
+            folds: drawn::folds(include),
             ..FitSpec::new(
                 [
                     Model::Linear,
@@ -478,17 +483,4 @@ proptest! {
         let malformed = matches!(read(&mutated), Err(ReadError::Malformed { .. }));
         prop_assert_eq!(malformed, !json, "{}", mutated);
     }
-}
-
-/// Places of every kind, or none.
-fn predict(which: usize, value: f64) -> Option<spec::Predict> {
-    let at = match which % 5 {
-        0 => return None,
-        4 => spec::Places::Rows(vec![vec![1.0, value], vec![-value, 2.0]]),
-        1 => spec::Places::Curve(vec![0.5, value]),
-        2 => spec::Places::Points { u: vec![-value, 1.0], v: vec![0.0, value] },
-        _ => spec::Places::Grid { u: vec![value], v: vec![0.0, 1.0, 2.0] },
-    };
-    let kinds = spec::Kinds { confidence: which > 4, prediction: which & 2 > 0, simultaneous: which & 1 > 0 };
-    Some(spec::Predict { at, level: (which > 8).then_some(0.99), kinds, slopes: which > 10 })
 }

@@ -96,6 +96,8 @@ criteria! {
     Reml,
     /// Least sum of squared leave-one-out residuals, the penalty held.
     Press,
+    /// Least sum of squared residuals of nodes left out in blocks (`folds`), the penalty held.
+    BlockedCv,
     /// Stein's unbiased estimate of the risk of the fitted heights, RSS + 2σ² Σf.
     Sure,
 }

@@ -46,6 +46,8 @@ impl From<&FitSpec> for FitSpecBody {
             }),
             prior: spec.prior.as_ref().map(PriorBody::from),
             predict: spec.predict.as_ref().map(PredictBody::from),
+            select: spec.select.as_ref().map(SelectBody::from),
+            folds: spec.folds.as_ref().map(FoldsBody::from),
         }
     }
 }
@@ -60,10 +62,7 @@ fn model(model: &spec::Model) -> ModelBody {
                 spec::PolynomialBasis::Chebyshev => BasisName::Chebyshev,
                 spec::PolynomialBasis::Legendre => BasisName::Legendre,
             }),
-            terms: Some(match terms {
-                spec::Terms::Tensor => TermsName::Tensor,
-                spec::Terms::Total => TermsName::Total,
-            }),
+            terms: Some(TermsBody::from(terms)),
         }),
         spec::Model::BSpline { degree, knots, weights } => {
             let weights = weights.as_ref().map(|weights| match columns(*degree, knots) {

@@ -13,7 +13,10 @@ pub use super::{
     count::CountBody,
     knots::{KnotsBody, WeightsBody},
 };
-pub use super::{errors::*, estimator::*, include::IncludeName, predict::*, prior::PriorBody};
+pub use super::{
+    errors::*, estimator::*, folds::FoldsBody, include::IncludeName, predict::*, prior::PriorBody, select::SelectBody,
+    terms::TermsBody,
+};
 use super::{filters::FilterBody, nodes::PostedNodes};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
@@ -69,6 +72,8 @@ request! {
         optional prior: PriorBody,
         /// Heights, slopes and bands at places of the domain.
         optional predict: PredictBody,
+        optional select: SelectBody,
+        optional folds: FoldsBody,
     }
 }
 
@@ -130,7 +135,7 @@ pub struct PolynomialModel {
     pub basis: Option<BasisName>,
     /// Default `tensor`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub terms: Option<TermsName>,
+    pub terms: Option<TermsBody>,
 }
 
 /// B-splines, or NURBS with `weights`; either `knots` or `spans`.
