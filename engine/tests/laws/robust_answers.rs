@@ -9,7 +9,10 @@ use crate::{
 };
 use flankfit_engine::estimation::{
     FitSpec,
-    spec::{Attraction, Criterion, Estimator, JamesStein, Model, Parameter, Regularization, ShrinkageFactor, Tikhonov},
+    spec::{
+        Attraction, Criterion, Distribution, Estimator, JamesStein, Model, Parameter, Regularization, ShrinkageFactor,
+        Tikhonov,
+    },
 };
 
 #[test]
@@ -118,4 +121,13 @@ fn intervals_hold_with_errors_as_each_estimator_expects_them() {
         assert!((0.9..=0.99).contains(&found.mean), "{name}, {errors:?}: {}", found.mean);
         assert!(found.width < 1.05, "{name}, {errors:?}: no wider than least squares where peaks are: {}", found.width);
     }
+}
+
+/// Where the exponent is estimated its interval must not be narrower than it can hold: it covered
+/// 0.87 when the likeliest exponent was taken as given.
+#[test]
+fn an_estimated_exponent_holds_with_normal_errors_too() {
+    let estimator = Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: None });
+    let found = coverage(estimator, Errors::Normal, 120, 45);
+    assert!((0.915..=0.97).contains(&found.mean) && found.worst >= 0.9, "{} {}", found.mean, found.worst);
 }

@@ -29,6 +29,9 @@ const LATTICE: usize = 16;
 /// 16.
 const MOST_DIGITS: f64 = 14.5;
 
+/// Up to so many coefficients R is inverted as a whole.
+const FEW: usize = 64;
+
 /// What the estimate needs of a fit.
 pub(crate) struct Fitted<'a> {
     pub design: &'a Design,
@@ -37,6 +40,8 @@ pub(crate) struct Fitted<'a> {
     pub largest_height: f64,
     /// R of the working basis.
     pub r: &'a DMatrix<Dd>,
+    /// Its factors, where the nodes separate.
+    pub axes: Option<[&'a DMatrix<Dd>; 2]>,
     /// Coefficients in the working basis.
     pub working: &'a [Dd],
     /// In the caller's.
@@ -75,7 +80,13 @@ pub(crate) fn correct_digits(fit: &Fitted) -> f64 {
     // the working columns move together, by as much as their slopes: ‖row of T⁻¹(WᵀW)⁻¹‖ ≤ leverage
     // · ‖R⁻¹‖
     let spread = if through_residuals > 0.0 && fit.design.domain.is_some() {
-        (count as f64).sqrt() * triangular::inverse_upper(&fit.r.map(|x| x.to_f64())).norm()
+        let inverse = |r: &DMatrix<Dd>| triangular::inverse_upper(&r.map(|x| x.to_f64())).norm();
+        let norm = match fit.axes {
+            // ‖(R_u ⊗ R_v)⁻¹‖ is a product too
+            Some([u, v]) if fit.coefficients.len() > FEW => inverse(u) * inverse(v),
+            _ => inverse(fit.r),
+        };
+        (count as f64).sqrt() * norm
     } else {
         0.0
     };

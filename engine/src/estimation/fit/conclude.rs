@@ -267,6 +267,7 @@ impl<'a> Solved<'a> {
             evidence: linear.evidence,
             largest_height: self.heights.largest,
             r: &linear.factor.r,
+            axes: linear.factor.separable.as_ref().map(|separable| [&separable.axes.u.r, &separable.axes.v.r]),
             working: &least_squares.working,
             coefficients: &least_squares.coefficients,
             leverage: &applied.estimate.leverage,
