@@ -89,6 +89,13 @@ impl Permit {
         Ok(())
     }
 
+    /// Takes more for a request that holds something else too: what would never have room beside
+    /// that is refused for good.
+    pub fn grow_beside(&mut self, other: &Permit, more: usize) -> Result<(), Problem> {
+        self.check_total(more.saturating_add(other.bytes))?;
+        self.grow(more)
+    }
+
     /// Refuses at once what has no room, without taking any.
     pub fn check(&self, more: usize) -> Result<(), Problem> {
         self.check_total(more)?;
@@ -143,6 +150,10 @@ pub struct WithPermit<T> {
 impl<T> WithPermit<T> {
     pub fn new(value: T, permit: Permit) -> Self {
         WithPermit { value, permit }
+    }
+
+    pub fn permit(&self) -> &Permit {
+        &self.permit
     }
 
     pub fn into_parts(self) -> (T, Permit) {

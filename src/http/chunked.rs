@@ -12,7 +12,7 @@ use std::{
 };
 
 use axum::body::{Body, Bytes};
-use futures_util::stream;
+use futures_util::{StreamExt, stream};
 
 use super::{budget::Permit, state::AppState};
 use crate::{api::shapes::export::Pieces, pool::PoolError};
@@ -37,13 +37,15 @@ pub fn body(state: AppState, first: Vec<u8>, file: Pieces, permit: Permit) -> Bo
         return Body::from(first);
     }
     let rest = Remaining { state, file: Arc::new(Mutex::new(file)), _permit: permit };
-    Body::from_stream(stream::unfold((Some(first), rest), |(first, rest)| async move {
+    let pieces = stream::unfold((Some(first), rest), |(first, rest)| async move {
         let piece = match first {
             Some(first) => Ok(first),
             None => rest.next().await.transpose()?,
         };
         Some((piece.map(Bytes::from), (None, rest)))
-    }))
+    });
+    // an encoder may ask once more after the last piece
+    Body::from_stream(pieces.fuse())
 }
 
 impl Remaining {

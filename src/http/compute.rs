@@ -73,7 +73,8 @@ pub async fn read_json_in_room(
 ) -> Result<WithPermit<Vec<u8>>, Problem> {
     let (limit, mut permit) = (state.settings.body_limit, state.budget.permit());
     let work = move || {
-        let answer = work(&payload.into_json(limit)?, &mut |bytes| permit.grow(bytes))?;
+        let text = payload.into_json(limit)?;
+        let answer = work(&text, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
         Ok(WithPermit::new(answer, permit))
     };
     state.pool.run(work).await?

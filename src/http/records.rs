@@ -105,7 +105,8 @@ impl RecordRequest {
             let limit = state.settings.body_limit;
             let mut permit = state.budget.permit();
             let made = move || {
-                let made = build(&payload.into_json(limit)?, &context, &mut |bytes| permit.grow(bytes))?;
+                let text = payload.into_json(limit)?;
+                let made = build(&text, &context, &mut |bytes| permit.grow_beside(text.permit(), bytes))?;
                 Ok::<_, Problem>((made, permit))
             };
             let (NewRecord { draft, answer }, _held) = state.pool.run(made).await??;

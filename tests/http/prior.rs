@@ -236,6 +236,20 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
     assert_eq!(send(app.post(&format!("{job}/streams"), stream.to_string())).await.pointers(), ["/prior/iterations"]);
 }
 
+/// What doubles cannot weigh is refused, not answered by an error of the service.
+#[tokio::test]
+async fn a_prior_beyond_doubles_is_refused() {
+    let app = TestApp::start().await;
+    let nodes = json!({"type": "curve", "x": [0, 1, 2, 3, 4], "y": [0.1, 1.0, 2.2, 2.9, 4.1]});
+    for (mean, std_error) in [(1.7e308, 1.0), (1e308, 1.0), (0.0, 5e-324), (0.0, 1e-308)] {
+        let body = json!({"nodes": nodes, "model": {"type": "polynomial", "degree": 1},
+                          "prior": {"mean": [mean, 0.0], "std_error": [std_error, 1.0]}});
+        let refused = app.fit(&body.to_string()).await;
+        refused.problem(422, "invalid_request");
+        assert!(refused.pointers()[0].starts_with("/prior/"), "{mean} {std_error}: {}", refused.text);
+    }
+}
+
 #[tokio::test]
 async fn a_prior_that_is_posted() {
     let app = TestApp::start().await;

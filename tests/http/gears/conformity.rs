@@ -47,6 +47,20 @@ async fn figures_of_a_surface_have_intervals_and_conform() {
     assert!(number(&wider["twist_um"]["interval"][1]) > number(&told["twist_um"]["interval"][1]));
 }
 
+/// A limit beyond any figure is how a client writes that there is none on that side.
+#[tokio::test]
+async fn a_limit_may_have_one_side() {
+    let app = TestApp::start().await;
+    let mut request = examples("gear_flank_surface")[0].1.clone();
+    for (limits, decision) in [([-1e308, 100.0], "conforms"), ([-1e308, -100.0], "does_not_conform")] {
+        request["tolerance_limits"] = json!({"profile_slope_um": limits});
+        let found = taken(&app, "/v1/gears/flank-surface", &request).await;
+        let conformity = &found["profile_slope_um"]["conformity"];
+        assert_eq!(conformity["decision"], decision, "{conformity}");
+        assert!((0.0..=1.0).contains(&number(&conformity["probability"][0])), "{conformity}");
+    }
+}
+
 #[tokio::test]
 async fn figures_of_traces_have_intervals_and_conform() {
     let app = TestApp::start().await;

@@ -166,6 +166,27 @@ async fn numbers_whose_powers_are_no_doubles_are_refused_at_once() {
     app.stop().await;
 }
 
+/// Nothing can be changed of a stream later: what its fit could never answer is refused at once.
+#[tokio::test]
+async fn predictions_that_no_fit_would_answer_are_refused_at_once() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    let many: Vec<f64> = (0..400).map(f64::from).collect();
+    for (predict, pointer) in [
+        (json!({"at": {"x": [1.0]}}), "/predict/at"),
+        (json!({"at": {"u": [1.0], "v": [1.0]}, "level": 0.2}), "/predict/level"),
+        (json!({"at": {"grid": {"u": [], "v": []}}}), "/predict/at"),
+        (json!({"at": {"grid": {"u": many, "v": many}}}), "/predict/at"),
+    ] {
+        let mut spec = spec();
+        spec["predict"] = predict;
+        let answer = app.post(&format!("{job}/streams"), &spec).await;
+        let pointers = answer.problem(422, "invalid_request");
+        assert!(pointers[0].starts_with(pointer), "{pointers:?}");
+    }
+    app.stop().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn of_two_clients_with_the_same_number_one_counts() {
     let mut app = TestApp::start().await;

@@ -1,5 +1,7 @@
 //! Files of CAD and FE systems over HTTP.
 
+use std::io::Read as _;
+
 use serde_json::{Value, json};
 
 use super::examples;
@@ -69,6 +71,27 @@ async fn every_format_of_a_surface() {
         let triangles = u32::from_le_bytes(bytes[80..84].try_into().unwrap()) as usize;
         assert_eq!((triangles, bytes.len()), (2 * 20 * 20, 84 + 50 * 2 * 20 * 20));
     }
+}
+
+/// Files of many pieces arrive whole, whatever they are packed with.
+#[tokio::test]
+async fn packed_files_arrive_whole() {
+    let app = TestApp::start().await;
+    let request = json!({"surface": patch(), "format": "obj", "samples": [300, 300]}).to_string();
+    let of = async |encoding: &str| {
+        let response = app.post("/v1/surfaces/export", request.clone()).header("accept-encoding", encoding);
+        let response = response.send().await.unwrap();
+        let packed = response.headers().get("content-encoding").map(|name| name.to_str().unwrap().to_owned());
+        assert_eq!(packed.as_deref().unwrap_or("identity"), encoding);
+        response.bytes().await.unwrap().to_vec()
+    };
+    let plain = of("identity").await;
+    assert!(plain.len() > 1 << 20, "many pieces: {}", plain.len());
+    let (mut gunzipped, packed) = (Vec::new(), of("gzip").await);
+    flate2::read::GzDecoder::new(&packed[..]).read_to_end(&mut gunzipped).unwrap();
+    // both say when they were written
+    assert_eq!(gunzipped.len(), plain.len());
+    assert_eq!(zstd::decode_all(&of("zstd").await[..]).unwrap().len(), plain.len());
 }
 
 #[tokio::test]

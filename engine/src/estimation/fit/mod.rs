@@ -20,5 +20,6 @@ pub(crate) use conclude::report;
 pub use cost::is_short;
 pub(crate) use error_checks::asked_models;
 pub use plan::Plans;
+pub(crate) use predict::check as check_predictions;
 pub(crate) use run::fit_together;
 pub(super) use run::{fit, fit_remembering};

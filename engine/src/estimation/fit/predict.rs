@@ -9,16 +9,18 @@ use crate::{
         result::{Predictions, Simultaneous, Slopes},
         spec::{Domain, FitSpec, Places, Predict},
     },
-    numerics::cancel::Asking,
+    numerics::{cancel::Asking, triangular},
 };
 
 /// Products of places and coefficients at most: some seconds, and 100 MB.
 const MOST_PRODUCTS: usize = 2_000_000;
 /// Coefficients that every place counts for at least.
 const LEAST_COEFFICIENTS: usize = 20;
+/// Bands whose filter is chosen place by place count for so many others.
+const CHOSEN: usize = 16;
 
 /// Refuses levels and places that the fit of `design` does not have.
-pub(super) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+pub(crate) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let mut faults = Faults::default();
     let mut level = |field: Field, level: f64| {
         if !(level > 0.5 && level < 1.0) {
@@ -30,7 +32,7 @@ pub(super) fn check(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
         level(Field::PredictLevel, own);
     }
     if let Some(asked) = &spec.predict {
-        match (unsuited(design, &asked.at), &asked.at) {
+        match (unsuited(design, spec, asked), &asked.at) {
             (Some(reason), _) => faults.push(Field::PredictAt, reason),
             (None, Places::Rows(rows)) => check_rows(design.size(), rows, asked.slopes, &mut faults),
             (None, _) => {}
@@ -48,9 +50,10 @@ fn check_rows(columns: usize, rows: &[Vec<f64>], slopes: bool, faults: &mut Faul
     }
 }
 
-fn unsuited(design: &Design, at: &Places) -> Option<InferenceReason> {
-    let places = at.count();
-    let most = MOST_PRODUCTS / design.size().max(LEAST_COEFFICIENTS);
+fn unsuited(design: &Design, spec: &FitSpec, asked: &Predict) -> Option<InferenceReason> {
+    let (at, places) = (&asked.at, asked.at.count());
+    let each = if spec.coefficient_norm_limit.is_some() { CHOSEN } else { 1 };
+    let most = MOST_PRODUCTS / design.size().max(LEAST_COEFFICIENTS) / each;
     match (design.domain, at) {
         (None, Places::Curve(_) | Places::Points { .. } | Places::Grid { .. }) => Some(InferenceReason::OfMatrix),
         (Some(_), Places::Rows(_)) => Some(InferenceReason::OfFunction),
@@ -165,6 +168,13 @@ fn band(
 const FIRST: usize = 32;
 const MOST_OF_PATHS: usize = 4096;
 const MOST_OF_SHEETS: usize = 128;
+/// Products of a tube at most, of the plain band and of a filtered one: about a second. Beyond them
+/// the band is Scheffé's.
+const MOST_OF_TUBE: usize = 1_500_000_000;
+/// By how much more a filtered row costs.
+const FILTERED: usize = 6;
+/// Coefficients above which the unit vectors of a tube are found in doubles.
+const BY_DOUBLES: usize = 32;
 /// Relative change by twice the steps at which they are enough.
 const SETTLED: f64 = 1e-3;
 
@@ -176,6 +186,12 @@ fn tube(forms: &Forms, places: &[[f64; 2]], biased: bool) -> Option<Tube> {
     }
     let design: &Design = forms.linear.design;
     let domain = design.domain?;
+    let n = design.size();
+    let vectors = if domain.v.is_some() { MOST_OF_SHEETS * MOST_OF_SHEETS } else { MOST_OF_PATHS };
+    if 2 * vectors * n * n * if biased { FILTERED } else { 1 } > MOST_OF_TUBE {
+        return None;
+    }
+    let root = (n > BY_DOUBLES && !biased).then(|| forms.linear.factor.r.map(|x| x.to_f64()));
     let widened = |axis: usize, range: [f64; 2]| {
         places.iter().fold(range, |[low, high], place| [low.min(place[axis]), high.max(place[axis])])
     };
@@ -183,8 +199,15 @@ fn tube(forms: &Forms, places: &[[f64; 2]], biased: bool) -> Option<Tube> {
     let v = domain.v.map(|v| widened(1, v));
     let place = |[low, high]: [f64; 2], k: usize, steps: usize| low + (high - low) * k as f64 / steps as f64;
     let unit = |at: [f64; 2]| {
-        let found = forms.at(at, Along::Value);
-        let row = if biased { found.row } else { found.form.q };
+        let row = match &root {
+            Some(root) => {
+                let mut row: Vec<f64> = design.row_at(at, Along::Value).iter().map(|x| x.to_f64()).collect();
+                triangular::solve_upper_transposed(root, &mut row);
+                row
+            }
+            None if biased => forms.at(at, Along::Value).row,
+            None => forms.at(at, Along::Value).form.q,
+        };
         let size = length(&row);
         row.iter().map(|x| if size > 0.0 { x / size } else { 0.0 }).collect::<Vec<f64>>()
     };

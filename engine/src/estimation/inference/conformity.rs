@@ -132,6 +132,23 @@ mod tests {
         assert_eq!(normal(1.9, 0.0, 0.2).conformity([-2.0, 2.0]).decision, Decision::CannotBeTold);
     }
 
+    /// Limits that no figure reaches say that there is none on that side.
+    #[test]
+    fn a_limit_may_be_as_far_as_a_double_reaches() {
+        for student in [Student::NORMAL, Student::new(1.0), Student::new(9.0), Student::new(400.0)] {
+            for far in [1e155, 1e308, f64::MAX] {
+                for (value, bias_bound) in [(0.0, 0.0), (-5.0, 0.3), (3.0, 1.0)] {
+                    let slope = Inferred { value, std_error: 0.1, bias_bound, student };
+                    let [none, upper, lower] =
+                        [[-far, far], [-far, value], [value, far]].map(|limits| slope.conformity(limits));
+                    assert_eq!((none.probability, none.decision), ([1.0, 1.0], Decision::Conforms), "{far:e}");
+                    assert!(upper.probability[1] >= 0.5 && lower.probability[1] >= 0.5, "{upper:?} {lower:?}");
+                    assert!(upper.probability[0] <= 0.5 && lower.probability[0] <= 0.5, "{upper:?} {lower:?}");
+                }
+            }
+        }
+    }
+
     #[test]
     fn the_guard_band_is_that_of_one_tail() {
         // 1.6448536 standard errors inside and outside of one limit, the other far away

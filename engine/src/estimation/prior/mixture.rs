@@ -40,6 +40,14 @@ impl Mixture {
         }
         Mixture { mean, root, gain, prior_mean, prior_root, weights }
     }
+
+    /// Whether doubles hold it.
+    pub(super) fn is_finite(&self) -> bool {
+        let all = |mut values: std::slice::Iter<f64>| values.all(|x| x.is_finite());
+        let vectors = [self.mean.as_slice(), self.prior_mean.as_slice(), &self.weights];
+        let matrices = [&self.root, &self.gain, &self.prior_root].map(DMatrix::as_slice);
+        !self.mean.is_empty() && vectors.into_iter().chain(matrices).all(|values| all(values.iter()))
+    }
 }
 
 /// Mean and the triangular root of the covariance of a mixture: within its parts, and between.

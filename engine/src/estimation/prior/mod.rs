@@ -166,6 +166,14 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     };
     let conflict = judged.then(|| conflict::conflict(&branches, noise.freedom));
     let mixture = Mixture::new(&branches);
+    if !mixture.is_finite() {
+        let field = match prior {
+            Prior::Given { spread: PriorSpread::StdError(_), .. } => Field::PriorStdError,
+            Prior::Given { spread: PriorSpread::Covariance(_), .. } => Field::PriorCovariance,
+            Prior::Iterations(_) => Field::PriorIterations,
+        };
+        return Err(Faults::one(field, PriorReason::BeyondDouble).into());
+    }
     let ratio = ratios.map(|sizes| {
         let square: f64 = sizes.iter().zip(&mixture.weights).map(|(q, weight)| weight * q * q).sum();
         square.sqrt()

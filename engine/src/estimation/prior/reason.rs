@@ -46,6 +46,9 @@ pub enum PriorReason {
     /// A covariance matrix that is not one.
     #[error("the covariance matrix is not positive definite: no coefficients have it")]
     NotPositive,
+    /// A comparison that doubles do not hold.
+    #[error("the prior and these nodes are so far apart, or one is so much surer, that doubles do not hold both")]
+    BeyondDouble,
     /// Nodes that leave coefficients free.
     #[error("the nodes themselves do not determine every coefficient: take fewer terms")]
     Undetermined,

@@ -9,7 +9,7 @@ use crate::estimation::fault::{
 use crate::estimation::{
     data::{Form, Nodes, Sample},
     design::{self, Boxes, Design, bounding_box, product_on},
-    fit::asked_models,
+    fit::{asked_models, check_predictions},
     regularized::{check_admissible, criterion_field},
     spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
 };
@@ -69,7 +69,7 @@ pub(super) fn begin(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<(F
         }
     };
     let place = if matches!(form, Form::Matrix { .. }) { Field::List(NodeList::X) } else { Field::NodesType };
-    met_at(check_admissible(&design, spec), place)?;
+    met_at(check_fit(&design, spec), place)?;
     Ok((form, design, boxes))
 }
 
@@ -138,13 +138,19 @@ fn check_domain(spec: &FitSpec, faults: &mut Faults) {
     }
 }
 
+/// What a fit of this design would refuse whatever the heights are.
+fn check_fit(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
+    check_admissible(design, spec)?;
+    check_predictions(design, spec)
+}
+
 /// Degrees, knots, limits, and a regularisation for so many coefficients. Where the first block is
 /// to tell a curve from a surface, one of them must be possible.
 fn check_model(spec: &FitSpec) -> Result<(), Faults> {
     // the boxes only have to be some
     let domain = spec.domain.unwrap_or_default();
     let boxes = (domain.u.unwrap_or([-1.0, 1.0]), domain.v.unwrap_or([-1.0, 1.0]));
-    let check = |surface| check_admissible(&product_on(surface, &spec.model, boxes, boxes)?, spec);
+    let check = |surface| check_fit(&product_on(surface, &spec.model, boxes, boxes)?, spec);
     if let Some(surface) = is_surface(spec) {
         return check(surface);
     }

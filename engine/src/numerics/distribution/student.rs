@@ -13,6 +13,9 @@ use crate::numerics::quadrature::gauss_legendre;
 /// of the density.
 const BY_FRACTION: f64 = 100.0;
 
+/// Nothing lies beyond it whatever the degrees of freedom, and its square is a double.
+const BEYOND: f64 = 1e150;
+
 /// Student's t of a number of degrees of freedom.
 ///
 /// ```
@@ -80,6 +83,9 @@ impl Student {
     pub fn upper_tail(&self, t: f64) -> f64 {
         if t < 0.0 {
             return 1.0 - self.upper_tail(-t);
+        }
+        if t > BEYOND {
+            return 0.0;
         }
         if self.freedom == f64::INFINITY {
             return normal::upper_tail(t);
