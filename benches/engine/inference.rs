@@ -5,7 +5,10 @@
 use divan::Bencher;
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
-    spec::{Degree, Include, Kinds, Model, Places, PolynomialBasis, Predict, Terms},
+    spec::{
+        Constraint, ConstraintKind, Degree, FilterAxis, Include, Kinds, Knots, Model, Places, PolynomialBasis, Predict,
+        Regularization, Terms,
+    },
 };
 
 fn axis(from: f64, to: f64, n: usize) -> Vec<f64> {
@@ -62,6 +65,32 @@ fn confidence_on_a_grid(bencher: Bencher, each: usize) {
 fn simultaneous_band(bencher: Bencher) {
     let at = Places::Grid { u: axis(5.97, 11.52, 10), v: axis(0.75, 14.25, 10) };
     run(bencher, |spec| spec.predict = predict(at.clone(), SIMULTANEOUS));
+}
+
+/// The flank has to bend along both axes; the plain one does not quite.
+#[divan::bench]
+fn constrained(bencher: Bencher) {
+    let bent = |along| Constraint { kind: ConstraintKind::Concave, along: Some(along), domain: None };
+    run(bencher, |spec| {
+        spec.model =
+            Model::Polynomial { degree: Degree::Both(3), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
+        spec.regularization = Regularization::None;
+        spec.constraints = vec![bent(FilterAxis::U), bent(FilterAxis::V)];
+    });
+}
+
+/// A surface of so many spans each way that has to rise, near 40 × 40 nodes.
+#[divan::bench(args = [4, 16])]
+fn constrained_spline(bencher: Bencher, spans: usize) {
+    let (u, v) = (axis(5.97, 11.52, 40), axis(0.75, 14.25, 40));
+    let heights = places(40, 40).iter().map(|[u, v]| height(*u, *v) + 2.0 * u).collect();
+    let nodes = Nodes::grid(u, v, heights, None, None).expect("a full grid");
+    let spec = FitSpec {
+        regularization: Regularization::None,
+        constraints: vec![Constraint { kind: ConstraintKind::Increasing, along: Some(FilterAxis::U), domain: None }],
+        ..FitSpec::new(Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(spans), weights: None })
+    };
+    bencher.bench_local(|| fit(divan::black_box(&nodes), &spec));
 }
 
 #[divan::bench(args = [10, 1000])]

@@ -79,6 +79,8 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_fit", "fit_terms", "Terms one by one, k of ridge by leaving out columns"),
     example!("create_fit", "fit_predict", "Bands of the flank and its slopes, where a norm limit is known"),
     example!("create_fit", "fit_shape", "A polynomial flank as the B-spline surface that meshes and exports take"),
+    example!("create_fit", "fit_representative", "Regularised by the matrix B of another tooth"),
+    example!("create_fit", "fit_constrained", "A flank that rises along u and is concave along v at every place"),
     example!("create_fit", "fit_prior", "A profile whose coefficients are known from before, with their covariance"),
     example!("create_fit", "fit_correlated", "A scanned profile whose errors follow each other"),
     example!("create_fit", "fit_groups", "Two probes of unequal noise"),

@@ -105,7 +105,7 @@ async fn create_iteration(
 fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -> Result<Drafted, Problem> {
     let Measurement { measurand, details } = measurement;
     let measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
-    if prior::asked(&spec).is_some() {
+    if prior::waits(&spec) {
         return Ok(Drafted::Waiting(Box::new(Waiting { nodes, spec, measurand, details })));
     }
     let computed = fits::compute(&nodes, &spec, plans)?;

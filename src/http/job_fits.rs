@@ -82,7 +82,7 @@ async fn create_iteration_fit(
         let draft = read_json(&state, payload, move |text| {
             let (spec, why) = reader::read_refit::<Why>(text)?;
             let reason = why.reason.map(String::from);
-            if prior::asked(&spec).is_some() {
+            if prior::waits(&spec) {
                 return Ok(Refit::Waiting { nodes, spec: Box::new(spec), reason });
             }
             let computed = fits::compute(&nodes, &spec, &plans)?;

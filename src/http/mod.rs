@@ -38,6 +38,7 @@ pub mod prior;
 mod problem;
 mod readiness;
 mod records;
+mod representative;
 pub mod router;
 pub mod server;
 mod shapes;

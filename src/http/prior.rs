@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::{
     budget::{Permit, WithPermit},
+    representative,
     state::AppState,
     stored,
 };
@@ -187,7 +188,13 @@ async fn predicted_change(
     state.pool.run(move || predicted::change(&record, &nodes, &measurand)).await?
 }
 
-/// Fits nodes whose prior are earlier iterations of the job; the nodes come back with the fit.
+/// Whether a spec asks for something of the job that has not been looked for: earlier iterations,
+/// or the piece that another fit is.
+pub fn waits(spec: &FitSpec) -> bool {
+    asked(spec).is_some() || representative::asked(spec).is_some()
+}
+
+/// Fits nodes with what their spec asks for of the job; the nodes come back with the fit.
 pub async fn compute(
     state: &AppState,
     job: Uuid,
@@ -195,6 +202,7 @@ pub async fn compute(
     of: &Measurand,
     (nodes, spec): (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
+    let spec = representative::resolved(state, job, spec).await?;
     let gathered = match asked(&spec) {
         Some(chain) => gather(state, job, before, of, chain).await?,
         None => Gathered { earlier: Arc::new([]), permits: Vec::new() },

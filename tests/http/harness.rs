@@ -108,6 +108,10 @@ impl TestApp {
         self.client.post(self.url(path)).header(header::CONTENT_TYPE, "application/json").body(text)
     }
 
+    pub fn put(&self, path: &str, text: impl Into<reqwest::Body>) -> RequestBuilder {
+        self.client.put(self.url(path)).header("content-type", "application/json").body(text)
+    }
+
     pub async fn fit(&self, text: &str) -> Answer {
         send(self.post("/v1/fits", text.to_owned())).await
     }

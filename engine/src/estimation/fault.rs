@@ -1,6 +1,7 @@
 //! Which part of a request for a fit is at fault, and why.
 
 pub use super::{
+    constrained::reason::ConstraintReason,
     data::folds::FoldsReason,
     data::reason::{Extent, NodesReason},
     design::reason::{Bound, ModelReason},
@@ -110,6 +111,26 @@ pub enum Field {
     Count,
     /// What coefficients are drawn to.
     Target,
+    /// The iteration that a representative piece is.
+    PieceIteration,
+    /// The model of a representative piece.
+    PieceModel,
+    /// Its domain.
+    PieceDomain,
+    /// Its λ*.
+    PieceLambdaStar,
+    /// Its eigenvalues.
+    PieceEigenvalues,
+    /// One of them.
+    PieceEigenvalue(usize),
+    /// Its directions.
+    PieceDirections,
+    /// One of them.
+    PieceDirection(usize),
+    /// Its scales.
+    PieceScale,
+    /// The scale of a column.
+    PieceScaleOf(usize),
     /// Which variant of shrinkage.
     Variant,
     /// The estimator.
@@ -192,6 +213,14 @@ pub enum Field {
     FoldsCount,
     /// The scan line of each node.
     FoldsLine,
+    /// How the function has to rise, fall or bend.
+    Constraints,
+    /// One constraint of its shape.
+    Constraint(usize),
+    /// Along which axis it is.
+    ConstraintAlong(usize),
+    /// Where along an axis it is: constraint and axis.
+    ConstraintRange(usize, usize),
     /// What is answered only when asked for.
     Include,
     /// The filters.
@@ -308,6 +337,9 @@ pub enum Reason {
     /// What is wrong with blocks of nodes.
     #[error(transparent)]
     Folds(#[from] FoldsReason),
+    /// What is wrong with constraints on the shape.
+    #[error(transparent)]
+    Constraint(#[from] ConstraintReason),
     /// What is wrong with a stream.
     #[error(transparent)]
     Stream(#[from] StreamReason),

@@ -3,6 +3,7 @@
 //! Knows no HTTP, no SQL and no serialisation.
 
 mod banded;
+mod constrained;
 pub mod data;
 mod design;
 pub mod diagnostics;

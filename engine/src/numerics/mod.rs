@@ -29,6 +29,7 @@ mod lanes_dd;
 pub(crate) mod matvec;
 pub mod minimize;
 pub mod order;
+pub mod polyhedron;
 pub mod qr;
 pub mod quadrature;
 pub mod quantiles;

@@ -5,8 +5,9 @@ use crate::oracle::random::Random;
 use crate::problems::config;
 use flankfit_engine::estimation::spec::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
 use flankfit_engine::estimation::spec::{
-    Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Kinds, Knots, Model, NodeUncertainty,
-    Parameter, Places, PolynomialBasis, Predict, Regularization, Scaling, Scheme, Terms, Variance,
+    Constraint, ConstraintKind, Count, Criterion, Degree, Domain, Estimator, ExpectedSize, FitSpec, Include, Kinds,
+    Knots, Model, NodeUncertainty, Parameter, Places, PolynomialBasis, Predict, Regularization, Scaling, Scheme, Terms,
+    Variance,
 };
 use flankfit_engine::estimation::{FitResult, Nodes, fit};
 use proptest::prelude::*;
@@ -120,6 +121,15 @@ fn predict(nodes: &Nodes) -> Option<Predict> {
     })
 }
 
+fn constraints(random: &mut Random) -> Vec<Constraint> {
+    use ConstraintKind::{Concave, Convex, Decreasing, Increasing};
+    let axes = [None, Some(FilterAxis::U), Some(FilterAxis::V)];
+    let kinds = [Increasing, Decreasing, Convex, Concave];
+    let one =
+        |random: &mut Random| Constraint { kind: kinds[random.below(4)], along: axes[random.below(3)], domain: None };
+    (0..=random.below(2)).map(|_| one(random)).collect()
+}
+
 fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
     let parameter = |random: &mut Random| match random.below(7) {
         6 => Parameter::Fixed([1e-8, 1.0, 1e-200, 1e200, 0.03][random.below(5)]),
@@ -158,6 +168,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         errors: None,
         variance: Variance::Constant,
         filters: filters(random, nodes),
+        constraints: if random.below(6) == 0 { constraints(random) } else { Vec::new() },
         include: Include {
             residuals: true,
             collinearity: true,
@@ -169,6 +180,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             covariance: true,
             influence: true,
             shape: true,
+            representative: true,
             predicted_mse: true,
         },
     }

@@ -4,8 +4,8 @@
 use crate::oracle::random::Random;
 use crate::problems::polynomial;
 use flankfit_engine::estimation::spec::{
-    Attraction, Count, Criterion, Degree, Domain, FitSpec, JamesStein, Knots, Model, Parameter, PolynomialBasis,
-    Regularization, Scaling, Scheme, ShrinkageFactor, Terms, Tikhonov,
+    Attraction, Constraint, ConstraintKind, Count, Criterion, Degree, Domain, FitSpec, JamesStein, Knots, Model,
+    Parameter, PolynomialBasis, Regularization, Scaling, Scheme, ShrinkageFactor, Terms, Tikhonov,
 };
 use flankfit_engine::estimation::spec::{Filter, Gaussian};
 use flankfit_engine::estimation::{Field, NodeList, Reason};
@@ -169,6 +169,17 @@ fn where_the_first_block_decides_it_is_refused_and_changes_nothing() {
             faults.list()[1].reason.to_string()
         );
     }
+}
+
+#[test]
+fn constraints_are_for_all_nodes_together() {
+    let rising = Constraint { kind: ConstraintKind::Increasing, along: None, domain: None };
+    let spec = FitSpec {
+        constraints: vec![rising],
+        regularization: Regularization::None,
+        ..polynomial(Degree::Each(1, 1), PolynomialBasis::Monomial)
+    };
+    assert_eq!(Recursive::new(&spec, 1.0).err().unwrap().list()[0].field, Field::Constraints);
 }
 
 #[test]

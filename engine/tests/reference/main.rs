@@ -8,6 +8,7 @@ mod oracle;
 mod answers;
 mod b_spline;
 mod collinearity;
+mod constrained;
 mod curves;
 mod errors;
 mod filip;

@@ -2,7 +2,10 @@
 
 use flankfit_engine::estimation::{
     Faults as FitFaults, Field, FitError, NodeList, Reason, Refused,
-    fault::{FilterReason, ModelReason, NearReason, PriorReason, RegularizationReason, RobustReason, StreamReason},
+    fault::{
+        ConstraintReason, FilterReason, ModelReason, NearReason, PriorReason, RegularizationReason, RobustReason,
+        StreamReason,
+    },
     near::fault::{CurveField, CurveRefused},
     smoothing::choice::NoParameter,
 };
@@ -84,6 +87,7 @@ fn sentence(reason: &Reason) -> String {
         Reason::Stream(StreamReason::LinearTakesMatrix) => "the model `linear` takes nodes of type `matrix`",
         Reason::Earlier { number, reason } => return format!("iteration {number}: {}", sentence(reason)),
         Reason::Prior(reason) => return of_prior(reason),
+        Reason::Constraint(reason) => return of_constraint(reason),
         Reason::Regularization(reason) => return of_regularization(reason),
         Reason::Robust(reason) => return of_estimator(reason),
         Reason::Filter(reason) => return of_filter(reason),
@@ -140,6 +144,26 @@ fn of_prior(reason: &PriorReason) -> String {
             "the `prior` says how large the coefficients are: a limit of their norm cannot be given as well"
         }
         PriorReason::NoNoise => "there is no estimate of the noise to weigh the `prior` against: tell `noise_sigma`",
+        other => return other.to_string(),
+    };
+    said.to_owned()
+}
+
+fn of_constraint(reason: &ConstraintReason) -> String {
+    let said = match reason {
+        ConstraintReason::LeastSquaresOnly => "`constraints` are for the estimator `least_squares`",
+        ConstraintReason::Regularized => {
+            "with `constraints` nothing is regularised beside: leave `regularization` out, or take `none`"
+        }
+        ConstraintReason::WithPrior => {
+            "`prior` and `constraints` cannot be had together: the posterior would be that of a truncated distribution"
+        }
+        ConstraintReason::WithErrors => {
+            "`constraints` are for independent errors of one variance: leave `errors` and `variance` out"
+        }
+        ConstraintReason::NoNoise => {
+            "as many coefficients as nodes leave no estimate of the noise, which `constraints` need: tell `noise_sigma`"
+        }
         other => return other.to_string(),
     };
     said.to_owned()
@@ -237,6 +261,16 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::Count => "/regularization/count",
         Field::Target => "/regularization/target",
         Field::Variant => "/regularization/variant",
+        Field::PieceIteration => "/regularization/iteration",
+        Field::PieceModel => "/regularization/piece/model",
+        Field::PieceDomain => "/regularization/piece/domain",
+        Field::PieceLambdaStar => "/regularization/piece/lambda_star",
+        Field::PieceEigenvalues => "/regularization/piece/eigenvalues",
+        Field::PieceEigenvalue(index) => return format!("/regularization/piece/eigenvalues/{index}"),
+        Field::PieceDirections => "/regularization/piece/directions",
+        Field::PieceDirection(index) => return format!("/regularization/piece/directions/{index}"),
+        Field::PieceScale => "/regularization/piece/scale",
+        Field::PieceScaleOf(index) => return format!("/regularization/piece/scale/{index}"),
         Field::Estimator => "/estimator",
         Field::EstimatorType => "/estimator/type",
         Field::Coverage => "/estimator/coverage",
@@ -277,6 +311,12 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::FoldsBy => "/folds/by",
         Field::FoldsCount => "/folds/count",
         Field::FoldsLine => "/folds/line",
+        Field::Constraints => "/constraints",
+        Field::Constraint(index) => return format!("/constraints/{index}"),
+        Field::ConstraintAlong(index) => return format!("/constraints/{index}/along"),
+        Field::ConstraintRange(index, axis) => {
+            return format!("/constraints/{index}/domain/{}", if axis == 0 { "u" } else { "v" });
+        }
         Field::Include => "/include",
         Field::Filters => "/filters",
         Field::Filter(index) => return format!("/filters/{index}"),

@@ -20,8 +20,8 @@ use crate::{
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
 };
 use flankfit_engine::estimation::{
-    Field, FitSpec, Nodes, Plans,
-    spec::{Earlier, Include},
+    Field, FitSpec, Nodes, Plans, fit,
+    spec::{Earlier, Include, Piece, Regularization},
 };
 
 /// What a replay is told: nothing.
@@ -104,6 +104,17 @@ fn stored_spec(stored: &FitRecord, earlier: Option<Arc<[Earlier]>>) -> Result<Fi
         Some(earlier) => spec.with_earlier(earlier),
         None => spec,
     })
+}
+
+/// What of a stored fit is used for others; `None` where it is regularised otherwise. Processor
+/// work.
+pub fn piece(nodes: &Nodes, stored: &FitRecord) -> Result<Option<Piece>, Problem> {
+    let spec = stored_spec(stored, None)?;
+    if !matches!(spec.regularization, Regularization::Spectral { .. }) {
+        return Ok(None);
+    }
+    let spec = FitSpec { include: Include { representative: true, ..Include::default() }, predict: None, ..spec };
+    Ok(fit(nodes, &spec).map_err(Problem::internal)?.representative)
 }
 
 /// Computes a stored fit again and compares. Processor work.

@@ -8,8 +8,8 @@ use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
     result::{
-        CollinearityReport, Covariance, EstimableSum, FilteringReport, FitResult, Influence, Interval,
-        LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, PriorReport, Selection, Warning,
+        CollinearityReport, ConstraintsReport, Covariance, EstimableSum, FilteringReport, FitResult, Influence,
+        Interval, LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, PriorReport, Selection, Warning,
     },
 };
 
@@ -142,6 +142,15 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     for c in &mut result.coefficients {
         dropped.unless("interval", &mut c.interval, Interval::is_finite);
     }
+    dropped.unless("constraints", &mut result.constraints, ConstraintsReport::is_finite);
+    dropped.unless("representative", &mut result.representative, |piece| {
+        let ranges = piece.domain.iter().flat_map(|domain| [domain.u, domain.v]).flatten().flatten();
+        let lists = piece.directions.iter().chain([&piece.eigenvalues, &piece.scale]).flatten().copied();
+        lists.chain(ranges).chain([piece.lambda_star]).all(f64::is_finite)
+    });
+    dropped.unless("regularization.representative", &mut result.regularization.representative, |piece| {
+        piece.alignment.is_finite()
+    });
     dropped.unless("estimable", &mut result.estimable, |sums| sums.iter().all(EstimableSum::is_finite));
     dropped.unless("matrix_b_factors", &mut result.matrix_b_factors, MatrixBFactors::is_finite);
     dropped.unless("prior", &mut result.prior, PriorReport::is_finite);

@@ -13,8 +13,8 @@ impl Solved<'_> {
     /// where 0.95 is said, so it bounds nothing.
     pub(super) fn norm_limit(&self, applied: &mut Applied, warnings: &mut Vec<Warning>) {
         let estimated = applied.bias.coefficient_norm_limit_source == NormLimitSource::Estimate;
-        // without regularisation there is no bias to bound
-        if !estimated || applied.bounds.iter().all(|bound| *bound == 0.0) {
+        // without regularisation there is no bias to bound, with constraints r has no part in it
+        if !estimated || applied.constraints.is_some() || applied.bounds.iter().all(|bound| *bound == 0.0) {
             return;
         }
         let Some(noise) = self.noise(self.spec.level) else { return };

@@ -6,6 +6,7 @@ use crate::{
         design::{Along, Design},
         fault::{Faults, Field, InferenceReason},
         inference::{Among, Noise, Tube, path_length, scheffe, sheet, simultaneous_factor},
+        regularized::LinearMap,
         result::{Predictions, Simultaneous, Slopes},
         spec::{Domain, FitSpec, Places, Predict},
     },
@@ -129,7 +130,9 @@ fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2
 /// no heights but σ̂ and λ*.
 fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
     let plain = band(forms, heights, places, noise, forms.posterior)?;
-    if forms.told.is_none() || forms.posterior {
+    // r bounds no bias of a constrained estimate
+    let constrained = matches!(forms.map, LinearMap::Constrained { .. });
+    if forms.told.is_none() || forms.posterior || constrained {
         return Some(plain);
     }
     let width = |found: &Simultaneous| found.band.iter().map(|[low, high]| high - low).sum::<f64>();

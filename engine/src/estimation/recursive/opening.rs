@@ -35,6 +35,9 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     if spec.select.is_some() {
         faults.push(Field::Select, SelectionReason::OfStream);
     }
+    if !spec.constraints.is_empty() {
+        faults.push(Field::Constraints, StreamReason::NoConstraints);
+    }
     asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
     check_domain(spec, &mut faults);
     faults.into_result(())?;

@@ -12,6 +12,9 @@ pub enum StreamReason {
     /// A robust estimator.
     #[error("a stream is estimated by least squares; refit its iteration with others")]
     LeastSquaresOnly,
+    /// Constraints on the shape.
+    #[error("a stream is estimated without constraints; refit its iteration with them")]
+    NoConstraints,
     /// Filters of heights.
     #[error("a stream has no neighbours to filter by; refit its iteration with filters")]
     NoFilters,

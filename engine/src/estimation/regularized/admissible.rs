@@ -8,10 +8,11 @@
 use super::{
     penalty,
     reason::{RankOf, RegularizationReason},
-    shrink, truncated,
+    representative, shrink, truncated,
 };
 use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
+    constrained,
     design::Design,
     prior,
     selection::{filters::checked_count, selector::no_minimiser},
@@ -22,6 +23,7 @@ use crate::estimation::{
 /// Refuses a scaling and regularisation of `spec` that `design` rules out.
 pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     prior::check(design, spec)?;
+    constrained::check(design, spec)?;
     let size = scaled_size(design, spec.scaling)?;
     match &spec.regularization {
         Regularization::None => Ok(()),
@@ -40,6 +42,7 @@ pub(crate) fn check_admissible(design: &Design, spec: &FitSpec) -> Result<(), Fa
             let taken = usize::from(mean && spec.scaling != Scaling::Standardized);
             shrink::check_directions(size.saturating_sub(taken))
         }
+        Regularization::Representative(asked) => representative::check(asked, design, spec),
         Regularization::Attraction(asked) => {
             check_target(&asked.target, design)?;
             has_least(asked.parameter)

@@ -2,8 +2,9 @@
 
 use super::{
     admissible::check_admissible,
+    constrained,
     context::{Applied, Context},
-    prior, shrink, spectral, tikhonov, truncated,
+    prior, representative, shrink, spectral, tikhonov, truncated,
 };
 use crate::estimation::{
     error::FitError,
@@ -21,6 +22,9 @@ pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     if let Some(known) = &context.spec.prior {
         return prior::apply(context, known, warnings);
     }
+    if !context.spec.constraints.is_empty() {
+        return constrained::apply(context, warnings);
+    }
     match &context.spec.regularization {
         Regularization::None | Regularization::Spectral { .. } | Regularization::Ridge { .. } => {
             spectral::apply(context, warnings)
@@ -29,6 +33,7 @@ pub(crate) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         Regularization::TruncatedSvdBy { criterion } => truncated::apply_by(context, *criterion, warnings),
         Regularization::JamesStein(asked) => shrink::james_stein(context, asked, warnings),
         Regularization::Attraction(asked) => shrink::attraction(context, asked, warnings),
+        Regularization::Representative(asked) => representative::apply(context, asked, warnings),
         Regularization::Tikhonov(asked) => tikhonov::apply(context, asked, warnings),
     }
 }

@@ -7,11 +7,11 @@ use crate::estimation::{
     prior::PooledNoise,
     problem::{LinearProblem, Residuals},
     result::{
-        BiasReport, Choice, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport, Regularized,
-        RegularizedSpectrum, RidgeTracePoint, Warning,
+        BiasReport, Choice, ConstraintsReport, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport,
+        Regularized, RegularizedSpectrum, RidgeTracePoint, Warning,
     },
     selection::selector::warn_about,
-    spec::{ExpectedSize, FitSpec},
+    spec::{ExpectedSize, FitSpec, Piece},
     spectrum::{ScaledColumns, Spectrum},
 };
 
@@ -108,6 +108,9 @@ impl Context<'_> {
         if include.matrix_b {
             warnings.push(Warning::MatrixBIsSpectral);
         }
+        if include.representative {
+            warnings.push(Warning::NoPieceToGive);
+        }
         self.warn_of_trace(warnings);
     }
 
@@ -139,6 +142,10 @@ pub(crate) struct Applied {
     pub map: LinearMap,
     /// Present when something was known before.
     pub prior: Option<PriorApplied>,
+    /// Present when the function was constrained.
+    pub constraints: Option<ConstraintsReport>,
+    /// What of the fit is used for others, where it was included.
+    pub representative: Option<Piece>,
 }
 
 impl Applied {

@@ -31,6 +31,19 @@ pub(crate) enum LinearMap {
         /// The estimate in the working basis.
         working: Vec<Dd>,
     },
+    /// Filters along directions that are not orthogonal in Q's coordinates.
+    Directions {
+        /// Column i is what direction i does to the heights.
+        images: DMatrix<f64>,
+        /// Column i is the form that tells the coefficient along direction i.
+        forms: DMatrix<f64>,
+        /// 1 − fᵢ.
+        removed: Vec<f64>,
+        /// `M`: the bias of the scaled coefficients is `M A`.
+        removal: Removal,
+        /// The estimate in the working basis.
+        working: Vec<Dd>,
+    },
     /// A uniform shrinkage to a target.
     Toward {
         /// What is left of the distance to the target.
@@ -38,6 +51,15 @@ pub(crate) enum LinearMap {
         /// The direction that is not shrunk, in Q's coordinates, of length 1.
         kept: Option<Vec<f64>>,
         bias: TargetBias,
+        /// The estimate in the working basis.
+        working: Vec<Dd>,
+    },
+    /// Least squares among the functions that meet constraints, the active ones held.
+    Constrained {
+        /// Orthonormal columns that span the active forms, in Q's coordinates.
+        held: DMatrix<f64>,
+        /// How far the expectation can lie from the truth there.
+        reach: f64,
         /// The estimate in the working basis.
         working: Vec<Dd>,
     },
@@ -104,7 +126,11 @@ fn dot(x: &[f64], y: &[f64]) -> f64 {
 impl LinearMap {
     /// Whether the estimate is plain least squares.
     pub(crate) fn is_identity(&self) -> bool {
-        matches!(self, LinearMap::Eigenvectors { removed } if removed.iter().all(|g| *g == 0.0))
+        match self {
+            LinearMap::Eigenvectors { removed } => removed.iter().all(|g| *g == 0.0),
+            LinearMap::Constrained { held, .. } => held.ncols() == 0,
+            _ => false,
+        }
     }
 
     /// `qᵀ(q − ρ(q))`, as a sum of squares where the map is a filter.
@@ -116,6 +142,13 @@ impl LinearMap {
             }
             LinearMap::Oblique { images, removed, .. } => {
                 images.column_iter().zip(removed).map(|(image, g)| g * dot(image.as_slice(), &form.q).powi(2)).sum()
+            }
+            LinearMap::Directions { images, forms, removed, .. } => {
+                let of = |columns: &DMatrix<f64>, i: usize| dot(columns.column(i).as_slice(), &form.q);
+                removed.iter().enumerate().map(|(i, g)| g * of(images, i) * of(forms, i)).sum()
+            }
+            LinearMap::Constrained { held, .. } => {
+                held.column_iter().map(|own| dot(own.as_slice(), &form.q).powi(2)).sum()
             }
             LinearMap::Toward { factor, kept, .. } => {
                 let kept = kept.as_ref().map_or(0.0, |kept| dot(kept, &form.q).powi(2));
@@ -162,6 +195,18 @@ impl LinearMap {
                     row.iter_mut().zip(image.iter()).for_each(|(to, x)| *to -= share * x);
                 }
             }
+            LinearMap::Directions { images, forms, removed, .. } => {
+                for (i, &g) in removed.iter().enumerate() {
+                    let share = g * dot(images.column(i).as_slice(), &form.q);
+                    row.iter_mut().zip(forms.column(i).iter()).for_each(|(to, x)| *to -= share * x);
+                }
+            }
+            LinearMap::Constrained { held, .. } => {
+                for own in held.column_iter() {
+                    let share = dot(own.as_slice(), &form.q);
+                    row.iter_mut().zip(own.iter()).for_each(|(to, x)| *to -= share * x);
+                }
+            }
             LinearMap::Toward { factor, kept, .. } => {
                 row.iter_mut().for_each(|x| *x *= factor);
                 if let Some(kept) = kept {
@@ -186,6 +231,8 @@ impl LinearMap {
             }
             LinearMap::Oblique { working, .. }
             | LinearMap::Toward { working, .. }
+            | LinearMap::Directions { working, .. }
+            | LinearMap::Constrained { working, .. }
             | LinearMap::Posterior { working, .. } => {
                 let mut image = working.clone();
                 multiply_upper_vector(&linear.factor.r, &mut image);
@@ -199,7 +246,7 @@ impl LinearMap {
     pub(crate) fn bias(&self, form: &Form, columns: &ScaledColumns, r: f64) -> f64 {
         match self {
             LinearMap::Eigenvectors { removed } => r * norm(form.along.iter().zip(removed).map(|(p, g)| p * g)),
-            LinearMap::Oblique { removal, .. } => {
+            LinearMap::Oblique { removal, .. } | LinearMap::Directions { removal, .. } => {
                 let scaled: DVector<f64> = DVector::from_iterator(
                     columns.matrix.ncols(),
                     columns.matrix.column_iter().map(|x| x.iter().zip(&form.q).map(|(x, q)| x.to_f64() * q).sum()),
@@ -213,6 +260,7 @@ impl LinearMap {
                 let of_column = |x: &[Dd]| x.iter().zip(&removed).map(|(x, g)| x.to_f64() * g).sum::<f64>();
                 r * norm(scaled.map(|x| of_column(x.as_slice()))) + dot(offset.as_slice(), &form.q).abs()
             }
+            LinearMap::Constrained { reach, .. } => reach * norm(form.q.iter().copied()),
             LinearMap::Toward { factor, bias, .. } => bias.of((1.0 - factor).abs(), r, &form.along),
         }
     }

@@ -6,15 +6,18 @@
 //! | kind | H | where |
 //! |---|---|---|
 //! | none, spectral, ridge | `V diag(f) Vᵀ`, eigenvectors V of the Fisher information matrix | [`spectral`] |
+//! | B of a representative piece | `1 − V diag(1 − f) Vᵀ`, directions V of the piece | [`representative`] |
 //! | truncated SVD | the same with f 0 or 1 | [`truncated`] |
 //! | James–Stein, attraction | `c I` toward the target T, or `c I` beside the constant | [`shrink`] |
 //! | posterior of a prior | its gain, toward a mixture of means | [`prior`] |
+//! | constrained | the projection beside the active places, those held | [`constrained`] |
 //! | Tikhonov | `Z diag(f) Z⁻¹`, directions Z of the pair (X, penalty), oblique in the scaled columns | [`tikhonov`] |
 
 mod admissible;
 mod apply;
 mod bias;
 mod chosen_rank;
+mod constrained;
 mod context;
 mod corrected;
 mod double_pair;
@@ -33,6 +36,7 @@ mod rational_penalty;
 pub(super) mod reason;
 mod removal;
 mod report;
+mod representative;
 mod shrink;
 mod spectral;
 mod target;

@@ -11,7 +11,7 @@ use super::{
     context::{Applied, Context},
     linear_map::{Form, LinearMap},
     prior_applied::PriorApplied,
-    report::{regularized_spectrum, report},
+    report::{regularized_spectrum, unregularized},
     spectral,
 };
 use crate::{
@@ -21,10 +21,7 @@ use crate::{
         factor::multiply_upper_vector,
         fault::{Faults, Field, PriorReason},
         prior::{Current, Mixture, Outcome, weigh},
-        result::{
-            BiasReport, Choice, NormLimitSource, PriorReport, RegularizationKind, RegularizationReport, Regularized,
-            RegularizedSpectrum, UsedCorrection, Warning,
-        },
+        result::{BiasReport, NormLimitSource, PriorReport, Regularized, RegularizedSpectrum, UsedCorrection, Warning},
         selection::Rule,
         spec::{Moves, Prior},
         spectrum::caller_columns,
@@ -198,6 +195,8 @@ impl<'a> Posterior<'a> {
             map,
             estimate: Estimate { coefficients: self.coefficients, spread, ..plain },
             prior: Some(PriorApplied { report, noise: Some(outcome.noise) }),
+            constraints: None,
+            representative: None,
         })
     }
 
@@ -230,20 +229,6 @@ impl<'a> Posterior<'a> {
         let found = svd_dd(&together).ok_or(FitError::NotConverged(Unconverged::SingularValues))?;
         Ok(regularized_spectrum(found.sigma.iter().map(|s| (*s * *s).to_f64()).collect()))
     }
-}
-
-/// Least squares is all that there was to choose.
-fn unregularized(context: &Context) -> RegularizationReport {
-    let Context { spectrum, least_squares, .. } = *context;
-    let least = Choice {
-        criterion: None,
-        lambda_star: None,
-        condition: regularized_spectrum(spectrum.lambda.clone()).condition,
-        bias_norm: 0.0,
-        predicted_mse: context.variance.map(|v| v * spectrum.lambda.iter().map(|l| 1.0 / l).sum::<f64>()),
-        rms: (least_squares.rss / context.weight).sqrt(),
-    };
-    RegularizationReport { choices: vec![least], ..report(RegularizationKind::None) }
 }
 
 /// `A x`, summed row by row.

@@ -49,6 +49,38 @@ pub enum RegularizationReason {
         /// The highest one.
         highest: usize,
     },
+    /// A representative piece for standardised columns.
+    #[error("a representative piece is of columns that are not standardised, which its matrix B is added to")]
+    PieceOfStandardized,
+    /// A representative piece of another model.
+    #[error("the piece is of another model: its directions mean nothing here")]
+    OtherModel,
+    /// A representative piece of another domain.
+    #[error("the piece has another domain, on which the functions are others: give that of the piece")]
+    OtherDomain,
+    /// A list of a piece with a wrong number of entries.
+    #[error("{}; there are {wanted}", entries(*.given))]
+    PieceCount {
+        /// Entries.
+        given: usize,
+        /// As many as there have to be.
+        wanted: usize,
+    },
+    /// Too few or too many eigenvalues of a piece.
+    #[error("from 1 to {coefficients} eigenvalues, as many as are raised")]
+    PieceEigenvalues {
+        /// Coefficients of the model.
+        coefficients: usize,
+    },
+    /// A number that has to be above 0.
+    #[error("{} is not greater than 0", Shown(*.0))]
+    NotPositive(f64),
+    /// Directions that are not orthonormal.
+    #[error("directions are of length 1 and at right angles to each other; this one is not")]
+    NotOrthonormal,
+    /// Dependent columns.
+    #[error("the nodes do not determine every coefficient, and no piece can mend that: take fewer terms")]
+    PieceUndetermined,
     /// Differences of too few coefficients.
     #[error(
         "differences of order {order} need at least {} coefficients; there {}", *.order + 1,

@@ -1,6 +1,7 @@
 //! Parts of the report that every kind of regularisation fills in.
 
-use crate::estimation::result::{RegularizationKind, RegularizationReport, RegularizedSpectrum};
+use super::context::Context;
+use crate::estimation::result::{Choice, RegularizationKind, RegularizationReport, RegularizedSpectrum};
 
 /// A report of `kind` in which nothing stands yet.
 pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
@@ -19,6 +20,7 @@ pub(super) fn report(kind: RegularizationKind) -> RegularizationReport {
         matrix_norm_squared: None,
         largest_eigenvalue_bound: None,
         predicted_mse_corrected: None,
+        representative: None,
         choices: Vec::new(),
     }
 }
@@ -43,4 +45,18 @@ pub(crate) fn regularized_spectrum(eigenvalues: Vec<f64>) -> RegularizedSpectrum
         log10_determinant: log10_determinant(eigenvalues.iter().copied()),
         eigenvalues,
     }
+}
+
+/// Least squares is all that there was to choose.
+pub(super) fn unregularized(context: &Context) -> RegularizationReport {
+    let Context { spectrum, least_squares, .. } = *context;
+    let least = Choice {
+        criterion: None,
+        lambda_star: None,
+        condition: regularized_spectrum(spectrum.lambda.clone()).condition,
+        bias_norm: 0.0,
+        predicted_mse: context.variance.map(|v| v * spectrum.lambda.iter().map(|l| 1.0 / l).sum::<f64>()),
+        rms: (least_squares.rss / context.weight).sqrt(),
+    };
+    RegularizationReport { choices: vec![least], ..report(RegularizationKind::None) }
 }

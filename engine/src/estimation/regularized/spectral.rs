@@ -24,7 +24,7 @@ use crate::estimation::{
         Filtered, Rule, Spectral,
         filters::{self, SelectedFilter},
     },
-    spec::Scheme,
+    spec::{Piece, Scheme},
     spectrum::Directions,
 };
 
@@ -69,6 +69,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         regularization.predicted_mse_corrected = corrected::of_filter(context, &problem, rule, &selected);
     }
     let (matrix_b, matrix_b_factors) = applied.matrix_b(warnings)?.unzip();
+    let representative = applied.piece(warnings);
     let trace = match selected.kind {
         RegularizationKind::Ridge => include.ridge_trace.then(|| trace::points(context, selected.selection.answer)),
         _ => {
@@ -86,6 +87,8 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         }),
         map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },
         prior: None,
+        constraints: None,
+        representative,
         estimate,
         residuals,
         spectrum: spectrum_after,
@@ -155,6 +158,30 @@ impl AppliedFilter<'_> {
             choices: self.selected.selection.choices.clone(),
             ..report(self.selected.kind)
         }
+    }
+
+    /// What of the fit is used for others, where it was included.
+    fn piece(&self, warnings: &mut Vec<Warning>) -> Option<Piece> {
+        let Context { spec, linear, columns, spectrum, .. } = *self.context;
+        if !spec.include.representative {
+            return None;
+        }
+        let (scheme, count) = filters::scheme_and_count(self.rule);
+        let found = scheme.zip(self.selected.selection.answer).filter(|_| columns.constant.is_none());
+        let count = count.unwrap_or(0);
+        let Some((scheme, chosen)) = found.filter(|_| count > 0) else {
+            warnings.push(Warning::NoPieceToGive);
+            return None;
+        };
+        Some(Piece {
+            model: spec.model.clone(),
+            domain: linear.design.domain,
+            scheme,
+            lambda_star: chosen.lambda_star,
+            eigenvalues: spectrum.lambda[..count].to_vec(),
+            directions: (0..count).map(|i| spectrum.v.column(i).iter().copied().collect()).collect(),
+            scale: columns.scale.iter().map(|s| s.to_f64()).collect(),
+        })
     }
 
     fn matrix_b(&self, warnings: &mut Vec<Warning>) -> Result<Option<FormedB>, FitError> {

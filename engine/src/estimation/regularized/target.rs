@@ -228,6 +228,8 @@ impl<'a> AttractionTarget<'a> {
             after: None,
             map: LinearMap::Toward { factor: c, kept: self.kept(), bias: self.bias(), working },
             prior: None,
+            constraints: None,
+            representative: None,
             estimate,
         }
     }

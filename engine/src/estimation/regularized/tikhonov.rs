@@ -194,6 +194,8 @@ impl Found {
             after: None,
             map,
             prior: None,
+            constraints: None,
+            representative: None,
             estimate,
         }
     }

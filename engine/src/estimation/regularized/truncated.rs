@@ -138,6 +138,8 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
         after: None,
         map: LinearMap::Eigenvectors { removed: filtered.iter().map(|f| f.removed).collect() },
         prior: None,
+        constraints: None,
+        representative: None,
         estimate,
     })
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use super::{
     accuracy::{Numerics, PerturbationReport},
     collinearity::CollinearityReport,
+    constraints::ConstraintsReport,
     errors::{ErrorsReport, VarianceReport},
     estimable::EstimableSum,
     filtering::FilteringReport,
@@ -21,7 +22,7 @@ use super::{
     term::Coefficient,
     warning::Warning,
 };
-use crate::estimation::spec::Domain;
+use crate::estimation::spec::{Domain, Piece};
 
 /// The answer to a fit.
 #[derive(Clone, Debug, PartialEq)]
@@ -52,6 +53,9 @@ pub struct FitResult {
     pub matrix_b: Option<Vec<Vec<f64>>>,
     /// B as the product of Eq. 28, with the inequalities about it; likewise.
     pub matrix_b_factors: Option<MatrixBFactors>,
+    /// What of the fit is used for others; present when `representative` was included and B is not
+    /// 0.
+    pub representative: Option<Piece>,
     /// Well determined sums of the coefficients of nearly dependent terms; present when
     /// `collinearity` was included and some terms are.
     pub estimable: Option<Vec<EstimableSum>>,
@@ -59,6 +63,8 @@ pub struct FitResult {
     pub filtering: Option<FilteringReport>,
     /// Present when something was known before.
     pub prior: Option<PriorReport>,
+    /// Present when the function was constrained.
+    pub constraints: Option<ConstraintsReport>,
     /// Present when `covariance` was included and there is an estimate of the noise.
     pub covariance: Option<Covariance>,
     /// Present when heights were asked for at places.

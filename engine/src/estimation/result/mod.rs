@@ -2,6 +2,7 @@
 
 mod accuracy;
 mod collinearity;
+mod constraints;
 mod errors;
 mod estimable;
 mod filtering;
@@ -12,6 +13,7 @@ mod matrix_b;
 mod prediction;
 mod prior;
 mod regularization;
+mod representative;
 mod residuals;
 mod robust;
 mod selection;
@@ -22,6 +24,7 @@ mod warning;
 
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
 pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
+pub use constraints::{ActivePlace, ConstraintReport, ConstraintsReport};
 pub use errors::{ErrorsReport, VarianceReport, Whiteness};
 pub use estimable::EstimableSum;
 pub use filtering::{ColumnFigures, FilterReport, FilteringReport, IterationReport};
@@ -34,6 +37,7 @@ pub use prior::{PriorConflict, PriorReport, UsedCorrection};
 pub use regularization::{
     BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
 };
+pub use representative::RepresentativeReport;
 pub use residuals::ResidualReport;
 pub use robust::{LikelihoodReport, LocalSolution, MinimaxReport, RobustReport};
 pub use selection::{Candidate, Selection};

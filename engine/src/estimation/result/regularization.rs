@@ -1,5 +1,6 @@
 //! What regularisation did, what its criteria would have chosen, and the bias that it costs.
 
+use super::representative::RepresentativeReport;
 use crate::estimation::spec::{Criterion, Scheme};
 
 /// Kind of a regularisation.
@@ -19,6 +20,8 @@ pub enum RegularizationKind {
     JamesStein,
     /// Shrinkage towards a target.
     Attraction,
+    /// The matrix B of a representative piece.
+    Representative,
 }
 
 /// What regularisation did, and what other criteria would have chosen.
@@ -74,6 +77,8 @@ pub struct RegularizationReport {
     /// corrected by simulation for λ* having been chosen by the same nodes; present when
     /// `predicted_mse` was included and the regularisation is a filter.
     pub predicted_mse_corrected: Option<f64>,
+    /// How the representative piece suits the nodes, whose matrix B it is.
+    pub representative: Option<RepresentativeReport>,
     /// Plain least squares and every criterion that has an answer, side by side. Of Tikhonov with
     /// more than 64 coefficients the least condition is sought where it is asked for or the curve
     /// is included.

@@ -355,6 +355,22 @@ pub enum Warning {
     /// A prior of iterations without any.
     #[error("there is no earlier iteration of this flank and tooth: least squares of these nodes is answered")]
     NoEarlierIterations,
+    /// A representative piece whose directions are others.
+    #[error(
+        "the directions of the representative piece lie off those of these nodes (alignment {0:.3}): much of the error \
+         along the smallest eigenvalues stays; measure at the places of the piece, or let the nodes make their own B"
+    )]
+    PieceMisaligned(f64),
+    /// A fit that has nothing to give to others.
+    #[error("no eigenvalue is raised by a matrix B here: there is nothing of this fit for others to use")]
+    NoPieceToGive,
+    /// Constraints that hold the function back.
+    #[error(
+        "constraints hold the function back at {}: standard errors are those with the derivatives there held at 0, \
+         intervals are those of least squares, which the estimate may lie outside of",
+        counted(*.0, "place", "places")
+    )]
+    ConstraintsActive(usize),
 }
 
 impl Warning {
@@ -410,6 +426,9 @@ impl Warning {
             PriorConflict(_) => "prior_conflict",
             PostSelection(_) => "post_selection",
             NoEarlierIterations => "no_earlier_iterations",
+            PieceMisaligned(_) => "representative_misaligned",
+            NoPieceToGive => "no_representative",
+            ConstraintsActive(_) => "constraints_active",
         }
     }
 }
@@ -427,6 +446,10 @@ pub enum Regularized {
     Tikhonov,
     /// The posterior of nodes and prior.
     Posterior,
+    /// Constraints on the shape.
+    Constrained,
+    /// The matrix B of a representative piece.
+    Representative,
 }
 
 impl fmt::Display for Regularized {
@@ -437,6 +460,8 @@ impl fmt::Display for Regularized {
             Regularized::Attraction => "attraction",
             Regularized::Tikhonov => "Tikhonov",
             Regularized::Posterior => "a posterior",
+            Regularized::Constrained => "a constrained fit",
+            Regularized::Representative => "the B of a representative piece",
         })
     }
 }

@@ -11,7 +11,7 @@ use crate::estimation::{
     diagnostics::{finite, within_range},
     error::FitError,
     factor::{Factor, scaled_condition},
-    fault::{Faults, Field, InferenceReason},
+    fault::{ConstraintReason, Faults, Field, InferenceReason},
     fit::asked_models,
     result::{Coefficient, FitResult, Selection, TermKey, Warning},
     spec::{Candidates, Degree, Estimator, FitSpec, Folds, Model, ModelCriterion, Places, Select, TermSearch, Terms},
@@ -108,6 +108,9 @@ fn check(spec: &FitSpec, asked: &Select) -> Result<(), Faults> {
     asked_models(spec).for_each(|field| faults.push(field, SelectionReason::WithErrors));
     if spec.prior.is_some() {
         faults.push(Field::Select, SelectionReason::WithPrior);
+    }
+    if !spec.constraints.is_empty() {
+        faults.push(Field::Constraints, ConstraintReason::WithSelection);
     }
     faults.into_result(())
 }

@@ -43,7 +43,8 @@ pub(crate) fn rule(
         | Regularization::TruncatedSvd { .. }
         | Regularization::TruncatedSvdBy { .. }
         | Regularization::JamesStein(_)
-        | Regularization::Attraction(_) => Ok((RegularizationKind::None, Rule::None, None)),
+        | Regularization::Attraction(_)
+        | Regularization::Representative(_) => Ok((RegularizationKind::None, Rule::None, None)),
         Regularization::Ridge { parameter } => Ok((RegularizationKind::Ridge, Rule::Ridge, Some(*parameter))),
         Regularization::Spectral { scheme, count, condition_limit, lambda_star } => {
             let largest = lambda[lambda.len() - 1];

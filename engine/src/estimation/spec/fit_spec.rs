@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use super::{
+    constraint::Constraint,
     criterion::Criterion,
     errors::{Errors, Variance},
     estimator::Estimator,
@@ -70,6 +71,8 @@ pub struct FitSpec {
     pub level: f64,
     /// What was known of the coefficients before.
     pub prior: Option<Prior>,
+    /// How the fitted function has to rise, fall or bend.
+    pub constraints: Vec<Constraint>,
     /// Heights and bands at places of the domain.
     pub predict: Option<Predict>,
     /// Which of several models is fitted, in place of `model` alone.
@@ -100,6 +103,7 @@ impl FitSpec {
             variance: Variance::default(),
             level: DEFAULT_LEVEL,
             prior: None,
+            constraints: Vec::new(),
             predict: None,
             select: None,
             folds: None,
@@ -216,6 +220,8 @@ pub struct Include {
     pub influence: bool,
     /// The fitted polynomial as a curve or surface.
     pub shape: bool,
+    /// What of the fit is used for others, as a representative piece.
+    pub representative: bool,
     /// The predicted squared error of the regularised estimate, corrected by simulation for λ*
     /// having been chosen by the same nodes.
     pub predicted_mse: bool,

@@ -1,6 +1,7 @@
 //! What a caller asks for: model, scaling, regularisation, estimator, filters. Plain values; a fit
 //! checks them against the nodes.
 
+mod constraint;
 mod contamination;
 mod criterion;
 mod errors;
@@ -15,10 +16,13 @@ mod model;
 mod predict;
 mod prior;
 mod regularization;
+mod representative;
+mod scheme;
 mod select;
 mod shrinkage;
 mod tikhonov;
 
+pub use constraint::{Constraint, ConstraintKind};
 pub use contamination::{Contamination, minimax_k};
 pub use criterion::{Criterion, Parameter};
 pub use errors::{Along, Correlation, Errors, Matern, Variance};
@@ -32,7 +36,9 @@ pub use loss::Loss;
 pub use model::{Degree, Domain, Knots, Model, PolynomialBasis, Scaling, Terms};
 pub use predict::{Kinds, Places, Predict};
 pub use prior::{Chain, Corrected, Earlier, Moves, Prior, PriorSpread, Which};
-pub use regularization::{Count, DEFAULT_CONDITION_LIMIT, Regularization, Scheme};
+pub use regularization::{Count, DEFAULT_CONDITION_LIMIT, Regularization};
+pub use representative::{Piece, PieceOf, Representative};
+pub use scheme::Scheme;
 pub use select::{Candidates, ModelCriterion, Select, TermSearch};
 pub use shrinkage::{Attraction, JamesStein, ShrinkageFactor};
 pub use tikhonov::{HIGHEST_ORDER, Tikhonov};

@@ -1,5 +1,6 @@
 //! The answer to a fit. Each object of it is declared once (`declare`): struct, schema and writer.
 
+mod constraints;
 mod declare;
 pub mod errors;
 mod estimable;
@@ -9,6 +10,7 @@ pub mod parts;
 pub mod predictions;
 pub mod prior;
 pub mod regularization;
+pub mod representative;
 pub mod result;
 pub mod robust;
 mod selection;

@@ -33,20 +33,23 @@ answer! {
         /// Column of a measurement matrix, from 0.
         column?: usize = if let TermKey::Column(column) = key { Some(column) } else { None },
         /// The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
-        /// posterior.
+        /// posterior; with `constraints` the best that meets them.
         value: f64 = value,
         /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
         /// nodes; absent without degrees of freedom. After a chosen λ* it is too small and leaves
         /// the bias out: in simulations the truth lay within it in 23 to 44 % of the cases, not 68
         /// % (docs/mathematics-notes.md). `least_squares_std_error` holds. With a `prior` the
-        /// standard deviation of the posterior, by `prior.sigma`.
+        /// standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
+        /// squares with the derivatives at the active places held at 0, as if these places had been
+        /// known beforehand: too small likewise (docs/constraints.md).
         std_error?: f64 = std_error,
         /// Plain least-squares estimate of the posted nodes, whatever the estimator.
         least_squares: f64 = least_squares,
         /// Standard error of `least_squares`.
         least_squares_std_error?: f64 = least_squares_std_error,
         /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
-        /// the posterior's mean for coefficients within r of the prior's.
+        /// the posterior's mean for coefficients within r of the prior's. With `constraints` √n
+        /// standard errors of least squares, which bound the bias for every truth that meets them.
         bias_bound: f64 = bias_bound,
         /// Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
         /// holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.

@@ -1,6 +1,7 @@
 //! The regularisation in a fit's answer. Names and meanings are the contract's.
 
 use super::declare::{FieldsAs, ListAs, Name, WriteAs, answer, names};
+use super::representative::RepresentativeResultBody;
 use crate::{
     api::{
         fits::spec::{
@@ -26,6 +27,7 @@ names! {
         TruncatedSvd = "truncated_svd",
         JamesStein = "james_stein",
         Attraction = "attraction",
+        Representative = "representative",
     }
 }
 
@@ -33,7 +35,8 @@ answer! {
     /// The regularisation that was applied, and what every criterion would have chosen.
     pub struct RegularizationResult from RegularizationReport {
         kind, scheme, count, lambda_star, rank, shrinkage_factor, lambda_star_interval, gamma, criterion, fixed,
-        filter_factors, matrix_norm_squared, largest_eigenvalue_bound, predicted_mse_corrected, choices,
+        filter_factors, matrix_norm_squared, largest_eigenvalue_bound, predicted_mse_corrected, representative,
+        choices,
     } {
         kind as "type": RegularizationName = kind,
         scheme?: SchemeName = scheme.map(|scheme| Name(scheme_name(scheme))),
@@ -68,6 +71,8 @@ answer! {
         /// when `predicted_mse` was included; not with `press`, truncated SVD, James–Stein and
         /// attraction.
         predicted_mse_corrected?: f64 = predicted_mse_corrected,
+        /// Present for `representative`.
+        representative?: RepresentativeResultBody = representative,
         /// Least squares, the criterion asked for and those that cost nothing, side by side.
         choices: Vec<ChoiceBody> = choices,
     }

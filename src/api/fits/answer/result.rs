@@ -5,6 +5,7 @@
 use std::sync::Arc;
 
 use super::{
+    constraints::ConstraintsResultBody,
     declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
     errors::{ErrorsResult, VarianceResult},
     estimable::{EstimableSumBody, MatrixBFactorsBody},
@@ -19,7 +20,7 @@ use super::{
     shared_text,
 };
 use crate::api::{
-    fits::spec::request::FitSpecBody,
+    fits::spec::{representative::PieceBody, request::FitSpecBody},
     json::writer::Object,
     shapes::{curve_shape::CurveBody, domain::DomainBody, surface_shape::SurfaceBody},
     warning::{WarningBody, sentence},
@@ -48,8 +49,9 @@ answer! {
     pub struct FitResultBody from FitAnswer<'a> {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
-            lambda_curve, ridge_trace, matrix_b, matrix_b_factors, estimable, filtering, prior, covariance, predictions,
-            influence, selection, shape: _, errors, variance, numerics, warnings,
+            lambda_curve, ridge_trace, matrix_b, matrix_b_factors, representative, estimable, filtering, prior,
+            constraints, covariance, predictions, influence, selection, shape: _, errors,
+            variance, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -85,6 +87,11 @@ answer! {
         filters?: Vec<FilterResult> = filtering.as_ref().map(|report| &report.filters),
         /// B as a product; present with `matrix_b`.
         matrix_b_factors?: MatrixBFactorsBody = matrix_b_factors,
+        /// What of this fit is used for others: V, λ* and L, as `regularization` of type
+        /// `representative` takes them. Present when `representative` was included and `spectral`
+        /// raised an eigenvalue.
+        #[schema(value_type = Option<PieceBody>)]
+        representative?: serde_json::Value = representative,
         /// Sums of the coefficients of nearly dependent terms that are well determined; present
         /// when `collinearity` was included and some terms are nearly dependent.
         estimable?: Vec<EstimableSumBody> = estimable,
@@ -92,6 +99,8 @@ answer! {
         filter_collinearity?: FilterCollinearity = filtering,
         /// Present when something was known before (`prior`).
         prior?: PriorResultBody = prior,
+        /// Present when the function was constrained.
+        constraints?: ConstraintsResultBody = constraints,
         /// Present when `covariance` was included.
         covariance?: CovarianceBody = covariance,
         /// Present when heights were asked for (`predict`).

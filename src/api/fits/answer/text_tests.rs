@@ -16,10 +16,10 @@ use flankfit_engine::estimation::{
     result::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
         EstimableSum, FilterReport, FilteringReport, Interval, IntervalKind as Kind, IterationReport, LambdaCurvePoint,
-        LikelihoodReport, LocalSolution, MatrixBFactors, MinimaxReport, NearDependency, NormLimitSource as Limit,
-        Numerics, PerturbationBounds, PerturbationReport, Predictions, ProductOfB, RegularizationKind,
-        RegularizationReport, RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, Simultaneous, Slopes,
-        SpectrumReport, TermKey, Warning,
+        LikelihoodReport, LocalSolution, MinimaxReport, NearDependency, NormLimitSource as Limit, Numerics,
+        PerturbationBounds, PerturbationReport, Predictions, RegularizationKind, RegularizationReport,
+        RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport,
+        TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
@@ -28,6 +28,8 @@ use flankfit_engine::estimation::{
 };
 use flankfit_engine::numerics::distribution::Student;
 
+#[path = "text_tests_constraints.rs"]
+mod constraints;
 #[path = "text_tests_errors.rs"]
 mod errors;
 #[path = "text_tests_prior.rs"]
@@ -46,6 +48,7 @@ const ALL: Include = Include {
     covariance: true,
     influence: true,
     shape: true,
+    representative: true,
     predicted_mse: true,
 };
 
@@ -240,22 +243,6 @@ impl Maker {
         }
     }
 
-    fn factors(&mut self) -> MatrixBFactors {
-        MatrixBFactors {
-            e: self.number(),
-            products: self.list(|m| ProductOfB {
-                eigenvalue: m.number(),
-                mu: m.number(),
-                q: m.numbers(),
-                s: m.numbers(),
-            }),
-            largest_eigenvalue: self.number(),
-            largest_eigenvalue_bound: self.number(),
-            mixed_eigenvalue: self.number(),
-            mixed_eigenvalue_bound: self.number(),
-        }
-    }
-
     fn sums(&mut self) -> Vec<EstimableSum> {
         self.list(|m| EstimableSum {
             terms: vec![m.text()],
@@ -333,6 +320,7 @@ impl Maker {
                 matrix_norm_squared: self.maybe(),
                 largest_eigenvalue_bound: self.maybe(),
                 predicted_mse_corrected: self.maybe(),
+                representative: self.there().then(|| self.representative()),
                 choices: self.list(Maker::choice),
             },
             bias: self.bias(),
@@ -403,11 +391,13 @@ impl Maker {
             variance: self.there().then(|| self.variance()),
             matrix_b: self.there().then(|| self.rows()),
             matrix_b_factors: self.there().then(|| self.factors()),
+            representative: self.there().then(|| self.piece()),
             estimable: self.there().then(|| self.sums()),
             filtering: self.there().then(|| self.filtering()),
             influence: self.there().then(|| self.influence()),
             selection: self.there().then(|| self.selection()),
             prior: self.there().then(|| self.prior()),
+            constraints: self.there().then(|| self.constraints()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
             predictions: self.there().then(|| self.predictions()),
             shape: None,

@@ -9,6 +9,7 @@
 //! for the impossible ([`ReadError::Invalid`], 422), of which all faults are collected before
 //! answering.
 
+mod constraints;
 mod csv;
 mod errors;
 mod estimator;
@@ -16,10 +17,12 @@ pub mod fields;
 mod filters;
 mod folds;
 mod l_estimator;
+mod model;
 pub mod nodes;
 mod predict;
 pub mod prior;
 pub mod regularization;
+mod representative;
 mod request;
 mod select;
 pub mod spec;

@@ -12,7 +12,8 @@ use crate::api::{
 use flankfit_engine::{estimation::spec, fault::words::Shown};
 
 /// The regularisations that there are.
-const REGULARIZATIONS: &str = "none, spectral, ridge, tikhonov, truncated_svd, james_stein and attraction are";
+const REGULARIZATIONS: &str = "none, spectral, ridge, tikhonov, truncated_svd, james_stein, attraction and \
+                               representative are";
 
 /// The regularisation, with the contract's defaults and ranges.
 pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Regularization> {
@@ -60,6 +61,7 @@ pub fn read_regularization(slice: &[u8], faults: &mut Faults) -> Option<spec::Re
                 weights: body.weights.as_deref().map(unsigned_zeros),
             }))
         }
+        "representative" => super::representative::read(slice, AT, faults),
         "truncated_svd" => truncated_svd(read_value(slice, AT, faults)?, faults),
         "james_stein" => james_stein(read_value(slice, AT, faults)?, faults),
         "attraction" => {

@@ -437,6 +437,7 @@ proptest! {
                 covariance: include & 4 > 0,
                 influence: include & 2 > 0,
                 shape: include & 8 > 0,
+                representative: include & 4 > 0,
                 predicted_mse: include & 8 > 0,
             },
             level: [0.95, 0.6][include & 1],

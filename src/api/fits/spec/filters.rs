@@ -108,7 +108,7 @@ names! {
     SplineTag { Spline }
     /// A peak takes the median of its window, or counts as missing from there on.
     PeakAction { Replace, Remove }
-    /// The axis along which a filter runs; the x of a curve is `u`.
+    /// The axis along which something runs; the x of a curve is `u`.
     FilterAxisName { U, V }
     /// Which filter.
     FilterName { Hampel, Gaussian, Spline }
@@ -123,15 +123,19 @@ impl From<FilterAxisName> for spec::FilterAxis {
     }
 }
 
+impl From<spec::FilterAxis> for FilterAxisName {
+    fn from(axis: spec::FilterAxis) -> Self {
+        match axis {
+            spec::FilterAxis::U => FilterAxisName::U,
+            spec::FilterAxis::V => FilterAxisName::V,
+        }
+    }
+}
+
 impl From<&spec::Filter> for FilterBody {
     /// Every default written out.
     fn from(filter: &spec::Filter) -> Self {
-        let axis = |axis: Option<spec::FilterAxis>| {
-            axis.map(|axis| match axis {
-                spec::FilterAxis::U => FilterAxisName::U,
-                spec::FilterAxis::V => FilterAxisName::V,
-            })
-        };
+        let axis = |axis: Option<spec::FilterAxis>| axis.map(FilterAxisName::from);
         match filter {
             spec::Filter::Hampel(f) => FilterBody::Hampel(HampelFilter {
                 kind: HampelTag::Hampel,

@@ -34,6 +34,8 @@ pub enum IncludeName {
     /// `curve` or `surface` of a polynomial: the fitted function as a B-spline (those of B-splines
     /// are always answered).
     Shape,
+    /// `representative`: what of a fit regularised by `spectral` is used for others.
+    Representative,
     /// `coefficients[].interval` and what belongs to it. They are in every answer to a fit, so this
     /// name adds nothing and does not stand in the answered `spec`.
     Intervals,
@@ -55,6 +57,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
         (include.covariance, IncludeName::Covariance),
         (include.influence, IncludeName::Influence),
         (include.shape, IncludeName::Shape),
+        (include.representative, IncludeName::Representative),
         (include.predicted_mse, IncludeName::PredictedMse),
     ]
     .into_iter()
@@ -76,6 +79,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
         covariance: names.contains(&IncludeName::Covariance),
         influence: names.contains(&IncludeName::Influence),
         shape: names.contains(&IncludeName::Shape),
+        representative: names.contains(&IncludeName::Representative),
         predicted_mse: names.contains(&IncludeName::PredictedMse),
     }
 }
@@ -93,6 +97,7 @@ pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
         covariance: a.covariance | b.covariance,
         influence: a.influence | b.influence,
         shape: a.shape | b.shape,
+        representative: a.representative | b.representative,
         predicted_mse: a.predicted_mse | b.predicted_mse,
     }
 }

@@ -1,11 +1,8 @@
 //! A spec as JSON with every default filled in, for storing and for the digest.
 
 use super::{
-    filters::FilterBody,
-    include::named,
-    regularization_json::regularization,
-    request::*,
-    zeros::{unsigned_zero, unsigned_zeros},
+    constraint::ConstraintBody, filters::FilterBody, include::named, model_json::model,
+    regularization_json::regularization, request::*, zeros::unsigned_zero,
 };
 use crate::api::json::writer::text_of;
 use flankfit_engine::estimation::spec::{self, FitSpec};
@@ -45,65 +42,11 @@ impl From<&FitSpec> for FitSpecBody {
                 DomainBody { u: domain.u.map(interval), v: domain.v.map(interval) }
             }),
             prior: spec.prior.as_ref().map(PriorBody::from),
+            constraints: (!spec.constraints.is_empty())
+                .then(|| spec.constraints.iter().map(ConstraintBody::from).collect()),
             predict: spec.predict.as_ref().map(PredictBody::from),
             select: spec.select.as_ref().map(SelectBody::from),
             folds: spec.folds.as_ref().map(FoldsBody::from),
         }
-    }
-}
-
-fn model(model: &spec::Model) -> ModelBody {
-    match model {
-        spec::Model::Polynomial { degree, basis, terms } => ModelBody::Polynomial(PolynomialModel {
-            kind: PolynomialTag::Polynomial,
-            degree: degree_body(*degree),
-            basis: Some(match basis {
-                spec::PolynomialBasis::Monomial => BasisName::Monomial,
-                spec::PolynomialBasis::Chebyshev => BasisName::Chebyshev,
-                spec::PolynomialBasis::Legendre => BasisName::Legendre,
-            }),
-            terms: Some(TermsBody::from(terms)),
-        }),
-        spec::Model::BSpline { degree, knots, weights } => {
-            let weights = weights.as_ref().map(|weights| match columns(*degree, knots) {
-                // Without knots the curve and the surface of one row look alike; either way back
-                // gives the same weights.
-                None => WeightsBody::Curve(weights.clone()),
-                Some(columns) => WeightsBody::Surface(weights.chunks(columns).map(<[f64]>::to_vec).collect()),
-            });
-            let (knots, spans) = match knots {
-                spec::Knots::Curve(knots) => (Some(KnotsBody::Curve(unsigned_zeros(knots))), None),
-                spec::Knots::Surface(u, v) => (Some(KnotsBody::Surface([unsigned_zeros(u), unsigned_zeros(v)])), None),
-                spec::Knots::Spans(n) => (None, Some(SpansBody::Both(*n))),
-                spec::Knots::SpansEach(a, b) => (None, Some(SpansBody::Each([*a, *b]))),
-            };
-            ModelBody::BSpline(BSplineModel {
-                kind: BSplineTag::BSpline,
-                degree: degree_body(*degree),
-                knots,
-                spans,
-                weights,
-            })
-        }
-        spec::Model::Linear => ModelBody::Linear(LinearModel { kind: LinearTag::Linear }),
-    }
-}
-
-/// How many functions there are along v, where the knots say that there is a v.
-fn columns(degree: spec::Degree, knots: &spec::Knots) -> Option<usize> {
-    let q = match degree {
-        spec::Degree::Both(q) | spec::Degree::Each(_, q) => q,
-    };
-    match knots {
-        spec::Knots::Surface(_, v) => v.len().checked_sub(q.saturating_add(1)).filter(|columns| *columns > 0),
-        spec::Knots::SpansEach(_, spans) => spans.checked_add(q),
-        spec::Knots::Curve(_) | spec::Knots::Spans(_) => None,
-    }
-}
-
-fn degree_body(degree: spec::Degree) -> DegreeBody {
-    match degree {
-        spec::Degree::Both(n) => DegreeBody::Both(n),
-        spec::Degree::Each(p, q) => DegreeBody::Each([p, q]),
     }
 }

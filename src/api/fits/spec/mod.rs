@@ -5,6 +5,7 @@
 //! and documented (OpenAPI). Unions carry `type` inside their variants, which is what client
 //! generators cope with best.
 
+pub mod constraint;
 pub mod contamination;
 pub mod count;
 pub mod criteria;
@@ -15,12 +16,16 @@ pub mod folds;
 pub mod include;
 pub mod json;
 pub mod knots;
+pub mod model;
+pub mod model_json;
 pub mod nodes;
 pub mod predict;
 pub mod prior;
 pub mod regularization;
 pub mod regularization_json;
+pub mod representative;
 pub mod request;
+pub mod scheme;
 pub mod select;
 pub mod terms;
 pub mod zeros;

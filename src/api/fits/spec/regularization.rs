@@ -5,8 +5,9 @@ use utoipa::ToSchema;
 
 use super::count::CountBody;
 pub use super::criteria::CriterionName;
+use super::{representative::RepresentativeRegularization, scheme::SchemeName};
 use crate::api::json::{present::present, tags::tags};
-use flankfit_engine::estimation::spec::{DEFAULT_CONDITION_LIMIT, Scheme};
+use flankfit_engine::estimation::spec::DEFAULT_CONDITION_LIMIT;
 
 /// Regularisation; default spectral with its defaults.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -18,7 +19,8 @@ use flankfit_engine::estimation::spec::{DEFAULT_CONDITION_LIMIT, Scheme};
     ("tikhonov" = "#/components/schemas/TikhonovRegularization"),
     ("truncated_svd" = "#/components/schemas/TruncatedSvdRegularization"),
     ("james_stein" = "#/components/schemas/JamesSteinRegularization"),
-    ("attraction" = "#/components/schemas/AttractionRegularization")
+    ("attraction" = "#/components/schemas/AttractionRegularization"),
+    ("representative" = "#/components/schemas/RepresentativeRegularization")
 )))]
 pub enum RegularizationBody {
     None(NoRegularization),
@@ -28,6 +30,7 @@ pub enum RegularizationBody {
     TruncatedSvd(TruncatedSvdRegularization),
     JamesStein(JamesSteinRegularization),
     Attraction(AttractionRegularization),
+    Representative(Box<RepresentativeRegularization>),
 }
 
 /// Plain least squares.
@@ -199,30 +202,4 @@ tags! {
     TruncatedSvdTag = TruncatedSvd,
     JamesSteinTag = JamesStein,
     AttractionTag = Attraction,
-}
-
-/// What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum SchemeName {
-    FirstOrder,
-    Exact,
-}
-
-impl From<Scheme> for SchemeName {
-    fn from(scheme: Scheme) -> Self {
-        match scheme {
-            Scheme::FirstOrder => SchemeName::FirstOrder,
-            Scheme::Exact => SchemeName::Exact,
-        }
-    }
-}
-
-impl From<SchemeName> for Scheme {
-    fn from(name: SchemeName) -> Self {
-        match name {
-            SchemeName::FirstOrder => Scheme::FirstOrder,
-            SchemeName::Exact => Scheme::Exact,
-        }
-    }
 }

@@ -62,6 +62,7 @@ pub fn regularization(regularization: &spec::Regularization) -> RegularizationBo
                 target: target.as_deref().map(unsigned_zeros),
             })
         }
+        spec::Regularization::Representative(asked) => RegularizationBody::Representative(Box::new(asked.into())),
         spec::Regularization::Attraction(spec::Attraction { target, parameter: k }) => {
             RegularizationBody::Attraction(AttractionRegularization {
                 kind: AttractionTag::Attraction,

@@ -8,22 +8,25 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-pub use super::regularization::*;
+use super::{constraint::ConstraintBody, filters::FilterBody, nodes::PostedNodes};
 pub use super::{
     count::CountBody,
     knots::{KnotsBody, WeightsBody},
 };
 pub use super::{
-    errors::*, estimator::*, folds::FoldsBody, include::IncludeName, predict::*, prior::PriorBody, select::SelectBody,
-    terms::TermsBody,
+    errors::*,
+    estimator::*,
+    folds::FoldsBody,
+    include::IncludeName,
+    predict::*,
+    prior::PriorBody,
+    select::SelectBody,
+    terms::{TermsBody, TermsName},
 };
-use super::{filters::FilterBody, nodes::PostedNodes};
+pub use super::{model::*, regularization::*, scheme::SchemeName};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
-use crate::api::{
-    json::{present::present, request::request, tags::tags},
-    measurand::axes::MeasurandBody,
-};
+use crate::api::{json::request::request, measurand::axes::MeasurandBody};
 
 /// A fit request.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -70,6 +73,10 @@ request! {
         /// The box on which mapped bases live; by default the smallest box of the counted nodes.
         optional domain: DomainBody,
         optional prior: PriorBody,
+        /// How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
+        /// `none`, and the estimator `least_squares`.
+        #[schema(max_items = 16)]
+        optional constraints: Vec<ConstraintBody>,
         /// Heights, slopes and bands at places of the domain.
         optional predict: PredictBody,
         optional select: SelectBody,
@@ -108,65 +115,6 @@ request! {
     }
 }
 
-/// The functions whose mixture is fitted.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
-#[serde(untagged)]
-#[schema(as = Model, discriminator(property_name = "type", mapping(
-    ("polynomial" = "#/components/schemas/PolynomialModel"),
-    ("b_spline" = "#/components/schemas/BSplineModel"),
-    ("linear" = "#/components/schemas/LinearModel")
-)))]
-pub enum ModelBody {
-    Polynomial(PolynomialModel),
-    BSpline(BSplineModel),
-    Linear(LinearModel),
-}
-
-/// Polynomials.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PolynomialModel {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: PolynomialTag,
-    pub degree: DegreeBody,
-    /// Default `monomial`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub basis: Option<BasisName>,
-    /// Default `tensor`.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub terms: Option<TermsBody>,
-}
-
-/// B-splines, or NURBS with `weights`; either `knots` or `spans`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct BSplineModel {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: BSplineTag,
-    pub degree: DegreeBody,
-    /// Full knot vectors, ascending; the last span is closed on the right.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub knots: Option<KnotsBody>,
-    /// Equal spans over the domain.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub spans: Option<SpansBody>,
-    /// Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are
-    /// given, not fitted.
-    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
-    pub weights: Option<WeightsBody>,
-}
-
-/// The columns of a measurement matrix as they are; for nodes of type `matrix`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-pub struct LinearModel {
-    #[serde(rename = "type")]
-    #[schema(inline)]
-    pub kind: LinearTag,
-}
-
 /// Standard uncertainties of a node, in the caller's unit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -178,31 +126,6 @@ pub struct NodeUncertaintyBody {
     /// Of the height.
     #[schema(minimum = 0)]
     pub height: f64,
-}
-
-tags! {
-    PolynomialTag = Polynomial,
-    BSplineTag = BSpline,
-    LinearTag = Linear,
-}
-
-/// Functions of a polynomial model. `monomial` means the caller's raw u and v; the others live on
-/// the domain mapped to [-1, 1].
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum BasisName {
-    Monomial,
-    Chebyshev,
-    Legendre,
-}
-
-/// Which products of powers: every one up to the degree of each axis, or those whose degrees add up
-/// to at most the degree.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum TermsName {
-    Tensor,
-    Total,
 }
 
 /// Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.

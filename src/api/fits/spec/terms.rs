@@ -7,7 +7,8 @@ use serde::{
     de::{self, SeqAccess, Visitor, value::StrDeserializer},
 };
 
-use super::request::TermsName;
+use utoipa::ToSchema;
+
 use crate::api::json::union_schema::{documented, list, whole};
 use flankfit_engine::estimation::spec::Terms;
 
@@ -75,4 +76,13 @@ impl From<TermsBody> for Terms {
             TermsBody::Listed(listed) => Terms::Listed(listed),
         }
     }
+}
+
+/// Which products of powers: every one up to the degree of each axis, or those whose degrees add up
+/// to at most the degree.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum TermsName {
+    Tensor,
+    Total,
 }

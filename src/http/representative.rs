@@ -1,0 +1,70 @@
+//! The stored fit whose matrix B another fit takes: found, and what is used of it computed again.
+
+use uuid::Uuid;
+
+use super::{state::AppState, stored};
+use crate::{
+    api::{faults::Faults, jobs::fits, problem::Problem},
+    jobs::{FitRecord, Predecessors, RepositoryError, Resource},
+};
+use flankfit_engine::estimation::{
+    FitSpec,
+    spec::{PieceOf, Regularization, Representative},
+};
+
+const ITERATION: &str = "/regularization/iteration";
+
+/// The stored fit that a spec asks for.
+pub fn asked(spec: &FitSpec) -> Option<&PieceOf> {
+    match &spec.regularization {
+        Regularization::Representative(asked) if asked.of.iteration.is_some() => Some(&asked.of),
+        _ => None,
+    }
+}
+
+/// The spec with the piece that it asks for; unchanged where it asks for none.
+pub async fn resolved(state: &AppState, job: Uuid, spec: FitSpec) -> Result<FitSpec, Problem> {
+    let Some((number, wanted)) = asked(&spec).and_then(|of| Some((of.iteration?, of.fit_id.clone()))) else {
+        return Ok(spec);
+    };
+    let refused = |place: &str, detail: String| Problem::invalid(Faults::one(place, detail));
+    let no_iteration = || refused(ITERATION, format!("the job has no iteration {number}"));
+    let found = stored_fit(state, job, number, wanted).await;
+    let stored = found.map_err(|error| match error {
+        RepositoryError::NotFound(Resource::Iteration) => no_iteration(),
+        RepositoryError::NotFound(_) => {
+            refused("/regularization/fit_id", format!("iteration {number} has no such fit"))
+        }
+        other => other.into(),
+    })?;
+    let Some(stored) = stored else { return Err(no_iteration()) };
+    let nodes = stored::nodes(state, job, number).await?;
+    let id = stored.id;
+    let piece = state.pool.run(move || fits::piece(&nodes, &stored)).await??;
+    let Some(piece) = piece else {
+        let detail = format!("the fit of iteration {number} is not regularised by a matrix B of its own (`spectral`)");
+        return Err(refused(ITERATION, detail));
+    };
+    let of = PieceOf { iteration: Some(number), fit_id: Some(id.to_string()) };
+    let asked = Representative { of, piece: Some(Box::new(piece)) };
+    Ok(FitSpec { regularization: Regularization::Representative(asked), ..spec })
+}
+
+/// The fit of that id, else the one that stands.
+async fn stored_fit(
+    state: &AppState,
+    job: Uuid,
+    number: u32,
+    wanted: Option<String>,
+) -> Result<Option<FitRecord>, RepositoryError> {
+    let of = state.jobs.measurand(job, number).await?;
+    let id = match wanted.and_then(|id| Uuid::try_parse(&id).ok()) {
+        Some(id) => id,
+        None => {
+            let itself = Predecessors { of, from: number, before: Some(number.saturating_add(1)), most: 1 };
+            let Some(standing) = state.jobs.predecessors(job, itself).await?.pop() else { return Ok(None) };
+            standing.fit_id
+        }
+    };
+    state.jobs.fit(job, number, id).await.map(Some)
+}
