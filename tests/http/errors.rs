@@ -151,3 +151,51 @@ async fn figures_of_flanks_take_them_and_shapes_do_not() {
     curve["variance"] = json!("hc3");
     refused("/v1/curves", &curve, "/variance").await;
 }
+
+#[tokio::test]
+async fn positions_that_are_off_are_counted_stored_and_replayed() {
+    let app = TestApp::start().await;
+    let mut asked = example("fit_correlated");
+    asked.as_object_mut().unwrap().remove("errors");
+    let plain = app.fit(&asked.to_string()).await.json();
+    assert!(plain.get("positions").is_none());
+    asked["node_uncertainty"] = json!({"position": 0.2, "height": 0.5});
+    let measured = app.fit(&asked.to_string()).await.json();
+    let positions = &measured["positions"];
+    assert_eq!(positions["kind"], "measured", "{measured}");
+    assert!(number(&positions["largest_shift"]) > 0.0 && number(&positions["variance_share"]) > 0.0);
+    assert!(measured["perturbation"].is_object());
+    asked["node_uncertainty"]["position_kind"] = json!("nominal");
+    let nominal = app.fit(&asked.to_string()).await.json();
+    assert_eq!(
+        (&nominal["positions"]["kind"], number(&nominal["positions"]["largest_shift"])),
+        (&json!("nominal"), 0.0)
+    );
+    assert_eq!(nominal["spec"]["node_uncertainty"], asked["node_uncertainty"]);
+    assert_ne!(nominal["coefficients"], measured["coefficients"]);
+
+    let refused = async |asked: &Value, pointer: &str| {
+        let answer = app.fit(&asked.to_string()).await;
+        assert_eq!(answer.status, 422, "{}", answer.text);
+        assert_eq!(answer.json()["errors"][0]["pointer"], pointer, "{}", answer.text);
+    };
+    let with = |name: &str, value: Value| {
+        let mut changed = asked.clone();
+        changed[name] = value;
+        changed
+    };
+    let kind = |kind: Value| with("node_uncertainty", json!({"position": 0.2, "height": 0.5, "position_kind": kind}));
+    refused(&kind(json!("read")), "/node_uncertainty/position_kind").await;
+    refused(&kind(json!(null)), "/node_uncertainty/position_kind").await;
+    refused(&with("estimator", json!({"type": "rank"})), "/node_uncertainty/position_kind").await;
+    refused(&with("errors", json!({"type": "ar1"})), "/node_uncertainty").await;
+
+    let job = send(app.post("/v1/jobs", json!({"name": "positions"}).to_string())).await.json();
+    let iterations = format!("/v1/jobs/{}/iterations", job["id"].as_str().unwrap());
+    let stored = send(app.post(&iterations, asked.to_string())).await;
+    assert_eq!(stored.status, 201, "{}", stored.text);
+    let fit = &stored.json()["fits"][0];
+    assert_eq!(fit["spec"]["node_uncertainty"]["position_kind"], "nominal");
+    let path = format!("{iterations}/1/fits/{}/replay", fit["id"].as_str().unwrap());
+    assert_eq!(send(app.post(&path, "")).await.json()["identical"], true);
+}

@@ -50,6 +50,9 @@ pub enum Unconverged {
     /// The simplex of the rank dispersion.
     #[error("pairs of nodes determine no vertex of the rank dispersion")]
     RankDispersion,
+    /// Positions of nodes that are off.
+    #[error("the positions of the nodes did not settle: they are too uncertain for this model")]
+    Positions,
     /// The registration of a measured flank.
     #[error("the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise")]
     Registration,

@@ -153,6 +153,8 @@ pub enum Field {
     NoiseSigma,
     /// Uncertainty of the nodes.
     NodeUncertainty,
+    /// Whether positions were measured or aimed at.
+    PositionKind,
     /// Correlations of the errors.
     Errors,
     /// Which way their lines run.

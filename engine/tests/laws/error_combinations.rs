@@ -205,6 +205,7 @@ fn what_does_not_go_together_is_refused() {
     refused(&groups, Field::NoiseSigma, ErrorsReason::Sigma);
     let rank = FitSpec { estimator: Estimator::Rank, ..sandwich.clone() };
     refused(&rank, Field::EstimatorType, ErrorsReason::Robust);
-    let uncertain = FitSpec { node_uncertainty: Some(NodeUncertainty { position: 0.0, height: 1.0 }), ..sandwich };
+    let uncertain =
+        FitSpec { node_uncertainty: Some(NodeUncertainty { position: 0.0, height: 1.0, kind: None }), ..sandwich };
     refused(&uncertain, Field::NodeUncertainty, ErrorsReason::Uncertainty);
 }

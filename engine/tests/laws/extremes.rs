@@ -164,7 +164,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         predict: predict(nodes),
         select: None,
         folds: None,
-        node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4 }),
+        node_uncertainty: some(random).then_some(NodeUncertainty { position: 1e-3, height: 1e-4, kind: None }),
         errors: None,
         variance: Variance::Constant,
         filters: filters(random, nodes),

@@ -63,6 +63,7 @@ mod opening;
 mod penalised;
 mod perturbation;
 mod plans;
+mod positions;
 mod predictions;
 mod prior;
 mod problems;

@@ -107,7 +107,7 @@ proptest! {
         }
         let noisy: Vec<f64> = z.iter().map(|z| z + 0.1 * (random.unit() - 0.5)).collect();
         let spec = FitSpec {
-            node_uncertainty: Some(NodeUncertainty { position: 1e-6, height: 1e-6 }),
+            node_uncertainty: Some(NodeUncertainty { position: 1e-6, height: 1e-6, kind: None }),
             ..plain(model.clone())
         };
         let scattered = Nodes::scattered(u.clone(), v.clone(), noisy.clone(), None).unwrap();

@@ -33,7 +33,7 @@ proptest! {
         let size = problem.x.concat().iter().fold(0.0f64, |s, x| s.max(x.abs()));
         let heights = problem.y.iter().fold(0.0f64, |s, y| s.max(y.abs()));
         let (position, height) = (1e-7 * share * size, 1e-7 * (1.0 - share) * heights);
-        let node_uncertainty = Some(NodeUncertainty { position, height });
+        let node_uncertainty = Some(NodeUncertainty { position, height, kind: None });
         let spec = FitSpec { scaling, node_uncertainty, regularization: Regularization::None, ..linear() };
         let own = fit(&problem.nodes(), &spec);
         let bounds = &own.perturbation.as_ref().unwrap().least_squares;
@@ -62,7 +62,7 @@ proptest! {
         let x: Vec<f64> = (0..m).map(|_| random.between(30.0, 34.0)).collect();
         let y: Vec<f64> = x.iter().map(|x| 0.01 * (x - 32.0).powi(2) + 1e-3 * random.normal()).collect();
         let (position, height) = (1e-8 * share, 1e-8 * (1.0 - share));
-        let node_uncertainty = Some(NodeUncertainty { position, height });
+        let node_uncertainty = Some(NodeUncertainty { position, height, kind: None });
         let spec = FitSpec {
             node_uncertainty,
             regularization: Regularization::None,
@@ -99,7 +99,7 @@ proptest! {
         let spectrum = problem.spectrum(if unit { Columns::UnitLength } else { Columns::AsTheyAre });
         let sums = spectrum.sums();
         let (position, height) = (1e-6, 2e-6);
-        let node_uncertainty = Some(NodeUncertainty { position, height });
+        let node_uncertainty = Some(NodeUncertainty { position, height, kind: None });
         let t = (sums.lambda[0] * sums.lambda[n - 1]).sqrt();
         let regularization = spectral(Scheme::FirstOrder, Count::Given(1), Parameter::Fixed(t));
         let spec = FitSpec { scaling, node_uncertainty, regularization, ..linear() };
@@ -136,7 +136,7 @@ proptest! {
         let problem = Problem::graded(seed, n, 6, log_condition);
         let sums = problem.spectrum(Columns::UnitLength).sums();
         prop_assume!(sums.lambda[n - 1] / sums.lambda[0] > 1e3 && sums.lambda[1] > 4.0 * sums.lambda[0]);
-        let node_uncertainty = Some(NodeUncertainty { position: 0.0, height: 1e-9 });
+        let node_uncertainty = Some(NodeUncertainty { position: 0.0, height: 1e-9, kind: None });
         let t = 2.0 * sums.lambda[0];
         let regularization = spectral(Scheme::Exact, Count::Given(1), Parameter::Fixed(t));
         let report = fit(&problem.nodes(),

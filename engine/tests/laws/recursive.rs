@@ -106,7 +106,7 @@ fn pieces(count: usize, cuts: &[usize]) -> Vec<std::ops::Range<usize>> {
 
 fn specs() -> Vec<FitSpec> {
     let domain = Some(Domain { u: Some([30.0, 34.5]), v: Some([0.0, 20.5]) });
-    let uncertain = Some(NodeUncertainty { position: 1e-6, height: 1e-5 });
+    let uncertain = Some(NodeUncertainty { position: 1e-6, height: 0.0, kind: None });
     let plain = |basis| FitSpec {
         regularization: Regularization::None,
         node_uncertainty: uncertain,

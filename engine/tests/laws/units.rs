@@ -47,7 +47,7 @@ fn compare(one: &FitResult, two: &FitResult, unit: f64, slack: f64) {
 fn spec(regularization: Regularization, unit: f64) -> FitSpec {
     FitSpec {
         regularization,
-        node_uncertainty: Some(NodeUncertainty { position: 1e-6 * unit, height: 1e-4 * unit }),
+        node_uncertainty: Some(NodeUncertainty { position: 1e-6 * unit, height: 1e-4 * unit, kind: None }),
         ..polynomial(Degree::Both(2), PolynomialBasis::Monomial)
     }
 }

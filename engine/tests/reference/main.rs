@@ -18,6 +18,7 @@ mod influence;
 mod near;
 mod nist;
 mod oracle_check;
+mod positions;
 mod prior;
 mod recursive;
 mod reml;

@@ -281,6 +281,7 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::CoefficientNormLimit => "/coefficient_norm_limit",
         Field::NoiseSigma => "/noise_sigma",
         Field::NodeUncertainty => "/node_uncertainty",
+        Field::PositionKind => "/node_uncertainty/position_kind",
         Field::Errors => "/errors",
         Field::ErrorsAlong => "/errors/along",
         Field::ErrorsLine => "/errors/line",

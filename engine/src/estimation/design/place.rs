@@ -5,6 +5,7 @@ use super::{
     measurement_matrix::{Basis, Design},
 };
 use crate::{
+    estimation::spec::Domain,
     geometry::{BSplineBasis, polynomial::chebyshev_derivatives},
     numerics::{Dd, Real},
 };
@@ -46,6 +47,14 @@ impl Design {
         let Basis::Columns { scale } = &self.basis else { return Vec::new() };
         // powers of 2: the quotients are exact
         row.iter().zip(scale).map(|(x, scale)| Dd::from(x / scale)).collect()
+    }
+
+    /// The row of the working matrix at a place and its derivatives by u and v.
+    pub(crate) fn tangent(&self, place: [f64; 2]) -> [Vec<f64>; 3] {
+        [Along::Value, Along::U, Along::V].map(|along| match (along, self.domain) {
+            (Along::V, Some(Domain { v: None, .. })) => vec![0.0; self.size()],
+            _ => self.row_at(place, along).iter().map(|x| x.to_f64()).collect(),
+        })
     }
 
     /// The row of the working matrix at (u, v), with v unused for a curve; of a product of

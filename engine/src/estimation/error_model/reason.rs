@@ -101,6 +101,15 @@ pub enum ErrorsReason {
     /// The pose of a part.
     #[error("a part is registered with independent errors of one variance")]
     Registration,
+    /// Positions of rows of a matrix.
+    #[error("the columns of a measurement matrix have no positions that could be off")]
+    PositionsOfMatrix,
+    /// Positions that alone are off.
+    #[error("where the surface is level positions explain no height: give the uncertainty of the heights too")]
+    HeightsExact,
+    /// Positions of streams, of points near shapes and of blocks that are left out.
+    #[error("streams, shapes near points and blocks of nodes take positions as exact")]
+    PositionsExact,
     /// Curves and surfaces near points.
     #[error("shapes near points are fitted with independent errors of one variance")]
     Shape,

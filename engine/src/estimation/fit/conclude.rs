@@ -117,6 +117,7 @@ pub(super) fn conclude_with(
         shape,
         errors: None,
         variance: None,
+        positions: None,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,
@@ -231,6 +232,9 @@ impl<'a> Solved<'a> {
         warnings: &mut Vec<Warning>,
     ) -> Option<PerturbationReport> {
         let uncertainty = self.spec.node_uncertainty?;
+        if uncertainty.position > 0.0 && uncertainty.kind.is_none() {
+            warnings.push(Warning::PositionsAsExact);
+        }
         let bounded = after.is_some();
         let before = perturbation::Estimate {
             condition,

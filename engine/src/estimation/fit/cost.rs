@@ -45,7 +45,8 @@ fn is_usual(spec: &FitSpec) -> bool {
         domain: spec.domain,
         coefficient_norm_limit: spec.coefficient_norm_limit,
         noise_sigma: spec.noise_sigma,
-        node_uncertainty: spec.node_uncertainty,
+        // positions that are off are sought
+        node_uncertainty: spec.node_uncertainty.filter(|uncertainty| uncertainty.position == 0.0),
         level: spec.level,
         include: Include { residuals: spec.include.residuals, ..Include::default() },
         ..FitSpec::new(spec.model.clone())

@@ -11,6 +11,7 @@ mod influence;
 mod intervals;
 mod norm_limit;
 mod plan;
+mod position_errors;
 mod predict;
 mod run;
 mod serial_correlation;

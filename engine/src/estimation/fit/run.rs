@@ -4,6 +4,7 @@ use super::{
     conclude::{conclude, conclude_robust, report},
     error_models::fit_errors,
     plan::Plans,
+    position_errors::fit_positions,
 };
 use crate::estimation::fault::Field;
 use crate::estimation::{
@@ -31,6 +32,9 @@ pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> R
     let sample = Sample::new(nodes);
     if spec.errors.is_some() || spec.variance != Variance::Constant {
         return fit_errors(nodes, &sample, spec);
+    }
+    if let Some(result) = fit_positions(nodes, &sample, spec)? {
+        return Ok(result);
     }
     let heights = Heights::new(&sample);
     let evidence = Evidence::Posted { sample: &sample, nodes };

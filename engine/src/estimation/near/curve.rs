@@ -177,6 +177,9 @@ fn check(points: &CurvePoints, asked: &CurveSettings) -> Result<Dimension, Curve
     if !asked.spec.filters.is_empty() {
         faults.push(Field::Filters, NearReason::CurveHasNoFilters);
     }
+    if asked.spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
+        faults.push(Field::PositionKind, ErrorsReason::PositionsExact);
+    }
     asked_models(&asked.spec).for_each(|field| faults.push(field, ErrorsReason::Shape));
     if matches!(asked.knots, KnotPlacement::Adaptive(_)) && asked.weights.is_some() {
         faults.push(Field::ControlWeights, NearReason::UnknownControls);

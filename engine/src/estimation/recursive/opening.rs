@@ -38,6 +38,9 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     if !spec.constraints.is_empty() {
         faults.push(Field::Constraints, StreamReason::NoConstraints);
     }
+    if spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
+        faults.push(Field::PositionKind, ErrorsReason::PositionsExact);
+    }
     asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
     check_domain(spec, &mut faults);
     faults.into_result(())?;

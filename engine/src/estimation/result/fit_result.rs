@@ -11,6 +11,7 @@ use super::{
     filtering::FilteringReport,
     influence::Influence,
     matrix_b::MatrixBFactors,
+    positions::PositionsReport,
     prediction::{Covariance, Predictions},
     prior::PriorReport,
     regularization::{BiasReport, LambdaCurvePoint, RegularizationReport, RidgeTracePoint},
@@ -79,6 +80,8 @@ pub struct FitResult {
     pub errors: Option<ErrorsReport>,
     /// Present when variances were estimated.
     pub variance: Option<VarianceReport>,
+    /// Present when positions of nodes were taken as off.
+    pub positions: Option<PositionsReport>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,
     /// What a reader must know of this fit.

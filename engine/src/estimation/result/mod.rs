@@ -10,6 +10,7 @@ mod fit_result;
 mod influence;
 mod interval;
 mod matrix_b;
+mod positions;
 mod prediction;
 mod prior;
 mod regularization;
@@ -32,6 +33,7 @@ pub use fit_result::FitResult;
 pub use influence::Influence;
 pub use interval::{Interval, IntervalKind};
 pub use matrix_b::{MatrixBFactors, ProductOfB};
+pub use positions::PositionsReport;
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
 pub use prior::{PriorConflict, PriorReport, UsedCorrection};
 pub use regularization::{

@@ -273,6 +273,12 @@ pub enum Warning {
          heights, and its weights say which nodes it does not trust"
     )]
     NoInfluenceOfRobust,
+    /// Positions that are off, and taken as exact.
+    #[error(
+        "the positions of the nodes are taken as exact: intervals count the errors of the heights alone, and only the \
+         perturbation bounds know of the positions"
+    )]
+    PositionsAsExact,
     /// Influences of nodes whose errors are not white.
     #[error(
         "leverages and residuals without a node are those of independent errors of one variance: with this model of \
@@ -417,6 +423,7 @@ impl Warning {
             NoNoise => "no_noise",
             NoPredictions => "no_predictions",
             NoInfluence | NoInfluenceOfRobust | NoInfluenceOfErrors => "no_influence",
+            PositionsAsExact => "positions_as_exact",
             NoCorrectedError => "no_corrected_error",
             NoPredictionIntervals => "no_prediction_intervals",
             FullLeverage { .. } => "full_leverage",

@@ -156,7 +156,8 @@ pub enum ExpectedSize {
 /// let rows = vec![1.0, 0.0, 1.0, 1.0, 1.0, 2.0, 1.0, 3.0];
 /// let nodes = Nodes::matrix(rows, 2, vec![1.0, 3.1, 4.9, 7.0], None, None)?;
 /// let bound = |uncertainty: f64| {
-///     let node_uncertainty = Some(NodeUncertainty { position: uncertainty, height: uncertainty });
+///     let (position, height) = (uncertainty, uncertainty);
+///     let node_uncertainty = Some(NodeUncertainty { position, height, kind: None });
 ///     let found = fit(&nodes, &FitSpec { node_uncertainty, ..FitSpec::new(Model::Linear) })?;
 ///     let bounds = found.perturbation.expect("it was asked for").least_squares;
 ///     Ok::<f64, flankfit_engine::estimation::FitError>(
@@ -173,6 +174,47 @@ pub struct NodeUncertainty {
     pub position: f64,
     /// Of the height.
     pub height: f64,
+    /// What is off; where it is left out [`PositionKind::Measured`], and positions are taken as
+    /// exact with a warning where nothing else can be done.
+    pub kind: Option<PositionKind>,
+}
+
+/// What is off where the positions of nodes are.
+///
+/// ```
+/// use flankfit_engine::estimation::{
+///     FitSpec, Nodes, fit,
+///     spec::{
+///         Degree, Model, NodeUncertainty, PolynomialBasis, PositionKind, Regularization, Terms,
+///     },
+/// };
+///
+/// // A ramp whose places are as uncertain as its heights.
+/// let x = vec![0.3, 0.8, 2.4, 2.7, 4.1, 5.2, 5.9, 7.3];
+/// let y = vec![0.1, 1.2, 1.8, 3.3, 3.9, 4.8, 6.3, 6.9];
+/// let nodes = Nodes::curve(x, y, None)?;
+/// let (degree, basis) = (Degree::Both(1), PolynomialBasis::Monomial);
+/// let model = Model::Polynomial { degree, basis, terms: Terms::Tensor };
+/// let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
+/// let slope = |kind: PositionKind| {
+///     let uncertain = NodeUncertainty { position: 0.3, height: 0.3, kind: Some(kind) };
+///     let found = fit(&nodes, &FitSpec { node_uncertainty: Some(uncertain), ..spec.clone() })?;
+///     Ok::<f64, flankfit_engine::estimation::FitError>(found.coefficients[1].value)
+/// };
+/// // Places read off wrongly spread the nodes too far, which makes least squares too flat.
+/// let plain = fit(&nodes, &spec)?.coefficients[1].value;
+/// assert!(slope(PositionKind::Measured)? > plain + 1e-3);
+/// // Places that were missed do not, and all have the same weight on a line.
+/// assert!((slope(PositionKind::Nominal)? - plain).abs() < 1e-9);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum PositionKind {
+    /// The place read: what was measured lies elsewhere (orthogonal distance regression).
+    #[default]
+    Measured,
+    /// The place reached: what was aimed at was missed (effective variance).
+    Nominal,
 }
 
 /// What is answered only when asked for.

@@ -28,7 +28,7 @@ pub use criterion::{Criterion, Parameter};
 pub use errors::{Along, Correlation, Errors, Matern, Variance};
 pub use estimator::{DEFAULT_COVERAGE, DEFAULT_K2, Estimator, MEstimator, ScaleRule, Start};
 pub use filter::{Action, Filter, FilterAxis, Gaussian, Hampel, Order, Spline};
-pub use fit_spec::{DEFAULT_LEVEL, ExpectedSize, FitSpec, Include, NodeUncertainty};
+pub use fit_spec::{DEFAULT_LEVEL, ExpectedSize, FitSpec, Include, NodeUncertainty, PositionKind};
 pub use folds::{Folds, FoldsBy};
 pub use l_estimator::{DEFAULT_SHARE, LEstimator, QuantileWeights};
 pub use likelihood::Distribution;

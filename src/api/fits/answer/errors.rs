@@ -3,9 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::fits::spec::errors::AlongName;
+use crate::api::fits::spec::{errors::AlongName, request::PositionKindName};
 use flankfit_engine::estimation::{
-    result::{ErrorsReport, VarianceReport, Whiteness},
+    result::{ErrorsReport, PositionsReport, VarianceReport, Whiteness},
     spec::{Correlation, Matern},
 };
 
@@ -145,6 +145,38 @@ impl From<&VarianceReport> for VarianceResult {
             VarianceReport::Power { exponent, at } => {
                 VarianceResult { groups: None, exponent: Some(*exponent), at: Some(*at) }
             }
+        }
+    }
+}
+
+/// Positions of the nodes that are off. `residuals` are then vertical distances from the surface,
+/// to first order, and `sigma` is the standard deviation of a height of weight 1 where the surface
+/// is level.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = PositionsResult)]
+pub struct PositionsResult {
+    pub kind: PositionKindName,
+    /// Rounds of the iteration.
+    pub rounds: usize,
+    /// The share of positions in the variance of what is left of the heights, on average, 0 to 1.
+    pub variance_share: f64,
+    /// How far from where it was read the likeliest position of a node lies at most, in the unit of
+    /// the abscissae; 0 for `nominal`.
+    pub largest_shift: f64,
+    /// `sigma` over the `height` that was told: far from 1 where the uncertainties do not fit the
+    /// residuals. Intervals go by `sigma`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sigma_ratio: Option<f64>,
+}
+
+impl From<&PositionsReport> for PositionsResult {
+    fn from(found: &PositionsReport) -> Self {
+        PositionsResult {
+            kind: found.kind.into(),
+            rounds: found.rounds,
+            variance_share: found.variance_share,
+            largest_shift: found.largest_shift,
+            sigma_ratio: found.sigma_ratio,
         }
     }
 }

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{
     constraints::ConstraintsResultBody,
     declare::{FieldsAs, ListAs, Raw, Serialized, WriteAs, answer},
-    errors::{ErrorsResult, VarianceResult},
+    errors::{ErrorsResult, PositionsResult, VarianceResult},
     estimable::{EstimableSumBody, MatrixBFactorsBody},
     filters::{FilterCollinearity, FilterResult},
     influence::InfluenceBody,
@@ -51,7 +51,7 @@ answer! {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
             lambda_curve, ridge_trace, matrix_b, matrix_b_factors, representative, estimable, filtering, prior,
             constraints, covariance, predictions, influence, selection, shape: _, errors,
-            variance, numerics, warnings,
+            variance, positions, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {
@@ -113,6 +113,8 @@ answer! {
         errors?: ErrorsResult = errors.as_ref().map(|found| Serialized(ErrorsResult::from(found))),
         /// Present when variances were estimated.
         variance?: VarianceResult = variance.as_ref().map(|found| Serialized(VarianceResult::from(found))),
+        /// Present when the positions of the nodes were taken as off.
+        positions?: PositionsResult = positions.as_ref().map(|found| Serialized(PositionsResult::from(found))),
         numerics: NumericsBody = numerics,
         /// What to know about the answer; empty where there is nothing to say.
         warnings: Vec<WarningBody> = warnings,

@@ -86,7 +86,7 @@ fn answers_to_the_examples_are_as_documented() {
                 spec.include.lambda_curve = true;
                 spec.include.matrix_b = answers % 2 == 0;
                 spec.include.collinearity = answers % 3 == 0;
-                spec.node_uncertainty = Some(NodeUncertainty { position: 1e-6, height: 1e-4 });
+                spec.node_uncertainty = Some(NodeUncertainty { position: 1e-6, height: 1e-4, kind: None });
                 if let Ok(result) = estimation::fit(&nodes, &spec) {
                     agrees(&write(&result, None, "00ff", spec.include).unwrap());
                     answers += 1;
@@ -389,6 +389,7 @@ impl Maker {
                 .then(|| self.list(|m| RidgeTracePoint { k: m.number(), coefficients: m.numbers() })),
             errors: self.there().then(|| self.errors()),
             variance: self.there().then(|| self.variance()),
+            positions: self.there().then(|| self.positions()),
             matrix_b: self.there().then(|| self.rows()),
             matrix_b_factors: self.there().then(|| self.factors()),
             representative: self.there().then(|| self.piece()),

@@ -2,8 +2,8 @@
 
 use super::Maker;
 use flankfit_engine::estimation::{
-    result::{ErrorsReport, VarianceReport},
-    spec::{Along, Correlation},
+    result::{ErrorsReport, PositionsReport, VarianceReport},
+    spec::{Along, Correlation, PositionKind},
 };
 
 impl Maker {
@@ -15,6 +15,16 @@ impl Maker {
             effective_count: 12.5,
             whiteness: None,
             lags: self.below(11),
+        }
+    }
+
+    pub(super) fn positions(&mut self) -> PositionsReport {
+        PositionsReport {
+            kind: if self.there() { PositionKind::Measured } else { PositionKind::Nominal },
+            rounds: self.below(2000),
+            variance_share: self.number(),
+            largest_shift: self.number(),
+            sigma_ratio: self.maybe(),
         }
     }
 

@@ -82,5 +82,9 @@ fn read_uncertainty(slice: &[u8], faults: &mut Faults) -> Option<spec::NodeUncer
             faults.push(format!("/node_uncertainty/{key}"), format!("{} is negative", Shown(value)));
         }
     }
-    Some(spec::NodeUncertainty { position: body.position, height: body.height })
+    Some(spec::NodeUncertainty {
+        position: body.position,
+        height: body.height,
+        kind: body.position_kind.map(spec::PositionKind::from),
+    })
 }

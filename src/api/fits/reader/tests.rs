@@ -425,7 +425,7 @@ proptest! {
             domain: (include > 7).then_some(spec::Domain { u: Some([-value, value]), v: None }),
             coefficient_norm_limit: (include > 3).then_some(value),
             noise_sigma: Some(value),
-            node_uncertainty: Some(spec::NodeUncertainty { position: 0.0, height: value }),
+            node_uncertainty: Some(spec::NodeUncertainty { position: 0.0, height: value, kind: None }),
             include: spec::Include {
                 residuals: include & 1 > 0,
                 collinearity: include & 2 > 0,

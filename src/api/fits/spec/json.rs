@@ -30,6 +30,7 @@ impl From<&FitSpec> for FitSpecBody {
                 node_uncertainty: spec.node_uncertainty.map(|uncertainty| NodeUncertaintyBody {
                     position: unsigned_zero(uncertainty.position),
                     height: unsigned_zero(uncertainty.height),
+                    position_kind: uncertainty.kind.map(PositionKindName::from),
                 }),
                 errors: spec.errors.as_ref().map(ErrorsBody::from),
                 variance: written(&spec.variance),

@@ -26,7 +26,11 @@ pub use super::{
 pub use super::{model::*, regularization::*, scheme::SchemeName};
 pub use crate::api::shapes::degree::{DegreeBody, SpansBody};
 pub use crate::api::shapes::domain::DomainBody;
-use crate::api::{json::request::request, measurand::axes::MeasurandBody};
+use crate::api::{
+    json::{present::present, request::request},
+    measurand::axes::MeasurandBody,
+};
+use flankfit_engine::estimation::spec::PositionKind;
 
 /// A fit request.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
@@ -126,6 +130,41 @@ pub struct NodeUncertaintyBody {
     /// Of the height.
     #[schema(minimum = 0)]
     pub height: f64,
+    /// What is off where `position` is not 0; default `measured`, but for what takes positions as
+    /// exact (robust estimators, measurement matrices, streams, shapes near points, `height` 0),
+    /// where a warning says so and a kind is refused.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub position_kind: Option<PositionKindName>,
+}
+
+/// What is off: `measured`, the place that was read (orthogonal distance regression: the true
+/// places are estimated with the coefficients); `nominal`, the place that was reached instead of the one
+/// given (effective variance: steep places weigh less). Either way a node has the variance
+/// height²/weight + slope² position², up to a factor that `sigma` follows from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = PositionKind)]
+pub enum PositionKindName {
+    Measured,
+    Nominal,
+}
+
+impl From<PositionKindName> for PositionKind {
+    fn from(name: PositionKindName) -> Self {
+        match name {
+            PositionKindName::Measured => PositionKind::Measured,
+            PositionKindName::Nominal => PositionKind::Nominal,
+        }
+    }
+}
+
+impl From<PositionKind> for PositionKindName {
+    fn from(kind: PositionKind) -> Self {
+        match kind {
+            PositionKind::Measured => PositionKindName::Measured,
+            PositionKind::Nominal => PositionKindName::Nominal,
+        }
+    }
 }
 
 /// Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.

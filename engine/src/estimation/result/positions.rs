@@ -1,0 +1,20 @@
+//! What was found of nodes whose positions are off.
+
+use crate::estimation::spec::PositionKind;
+
+/// Nodes whose positions are off.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PositionsReport {
+    /// Whether positions were read off wrongly, or missed.
+    pub kind: PositionKind,
+    /// Rounds of the iteration.
+    pub rounds: usize,
+    /// The share of positions in the variance of what is left of the heights, on average.
+    pub variance_share: f64,
+    /// How far from where it was read the likeliest position of a node lies at most; 0 for nominal
+    /// positions.
+    pub largest_shift: f64,
+    /// σ of the residuals over the uncertainty of heights that was told: far from 1 where the
+    /// uncertainties do not fit the residuals.
+    pub sigma_ratio: Option<f64>,
+}

@@ -1,0 +1,161 @@
+//! Nodes whose positions are off.
+
+use crate::{oracle::random::Random, problems::fit};
+use flankfit_engine::estimation::{
+    FitError, FitResult, FitSpec, Nodes,
+    fault::{ErrorsReason, Field, Reason},
+    spec::{
+        Degree, Estimator, Kinds, Model, NodeUncertainty, Places, PolynomialBasis, PositionKind, Predict,
+        Regularization, Terms,
+    },
+};
+
+fn spec(degree: Degree) -> FitSpec {
+    let model = Model::Polynomial { degree, basis: PolynomialBasis::Legendre, terms: Terms::Total };
+    let domain = flankfit_engine::estimation::spec::Domain { u: Some([-3.0, 13.0]), v: None };
+    FitSpec { regularization: Regularization::None, domain: Some(domain), ..FitSpec::new(model) }
+}
+
+fn uncertain(position: f64, height: f64, kind: Option<PositionKind>) -> FitSpec {
+    let node_uncertainty = Some(NodeUncertainty { position, height, kind });
+    FitSpec { node_uncertainty, ..spec(Degree::Both(3)) }
+}
+
+/// A profile in µm over 10 mm: 10 P₁ − 5 P₂ + 2 P₃ over 0 to 10.
+fn height(x: f64) -> f64 {
+    let t = 0.2 * x - 1.0;
+    10.0 * t - 5.0 * (1.5 * t * t - 0.5) + 2.0 * (2.5 * t.powi(3) - 1.5 * t)
+}
+
+/// Heights of a profile over sixty places half a millimetre off; `missed` where they were aimed at.
+fn drawn(random: &mut Random, missed: bool) -> Nodes {
+    let even: Vec<f64> = (0..60).map(|k| f64::from(k) / 5.9).collect();
+    let off: Vec<f64> = even.iter().map(|x| x + 0.5 * random.normal()).collect();
+    let (told, hit) = if missed { (&even, &off) } else { (&off, &even) };
+    let y = hit.iter().map(|&x| height(x) + random.normal()).collect();
+    Nodes::curve(told.clone(), y, None).unwrap()
+}
+
+/// Intervals of the heights at eleven places that hold the truth.
+fn held(spec: &FitSpec, missed: bool, draws: usize) -> f64 {
+    let mut random = Random::new(61);
+    let places: Vec<f64> = (0..11).map(f64::from).collect();
+    let at = Places::Curve(places.clone());
+    let predict = Some(Predict { at, level: None, kinds: Kinds::default(), slopes: false });
+    let asked = FitSpec { predict, ..spec.clone() };
+    let mut hits = 0;
+    for _ in 0..draws {
+        let bands = fit(&drawn(&mut random, missed), &asked).predictions.unwrap().confidence.unwrap();
+        let inside = |(x, band): &(&f64, [f64; 2])| (band[0]..=band[1]).contains(&height(**x));
+        hits += places.iter().zip(bands).filter(inside).count();
+    }
+    hits as f64 / (11 * draws) as f64
+}
+
+/// Of 150 draws: a coverage of bands, which go together, is uncertain by about 0.01.
+#[test]
+fn bands_hold_where_positions_are_off() {
+    let (measured, nominal) = (Some(PositionKind::Measured), Some(PositionKind::Nominal));
+    let read = held(&uncertain(0.5, 1.0, measured), false, 150);
+    assert!((0.915..=0.975).contains(&read), "{read}");
+    let missed = held(&uncertain(0.5, 1.0, nominal), true, 150);
+    assert!((0.925..=0.98).contains(&missed), "{missed}");
+    // each for the other, and positions taken as exact
+    let plain = held(&spec(Degree::Both(3)), false, 150);
+    let other = held(&uncertain(0.5, 1.0, nominal), false, 150);
+    assert!(plain < 0.85 && other < read - 0.04, "{plain} {other}");
+    let other = held(&uncertain(0.5, 1.0, measured), true, 150);
+    assert!(other < missed - 0.04, "{other}");
+}
+
+fn values(found: &FitResult) -> Vec<f64> {
+    found.coefficients.iter().flat_map(|c| [c.value, c.std_error.unwrap()]).collect()
+}
+
+#[test]
+fn exact_positions_are_a_plain_fit() {
+    let nodes = drawn(&mut Random::new(62), false);
+    let plain = values(&fit(&nodes, &spec(Degree::Both(3))));
+    for kind in [PositionKind::Measured, PositionKind::Nominal] {
+        assert_eq!(values(&fit(&nodes, &uncertain(0.0, 1.0, Some(kind)))), plain);
+        let nearly = values(&fit(&nodes, &uncertain(1e-7, 1.0, Some(kind))));
+        assert!(nearly.iter().zip(&plain).all(|(a, b)| (a - b).abs() < 1e-9 * b.abs().max(1.0)), "{kind:?}");
+    }
+}
+
+/// Deming's line, in closed form.
+#[test]
+fn a_line_is_that_of_deming() {
+    let mut random = Random::new(63);
+    let x: Vec<f64> = (0..40).map(|k| f64::from(k) / 4.0 + 0.4 * random.normal()).collect();
+    let y: Vec<f64> = (0..40).map(|k| 3.0 + 0.5 * f64::from(k) + 0.8 * random.normal()).collect();
+    let mean = |values: &[f64]| values.iter().sum::<f64>() / 40.0;
+    let (mx, my) = (mean(&x), mean(&y));
+    let sum = |f: &dyn Fn(f64, f64) -> f64| x.iter().zip(&y).map(|(x, y)| f(x - mx, y - my)).sum::<f64>();
+    let (xx, xy, yy) = (sum(&|x, _| x * x), sum(&|x, y| x * y), sum(&|_, y| y * y));
+    let delta = (0.8f64 / 0.4).powi(2);
+    let slope = (yy - delta * xx + ((yy - delta * xx).powi(2) + 4.0 * delta * xy * xy).sqrt()) / (2.0 * xy);
+    let model = Model::Polynomial { degree: Degree::Both(1), basis: PolynomialBasis::Monomial, terms: Terms::Total };
+    let asked = FitSpec { model, domain: None, ..uncertain(0.4, 0.8, None) };
+    let found = fit(&Nodes::curve(x, y, None).unwrap(), &asked);
+    let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-7 * b.abs(), "{a} {b}");
+    close(found.coefficients[1].value, slope);
+    close(found.coefficients[0].value, my - slope * mx);
+    let report = found.positions.unwrap();
+    assert!(report.kind == PositionKind::Measured && report.largest_shift > 0.1);
+    close(report.variance_share, slope * slope / (slope * slope + delta));
+}
+
+/// A grid, its nodes one after another, and the same turned by the axes: one surface.
+#[test]
+fn grids_are_scattered_nodes() {
+    let mut random = Random::new(64);
+    let axis = |count: usize| (0..count).map(|k| k as f64).collect::<Vec<f64>>();
+    let z: Vec<f64> = (0..63)
+        .map(|k| {
+            let (u, v) = ((k / 9) as f64, (k % 9) as f64);
+            2.0 * u - 0.3 * u * u + 0.1 * v * v + 0.2 * random.normal()
+        })
+        .collect();
+    let grid = Nodes::grid(axis(7), axis(9), z.clone(), None, None).unwrap();
+    let (u, v): (Vec<f64>, Vec<f64>) = (0..63).map(|k| ((k / 9) as f64, (k % 9) as f64)).unzip();
+    let scattered = Nodes::scattered(u.clone(), v.clone(), z.clone(), None).unwrap();
+    let turned = Nodes::scattered(v, u, z, None).unwrap();
+    for kind in [PositionKind::Measured, PositionKind::Nominal] {
+        let node_uncertainty = Some(NodeUncertainty { position: 0.2, height: 0.2, kind: Some(kind) });
+        let asked = FitSpec { node_uncertainty, domain: None, ..spec(Degree::Both(2)) };
+        let [a, b, c] = [&grid, &scattered, &turned].map(|nodes| fit(nodes, &asked));
+        for (x, y) in values(&a).iter().zip(values(&b)) {
+            assert!((x - y).abs() < 1e-8, "{x} {y}");
+        }
+        assert!((a.residuals.rss - c.residuals.rss).abs() < 1e-8 * a.residuals.rss);
+        assert!(a.positions.unwrap().variance_share > 0.3);
+    }
+}
+
+#[test]
+fn what_takes_positions_as_exact_says_so() {
+    let nodes = drawn(&mut Random::new(65), false);
+    let warned = |nodes: &Nodes, spec: &FitSpec| {
+        let found = fit(nodes, spec);
+        assert!(found.positions.is_none());
+        found.warnings.iter().any(|w| w.code() == "positions_as_exact")
+    };
+    let refused = |nodes: &Nodes, spec: &FitSpec| match flankfit_engine::estimation::fit(nodes, spec) {
+        Err(FitError::Invalid(faults)) => {
+            let Reason::Errors(reason) = &faults.list()[0].reason else { panic!("{faults}") };
+            (faults.list()[0].field, reason.clone())
+        }
+        other => panic!("{other:?}"),
+    };
+    let kind = Some(PositionKind::Nominal);
+    let robust = |kind| FitSpec { estimator: Estimator::LeastAbsolute, ..uncertain(0.1, 1.0, kind) };
+    assert!(warned(&nodes, &robust(None)) && warned(&nodes, &uncertain(0.1, 0.0, None)));
+    assert!(!warned(&nodes, &uncertain(0.0, 1.0, None)));
+    assert_eq!(refused(&nodes, &robust(kind)), (Field::PositionKind, ErrorsReason::Robust));
+    assert_eq!(refused(&nodes, &uncertain(0.1, 0.0, kind)), (Field::PositionKind, ErrorsReason::HeightsExact));
+    let matrix = Nodes::matrix(vec![1.0; 5], 1, vec![1.0, 2.0, 3.0, 2.0, 1.0], None, None).unwrap();
+    let linear = |kind| FitSpec { model: Model::Linear, domain: None, ..uncertain(0.1, 1.0, kind) };
+    assert!(warned(&matrix, &linear(None)));
+    assert_eq!(refused(&matrix, &linear(kind)), (Field::PositionKind, ErrorsReason::PositionsOfMatrix));
+}

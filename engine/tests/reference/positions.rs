@@ -1,0 +1,32 @@
+//! Positions that are off, against ODRPACK by scipy:
+//! `odr.ODR(odr.RealData(x, y, sx=0.3, sy=0.4), odr.Model(cubic), beta0=polyfit, sstol=1e-15, partol=1e-15, maxit=2000).run()`, of which `beta`,
+//! `sd_beta`, `res_var` and `max |delta|` are compared.
+
+use flankfit_engine::estimation::{
+    FitSpec, Nodes, fit,
+    spec::{Degree, Model, NodeUncertainty, PolynomialBasis, PositionKind, Regularization, Terms},
+};
+
+#[test]
+fn a_cubic_is_that_of_odrpack() {
+    let x = vec![0.2, 0.9, 2.3, 2.6, 4.1, 5.2, 5.7, 7.4, 7.9, 8.8, 10.3, 10.9];
+    let y = vec![1.1, 1.9, 3.8, 3.1, 5.2, 4.9, 5.8, 4.1, 4.6, 2.7, 1.2, -0.9];
+    let model = Model::Polynomial { degree: Degree::Both(3), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
+    let kind = Some(PositionKind::Measured);
+    let spec = FitSpec {
+        regularization: Regularization::None,
+        node_uncertainty: Some(NodeUncertainty { position: 0.3, height: 0.4, kind }),
+        ..FitSpec::new(model)
+    };
+    let found = fit(&Nodes::curve(x, y, None).unwrap(), &spec).unwrap();
+    let beta = [0.6181663267819842, 1.489398678534183, -0.08367658417937701, -0.005952900220680128];
+    let errors = [0.5939495762447312, 0.46759636160605544, 0.10049548137741444, 0.006098382961374934];
+    for ((c, beta), error) in found.coefficients.iter().zip(beta).zip(errors) {
+        assert!((c.value - beta).abs() < 1e-5 * error, "{c:?} {beta}");
+        // ODRPACK's Jacobian is by differences, about the same place
+        assert!((c.std_error.unwrap() / error - 1.0).abs() < 2e-2, "{c:?} {error}");
+    }
+    let report = found.positions.unwrap();
+    assert!((report.sigma_ratio.unwrap() - 1.108391180297616f64.sqrt()).abs() < 1e-5, "{report:?}");
+    assert!((report.largest_shift - 0.2625124764831217).abs() < 1e-5, "{report:?}");
+}
