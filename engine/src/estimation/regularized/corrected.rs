@@ -8,7 +8,10 @@
 //!
 //! `corrected = predicted_mse · Σ‖f*a* − fa‖² / Σ predicted_mse*`
 //!
-//! over [`DRAWS`] draws. The seed is fixed: the same nodes give the same figure.
+//! over [`DRAWS`] draws. The seed is fixed: the same nodes give the same figure. So an error of the
+//! draws would be that of every fit, and errors have heavy tails: along each direction the draws
+//! are a Latin hypercube, one in each sixtieth of the normal distribution (McKay, Beckman and
+//! Conover, Technometrics 21, 1979).
 
 use nalgebra::DVector;
 
@@ -22,7 +25,7 @@ use crate::{
         },
         spec::{Criterion, Parameter},
     },
-    numerics::cancel::Asking,
+    numerics::{cancel::Asking, distribution::normal},
 };
 
 /// Draws of the simulation.
@@ -60,18 +63,35 @@ impl Noise {
     }
 }
 
-/// `predicted · Σ errors / Σ predictions` over the draws of `again`, which answers both.
+/// Normal numbers along `size` directions: those of each direction are the middles of as many equal
+/// shares of the distribution as there are draws, in an order of their own.
+fn hypercube(size: usize) -> Vec<Vec<f64>> {
+    let middle = |rank: usize| -normal::upper_quantile((rank as f64 + 0.5) / DRAWS as f64);
+    let middles: Vec<f64> = (0..DRAWS).map(middle).collect();
+    let mut rows = vec![vec![0.0; size]; DRAWS];
+    for i in 0..size {
+        let lots = Normals::new(SEED, (DRAWS + i) as u64).take(DRAWS);
+        let mut order: Vec<usize> = (0..DRAWS).collect();
+        order.sort_by(|&a, &b| lots[a].total_cmp(&lots[b]));
+        for (&draw, middle) in order.iter().zip(&middles) {
+            rows[draw][i] = *middle;
+        }
+    }
+    rows
+}
+
+/// `predicted · Σ errors / Σ predictions` over the draws of `again`, which answers both from one
+/// normal number for each of `size` directions, σ*² and RSS*.
 fn corrected(
     predicted: f64,
     noise: &Noise,
-    work: usize,
-    again: impl Fn(&mut Normals, f64, f64) -> Option<(f64, f64)>,
+    (size, work): (usize, usize),
+    again: impl Fn(&[f64], f64, f64) -> Option<(f64, f64)>,
 ) -> Option<f64> {
     let (mut errors, mut predictions) = (0.0, 0.0);
-    for draw in (0..DRAWS).asking(work) {
-        let mut random = Normals::new(SEED, draw as u64);
-        let (variance, rss) = noise.draw(&mut random);
-        let (error, prediction) = again(&mut random, variance, rss)?;
+    for (draw, normals) in hypercube(size).iter().enumerate().asking(work) {
+        let (variance, rss) = noise.draw(&mut Normals::new(SEED, draw as u64));
+        let (error, prediction) = again(normals, variance, rss)?;
         errors += error;
         predictions += prediction;
     }
@@ -99,11 +119,12 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
     }
     let asked = parameter(selected.selection.criterion, selected.selection.fixed, value)?;
     let truth: Vec<f64> = (0..a.len()).map(|i| rule.at(i, lambda[i], value).factor * a[i]).collect();
-    corrected(predicted, &noise, 2000 * a.len(), |random, variance, rss| {
+    corrected(predicted, &noise, (a.len(), 2000 * a.len()), |normals, variance, rss| {
         let drawn: Vec<f64> = lambda
             .iter()
             .zip(&truth)
-            .map(|(&l, t)| if l > 0.0 { t + (noise.variance / l).sqrt() * random.draw() } else { 0.0 })
+            .zip(normals)
+            .map(|((&l, t), z)| if l > 0.0 { t + (noise.variance / l).sqrt() * z } else { 0.0 })
             .collect();
         let told = context.spec.noise_sigma;
         let again = Spectral::new(lambda, &drawn, Some(variance), rss, problem.count, problem.unpenalised).told(told);
@@ -132,16 +153,36 @@ pub(super) fn of_penalty(
     }
     let (predicted, _) = oblique.mse(lambda)?;
     let truth: Vec<f64> = (0..size).map(|i| oblique.factor(i, lambda) * oblique.a[i]).collect();
-    corrected(predicted, &noise, 400 * size * size, |random, variance, rss| {
+    corrected(predicted, &noise, (size, 400 * size * size), |normals, variance, rss| {
         // along these directions least squares has the variance σ²
         let drawn: Vec<f64> = truth
             .iter()
             .enumerate()
-            .map(|(i, t)| if i < oblique.silent { 0.0 } else { t + noise.variance.sqrt() * random.draw() })
+            .map(|(i, t)| if i < oblique.silent { 0.0 } else { t + noise.variance.sqrt() * normals[i] })
             .collect();
         let again = oblique.with(drawn.clone(), Some(variance));
         let value = choose(&again, variance, rss, asked)?;
         let error = DVector::from_fn(size, |i, _| again.factor(i, value) * drawn[i] - truth[i]);
         Some((oblique.along(&error).norm_squared(), again.mse(value)?.0))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every direction has each share of the normal distribution once, in an order of its own.
+    #[test]
+    fn a_latin_hypercube() {
+        let rows = hypercube(3);
+        let column = |i: usize| rows.iter().map(|row| row[i]).collect::<Vec<f64>>();
+        assert!(column(0) != column(1) && column(1) != column(2));
+        for i in 0..3 {
+            let mut sorted = column(i);
+            sorted.sort_by(f64::total_cmp);
+            for (k, z) in sorted.iter().enumerate() {
+                assert!((normal::upper_tail(*z) - (1.0 - (k as f64 + 0.5) / 60.0)).abs() < 1e-12, "{k}: {z}");
+            }
+        }
+    }
 }
