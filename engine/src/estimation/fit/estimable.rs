@@ -125,8 +125,8 @@ impl Solved<'_> {
     }
 }
 
-/// Digits with which a weight must stand for products up to `size` to be right to a tenth of `half`;
-/// at least four, at most what a double has.
+/// Digits with which a weight must stand for products up to `size` to be right to a tenth of
+/// `half`; at least four, at most what a double has.
 fn digits_of_weights(size: f64, half: f64) -> i32 {
     let digits = (10.0 * size / half).log10().ceil();
     if digits.is_finite() { (digits as i32 + 1).clamp(4, 17) } else { 4 }

@@ -15,8 +15,8 @@ use crate::estimation::{
 };
 
 impl Solved<'_> {
-    /// What is known of the noise: σ that was given, else σ̂. The dispersion of a robust estimate is
-    /// estimated whatever is known of σ.
+    /// What is known of the noise: σ that was given, else σ̂. The dispersion of a robust estimate
+    /// is estimated whatever is known of σ.
     pub(super) fn noise(&self, level: f64) -> Option<Noise> {
         match self.spec.noise_sigma.filter(|_| self.robust.is_none()) {
             Some(sigma) => Some(Noise::known(sigma, level)),
@@ -70,8 +70,8 @@ impl Solved<'_> {
     }
 
     /// Standard deviation of a further measurement of weight 1, by which its band is as wide as it
-    /// is to be at this level: of a robust fit that of its residuals themselves, as far as there are
-    /// enough of them, since its dispersion is that of the estimate. None about a quantile.
+    /// is to be at this level: of a robust fit that of its residuals themselves, as far as there
+    /// are enough of them, since its dispersion is that of the estimate. None about a quantile.
     fn further(&self, applied: &Applied, noise: &Noise) -> Option<f64> {
         let Some(robust) = self.robust else { return Some(noise.sigma) };
         if matches!(self.spec.estimator, Estimator::Quantile { .. }) {

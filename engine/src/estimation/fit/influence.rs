@@ -27,8 +27,8 @@ const MOST_PRODUCTS: usize = 1_000_000_000;
 const MOST_NODES: usize = 200_000;
 /// 1 − h below this is 0 to rounding: the other nodes do not determine the fit there.
 const UNDETERMINED: f64 = 1e-10;
-/// A node whose share of the residual sum of squares is above 1 less this leaves an exact fit of the
-/// others, but for rounding.
+/// A node whose share of the residual sum of squares is above 1 less this leaves an exact fit of
+/// the others, but for rounding.
 const EXACT_WITHOUT: f64 = 1e-12;
 
 /// Refuses influences that are too much work.

@@ -29,7 +29,7 @@ fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Opti
         Some(ErrorsReason::Robust)
     } else if matches!(spec.prior, Some(Prior::Iterations(_))) {
         Some(ErrorsReason::Chain)
-    } else if spec.folds.is_some() {
+    } else if spec.folds.is_some() || !spec.constraints.is_empty() {
         Some(ErrorsReason::PositionsExact)
     } else {
         None
