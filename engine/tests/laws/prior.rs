@@ -177,14 +177,7 @@ fn a_posterior_is_the_next_prior() {
         ..with_plain()
     };
     let first = fit(&all[0], &told(None)).unwrap();
-    let sigma = first.residuals.sigma.unwrap();
-    // covariances are of σ̂ unless there is a prior
-    let scale = |rows: Vec<Vec<f64>>, by: f64| -> Vec<Vec<f64>> {
-        rows.into_iter().map(|row| row.into_iter().map(|c| c * by).collect()).collect()
-    };
     let covariance = first.covariance.clone().unwrap().coefficients;
-    let own = covariance[0][0] / first.coefficients[0].std_error.unwrap().powi(2);
-    let covariance = scale(covariance, 0.01 / (own * sigma * sigma));
     let posted = Prior::Given { mean: values(&first), spread: PriorSpread::Covariance(covariance) };
     let posted = fit(&all[1], &told(Some(posted))).unwrap();
     let chained = fit(&all[1], &told(Some(chain(&all[..1], Moves::StdError(vec![1e-9; 3]))))).unwrap();

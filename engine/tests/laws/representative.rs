@@ -106,8 +106,11 @@ proptest! {
             all.sort_by(f64::total_cmp);
             all
         };
-        for (a, b) in sorted(&found).into_iter().zip(sorted(&wanted)) {
-            near("eigenvalue", a, b, 1e-6);
+        // small eigenvalues are known to the rounding of large ones
+        let (found_values, wanted_values) = (sorted(&found), sorted(&wanted));
+        let largest = wanted_values.last().copied().unwrap_or(0.0);
+        for (a, b) in found_values.into_iter().zip(wanted_values) {
+            prop_assert!((a - b).abs() <= 1e-6 * b + 1e-14 * largest, "eigenvalue: {a} {b}");
         }
         prop_assert!(found.regularization.representative.unwrap().alignment > 1.0 - 1e-9);
         let (a, b) = (found.predictions.unwrap(), wanted.predictions.unwrap());

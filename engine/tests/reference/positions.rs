@@ -1,6 +1,7 @@
 //! Positions that are off, against ODRPACK by scipy:
-//! `odr.ODR(odr.RealData(x, y, sx=0.3, sy=0.4), odr.Model(cubic), beta0=polyfit, sstol=1e-15, partol=1e-15, maxit=2000).run()`, of which `beta`,
-//! `sd_beta`, `res_var` and `max |delta|` are compared.
+//! `odr.ODR(odr.RealData(x, y, sx=0.3, sy=0.4), odr.Model(cubic), beta0=polyfit, sstol=1e-15,
+//! partol=1e-15, maxit=2000).run()`, of which `beta`, `sd_beta`, `res_var` and `max |delta|` are
+//! compared.
 
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,

@@ -8,8 +8,9 @@ use crate::estimation::fault::{Faults, Field};
 use crate::estimation::{
     error::FitError,
     result::{
-        CollinearityReport, ConstraintsReport, Covariance, EstimableSum, FilteringReport, FitResult, Influence,
-        Interval, LikelihoodReport, MatrixBFactors, MinimaxReport, Predictions, PriorReport, Selection, Warning,
+        CollinearityReport, ConstraintsReport, Covariance, ErrorsReport, EstimableSum, FilteringReport, FitResult,
+        Influence, Interval, LikelihoodReport, MatrixBFactors, MinimaxReport, PositionsReport, Predictions,
+        PriorReport, Selection, VarianceReport, Warning,
     },
 };
 
@@ -154,6 +155,9 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     dropped.unless("estimable", &mut result.estimable, |sums| sums.iter().all(EstimableSum::is_finite));
     dropped.unless("matrix_b_factors", &mut result.matrix_b_factors, MatrixBFactors::is_finite);
     dropped.unless("prior", &mut result.prior, PriorReport::is_finite);
+    dropped.unless("errors", &mut result.errors, ErrorsReport::is_finite);
+    dropped.unless("variance", &mut result.variance, VarianceReport::is_finite);
+    dropped.unless("positions", &mut result.positions, PositionsReport::is_finite);
     dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
     dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
     dropped.unless("selection", &mut result.selection, Selection::is_finite);

@@ -43,3 +43,20 @@ pub struct Whiteness {
     /// P(χ² > Q) of as many degrees of freedom as lags.
     pub ljung_box_p: f64,
 }
+
+impl ErrorsReport {
+    pub(crate) fn is_finite(&self) -> bool {
+        let whiteness = self.whiteness.iter().flatten();
+        let tests = whiteness.flat_map(|found| [found.durbin_watson, found.ljung_box, found.ljung_box_p]);
+        tests.chain(self.std_errors.iter().flatten().copied()).chain([self.effective_count]).all(f64::is_finite)
+    }
+}
+
+impl VarianceReport {
+    pub(crate) fn is_finite(&self) -> bool {
+        match self {
+            VarianceReport::Groups(groups) => groups.iter().all(|(_, sigma)| sigma.is_finite()),
+            VarianceReport::Power { exponent, at } => exponent.is_finite() && at.is_finite(),
+        }
+    }
+}

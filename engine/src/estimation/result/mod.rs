@@ -22,6 +22,7 @@ mod shape;
 mod spectrum;
 mod term;
 mod warning;
+mod warning_parts;
 
 pub use accuracy::{Arithmetic, Numerics, PerturbationBounds, PerturbationReport};
 pub use collinearity::{CollinearityReport, ColumnCollinearity, NearDependency};
@@ -46,4 +47,5 @@ pub use selection::{Candidate, Selection};
 pub use shape::Shape;
 pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use term::{Coefficient, TermKey};
-pub use warning::{NeedsSigma, Regularized, Times, Warning};
+pub use warning::Warning;
+pub use warning_parts::{NeedsSigma, Regularized, Times};

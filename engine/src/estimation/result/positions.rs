@@ -18,3 +18,12 @@ pub struct PositionsReport {
     /// uncertainties do not fit the residuals.
     pub sigma_ratio: Option<f64>,
 }
+
+impl PositionsReport {
+    pub(crate) fn is_finite(&self) -> bool {
+        [Some(self.variance_share), Some(self.largest_shift), self.sigma_ratio]
+            .into_iter()
+            .flatten()
+            .all(f64::is_finite)
+    }
+}

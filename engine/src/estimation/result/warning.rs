@@ -1,10 +1,11 @@
 //! What must be known of an answer: as data, with a stable code and a sentence.
 
-use std::fmt;
-
-use super::prior::PriorConflict;
+use super::{
+    prior::PriorConflict,
+    warning_parts::{NeedsSigma, Regularized, Times},
+};
 use crate::{
-    estimation::spec::{Along, Criterion},
+    estimation::spec::Along,
     fault::words::{Shown, counted, listed},
 };
 
@@ -436,71 +437,6 @@ impl Warning {
             PieceMisaligned(_) => "representative_misaligned",
             NoPieceToGive => "no_representative",
             ConstraintsActive(_) => "constraints_active",
-        }
-    }
-}
-
-/// A regularisation that lacks what others have.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Regularized {
-    /// Truncation of the singular values.
-    TruncatedSvd,
-    /// Shrinkage by the factor of James and Stein.
-    JamesStein,
-    /// Attraction to a target.
-    Attraction,
-    /// A roughness penalty.
-    Tikhonov,
-    /// The posterior of nodes and prior.
-    Posterior,
-    /// Constraints on the shape.
-    Constrained,
-    /// The matrix B of a representative piece.
-    Representative,
-}
-
-impl fmt::Display for Regularized {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            Regularized::TruncatedSvd => "a truncated singular value decomposition",
-            Regularized::JamesStein => "James–Stein",
-            Regularized::Attraction => "attraction",
-            Regularized::Tikhonov => "Tikhonov",
-            Regularized::Posterior => "a posterior",
-            Regularized::Constrained => "a constrained fit",
-            Regularized::Representative => "the B of a representative piece",
-        })
-    }
-}
-
-/// What cannot be had without σ.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum NeedsSigma {
-    /// A criterion.
-    Criterion(Criterion),
-    /// The shrinkage factor of James and Stein.
-    JamesStein,
-}
-
-impl fmt::Display for NeedsSigma {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        f.write_str(match self {
-            NeedsSigma::Criterion(criterion) => criterion.name(),
-            NeedsSigma::JamesStein => "James–Stein",
-        })
-    }
-}
-
-/// How many times as much.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Times(pub f64);
-
-impl fmt::Display for Times {
-    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match self.0 {
-            factor if factor < 1e4 => write!(f, "{factor:.2} times"),
-            factor if factor.is_finite() => write!(f, "{factor:.1e} times"),
-            _ => f.write_str("infinitely many times"),
         }
     }
 }

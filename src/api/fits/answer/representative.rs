@@ -2,10 +2,10 @@
 //! answered.
 
 use super::declare::{FieldsAs, ListAs, WriteAs, answer};
-use crate::api::{fits::spec::representative::PieceBody, json::writer::Object};
+use crate::api::{fits::spec::representative::PieceBody, json::writer::Object, shapes::domain::DomainBody};
 use flankfit_engine::estimation::{
     result::RepresentativeReport,
-    spec::{Include, Piece},
+    spec::{Domain, Include, Piece},
 };
 
 answer! {
@@ -24,10 +24,22 @@ answer! {
     }
 }
 
-impl WriteAs<Option<serde_json::Value>> for Option<Piece> {
-    fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
-        if let Some(piece) = self {
-            object.field(name, &PieceBody::from(piece));
-        }
+impl WriteAs<Option<PieceBody>> for Option<Piece> {
+    fn write_as(&self, object: &mut Object<'_>, name: &'static str, include: &Include) {
+        let Some(piece) = self else { return };
+        let PieceBody { model, domain: _, scheme, lambda_star, eigenvalues, directions, scale } =
+            PieceBody::from(piece);
+        object.object(name, |object| {
+            object.field("model", &model);
+            if let Some(domain) = &piece.domain {
+                <Domain as WriteAs<DomainBody>>::write_as(domain, object, "domain", include);
+            }
+            object
+                .maybe("scheme", scheme)
+                .number("lambda_star", lambda_star)
+                .numbers("eigenvalues", &eigenvalues)
+                .rows("directions", &directions)
+                .numbers("scale", &scale);
+        });
     }
 }

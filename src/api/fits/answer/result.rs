@@ -90,8 +90,7 @@ answer! {
         /// What of this fit is used for others: V, λ* and L, as `regularization` of type
         /// `representative` takes them. Present when `representative` was included and `spectral`
         /// raised an eigenvalue.
-        #[schema(value_type = Option<PieceBody>)]
-        representative?: serde_json::Value = representative,
+        representative?: PieceBody = representative,
         /// Sums of the coefficients of nearly dependent terms that are well determined; present
         /// when `collinearity` was included and some terms are nearly dependent.
         estimable?: Vec<EstimableSumBody> = estimable,

@@ -13,7 +13,7 @@ use crate::api::{
 };
 
 /// The functions whose mixture is fitted.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Model, discriminator(property_name = "type", mapping(
     ("polynomial" = "#/components/schemas/PolynomialModel"),

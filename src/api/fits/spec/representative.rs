@@ -57,7 +57,7 @@ tags! {
 }
 
 /// What of a regularised fit is used for others.
-#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RepresentativePiece)]
 pub struct PieceBody {
     /// The model that was fitted.

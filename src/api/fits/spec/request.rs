@@ -138,8 +138,8 @@ pub struct NodeUncertaintyBody {
 }
 
 /// What is off: `measured`, the place that was read (orthogonal distance regression: the true
-/// places are estimated with the coefficients); `nominal`, the place that was reached instead of the one
-/// given (effective variance: steep places weigh less). Either way a node has the variance
+/// places are estimated with the coefficients); `nominal`, the place that was reached instead of
+/// the one given (effective variance: steep places weigh less). Either way a node has the variance
 /// height²/weight + slope² position², up to a factor that `sigma` follows from.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
