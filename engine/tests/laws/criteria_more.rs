@@ -169,6 +169,30 @@ fn corrected_predictions_are_near_the_truth() {
     assert!((0.8..1.4).contains(&mean) && plain < 0.7, "{mean}, uncorrected {plain}");
 }
 
+/// No choice takes away the variance of what the filter lets pass.
+#[test]
+fn corrected_predictions_are_no_less_than_the_variance() {
+    let include = Include { predicted_mse: true, ..Include::default() };
+    for design in designs() {
+        let mut random = Random::new(3);
+        let y: Vec<f64> = design.x.iter().map(|row| row.iter().sum::<f64>() + random.normal()).collect();
+        for criterion in [Criterion::MinMse, Criterion::Reml, Criterion::MinCondition, Criterion::LCurve] {
+            for regularization in [
+                Regularization::Ridge { parameter: by(criterion) },
+                spectral(Scheme::FirstOrder, Count::Auto, by(criterion)),
+            ] {
+                let nodes = matrix(&design.x, &y, None);
+                let Ok(result) = try_fit(&nodes, &FitSpec { include, regularization, ..linear() }) else { continue };
+                let Some(corrected) = result.regularization.predicted_mse_corrected else { continue };
+                let sigma = result.residuals.sigma.unwrap();
+                let passed = result.spectrum.eigenvalues.iter().zip(&result.regularization.filter_factors);
+                let variance = sigma * sigma * passed.map(|(l, f)| f * f / l).sum::<f64>();
+                assert!(corrected >= variance * (1.0 - 1e-9), "{} {criterion:?}: {corrected} {variance}", design.name);
+            }
+        }
+    }
+}
+
 #[test]
 fn what_has_no_answer_is_refused() {
     let x: Vec<Vec<f64>> = (0..9).map(|k| vec![1.0, f64::from(k), 2.0 * f64::from(k)]).collect();

@@ -1,7 +1,7 @@
 //! Eigenvalues and eigenvectors of symmetric matrices in double precision.
 //!
-//! Householder reflections reduce the matrix to tridiagonal form ([`reduce`]), which is taken apart
-//! into halves and put together again ([`divide`], Cuppen; Gu and Eisenstat). Errors of eigenvalues
+//! Householder reflections reduce the matrix to tridiagonal form (`reduce`), which is taken apart
+//! into halves and put together again (`divide`, Cuppen; Gu and Eisenstat). Errors of eigenvalues
 //! are a few roundings of the *largest* one; where small ones have to keep their digits, one-sided
 //! Jacobi rotations ([`super::jacobi`]) do.
 
