@@ -85,6 +85,29 @@ pub fn checked_filtering(
     if sound { Ok(report) } else { Err(beyond()) }
 }
 
+/// The parts that come only when asked for.
+fn look_at_parts(result: &mut FitResult, dropped: &mut Dropped) {
+    dropped.unless("constraints", &mut result.constraints, ConstraintsReport::is_finite);
+    dropped.unless("representative", &mut result.representative, |piece| {
+        let ranges = piece.domain.iter().flat_map(|domain| [domain.u, domain.v]).flatten().flatten();
+        let lists = piece.directions.iter().chain([&piece.eigenvalues, &piece.scale]).flatten().copied();
+        lists.chain(ranges).chain([piece.lambda_star]).all(f64::is_finite)
+    });
+    dropped.unless("regularization.representative", &mut result.regularization.representative, |piece| {
+        piece.alignment.is_finite()
+    });
+    dropped.unless("estimable", &mut result.estimable, |sums| sums.iter().all(EstimableSum::is_finite));
+    dropped.unless("matrix_b_factors", &mut result.matrix_b_factors, MatrixBFactors::is_finite);
+    dropped.unless("prior", &mut result.prior, PriorReport::is_finite);
+    dropped.unless("errors", &mut result.errors, ErrorsReport::is_finite);
+    dropped.unless("variance", &mut result.variance, VarianceReport::is_finite);
+    dropped.unless("positions", &mut result.positions, PositionsReport::is_finite);
+    dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
+    dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
+    dropped.unless("selection", &mut result.selection, Selection::is_finite);
+    dropped.unless("influence", &mut result.influence, Influence::is_finite);
+}
+
 /// Leaves out what is not finite, or refuses.
 pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     let mut dropped = Dropped::default();
@@ -143,25 +166,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     for c in &mut result.coefficients {
         dropped.unless("interval", &mut c.interval, Interval::is_finite);
     }
-    dropped.unless("constraints", &mut result.constraints, ConstraintsReport::is_finite);
-    dropped.unless("representative", &mut result.representative, |piece| {
-        let ranges = piece.domain.iter().flat_map(|domain| [domain.u, domain.v]).flatten().flatten();
-        let lists = piece.directions.iter().chain([&piece.eigenvalues, &piece.scale]).flatten().copied();
-        lists.chain(ranges).chain([piece.lambda_star]).all(f64::is_finite)
-    });
-    dropped.unless("regularization.representative", &mut result.regularization.representative, |piece| {
-        piece.alignment.is_finite()
-    });
-    dropped.unless("estimable", &mut result.estimable, |sums| sums.iter().all(EstimableSum::is_finite));
-    dropped.unless("matrix_b_factors", &mut result.matrix_b_factors, MatrixBFactors::is_finite);
-    dropped.unless("prior", &mut result.prior, PriorReport::is_finite);
-    dropped.unless("errors", &mut result.errors, ErrorsReport::is_finite);
-    dropped.unless("variance", &mut result.variance, VarianceReport::is_finite);
-    dropped.unless("positions", &mut result.positions, PositionsReport::is_finite);
-    dropped.unless("covariance", &mut result.covariance, Covariance::is_finite);
-    dropped.unless("predictions", &mut result.predictions, Predictions::is_finite);
-    dropped.unless("selection", &mut result.selection, Selection::is_finite);
-    dropped.unless("influence", &mut result.influence, Influence::is_finite);
+    look_at_parts(&mut result, &mut dropped);
     dropped.warn(&mut result.warnings);
     if !all(&result.spectrum.regularized.eigenvalues) {
         return Err(Faults::one(Field::Regularization, RangeReason::Eigenvalue).into());

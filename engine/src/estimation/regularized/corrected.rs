@@ -9,10 +9,10 @@
 //! `corrected = predicted_mse · Σ‖f*a* − fa‖² / Σ predicted_mse*`
 //!
 //! over [`DRAWS`] draws, and at least the variance of fa, which no choice takes away: where a rule
-//! lets pass what others would damp, the sums are those of the few draws that lie far off. The seed is fixed: the same nodes give the same figure. So an error of the
-//! draws would be that of every fit, and errors have heavy tails: along each direction the draws
-//! are a Latin hypercube, one in each sixtieth of the normal distribution (McKay, Beckman and
-//! Conover, Technometrics 21, 1979).
+//! lets pass what others would damp, the sums are those of the few draws that lie far off. The seed
+//! is fixed: the same nodes give the same figure. So an error of the draws would be that of every
+//! fit, and errors have heavy tails: along each direction the draws are a Latin hypercube, one in
+//! each sixtieth of the normal distribution (McKay, Beckman and Conover, Technometrics 21, 1979).
 
 use nalgebra::DVector;
 
@@ -81,8 +81,8 @@ fn hypercube(size: usize) -> Vec<Vec<f64>> {
     rows
 }
 
-/// `predicted · Σ errors / Σ predictions`, at least `least`, over the draws of `again`, which answers both from one
-/// normal number for each of `size` directions, σ*² and RSS*.
+/// `predicted · Σ errors / Σ predictions`, at least `least`, over the draws of `again`, which
+/// answers both from one normal number for each of `size` directions, σ*² and RSS*.
 fn corrected(
     [predicted, least]: [f64; 2],
     noise: &Noise,
