@@ -26,17 +26,6 @@ fn axis(count: usize) -> Vec<f64> {
     (0..count).map(|i| i as f64).collect()
 }
 
-fn autoregression(random: &mut Random, count: usize, rho: f64) -> Vec<f64> {
-    let mut error = random.normal();
-    (0..count)
-        .map(|_| {
-            let here = error;
-            error = rho * error + (1.0 - rho * rho).sqrt() * random.normal();
-            here
-        })
-        .collect()
-}
-
 /// Intervals of all coefficients that hold 0, the truth, of so many fits.
 fn coverage(draws: usize, mut of: impl FnMut() -> FitResult) -> f64 {
     let (mut hits, mut count) = (0, 0);
@@ -103,7 +92,7 @@ fn white_parameters_are_a_plain_fit() {
 #[test]
 fn residuals_come_back_in_heights() {
     let mut random = Random::new(32);
-    let y = autoregression(&mut random, 30, 0.7);
+    let y = random.autoregression(30, 0.7);
     let nodes = Nodes::curve(axis(30), y.clone(), None).unwrap();
     let mut asked = correlated(Correlation::Ar1 { rho: Some(0.7) }, Along::Order);
     asked.include.residuals = true;
@@ -124,7 +113,7 @@ fn residuals_come_back_in_heights() {
 #[test]
 fn lines_of_scattered_nodes_are_those_of_a_grid() {
     let mut random = Random::new(33);
-    let z: Vec<f64> = (0..4).flat_map(|_| autoregression(&mut random, 12, 0.8)).collect();
+    let z: Vec<f64> = (0..4).flat_map(|_| random.autoregression(12, 0.8)).collect();
     let grid = Nodes::grid(axis(4), axis(12), z.clone(), None, None).unwrap();
     // node j of every line in turn
     let turn: Vec<(usize, usize)> = (0..12).flat_map(|j| (0..4).map(move |i| (i, j))).collect();
@@ -148,14 +137,13 @@ fn intervals_hold_for_correlated_errors() {
     for (rho, least, most) in [(0.0, 0.93, 0.985), (0.5, 0.94, 0.99), (0.9, 0.93, 0.985)] {
         let mut random = Random::new(34);
         let held = coverage(250, || {
-            let nodes = Nodes::curve(axis(60), autoregression(&mut random, 60, rho), None).unwrap();
+            let nodes = Nodes::curve(axis(60), random.autoregression(60, rho), None).unwrap();
             fit(&nodes, &asked)
         });
         assert!((least..most).contains(&held), "{rho}: {held}");
     }
     let mut random = Random::new(35);
-    let plain =
-        coverage(200, || fit(&Nodes::curve(axis(60), autoregression(&mut random, 60, 0.9), None).unwrap(), &spec(3)));
+    let plain = coverage(200, || fit(&Nodes::curve(axis(60), random.autoregression(60, 0.9), None).unwrap(), &spec(3)));
     assert!(plain < 0.5, "{plain}");
 }
 

@@ -8,17 +8,19 @@ use flankfit_engine::{
         spec::{Along, Correlation, Errors, Model, Regularization, Variance},
     },
     gear::{
-        ProfileAxis, Side,
+        ProfileAxis,
         evaluation::{
             ToleranceLimits,
             fault::SurfaceRefused,
-            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
-            settings::{DeviationSign, SlopeSign},
+            flank_surface::{FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
         },
     },
 };
 
-use super::gear_evaluation::{gear, range};
+use super::{
+    gear_evaluation::{gear, range},
+    gear_evaluation_surface::settings_of,
+};
 use crate::oracle::random::Random;
 
 const PROFILES: usize = 5;
@@ -31,19 +33,6 @@ fn axes() -> (Vec<f64>, Vec<f64>) {
         (0..count).map(|k| from + (to - from) * k as f64 / (count - 1) as f64).collect()
     };
     (even(low, high, PROFILES), even(1.0, 19.0, HELICES))
-}
-
-fn settings(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
-    SurfaceSettings {
-        side: Side::Left,
-        profile_range: None,
-        helix_range: None,
-        border: Border::default(),
-        given: DeviationSign::Material,
-        sign: SlopeSign::AsGiven,
-        limits,
-        spec,
-    }
 }
 
 fn plain() -> FitSpec {
@@ -88,7 +77,7 @@ fn figures_and_decisions_take_the_model_of_the_errors() {
     let held = |spec: &FitSpec, draws: usize| {
         let mut random = Random::new(91);
         let limits = ToleranceLimits { helix_slope: Some([-1e3, 0.0]), ..ToleranceLimits::default() };
-        let asked = settings(spec.clone(), limits);
+        let asked = settings_of(spec.clone(), limits);
         let (mut hits, mut conforming) = ([0usize; 2], 0usize);
         for _ in 0..draws {
             let found = fitted(&scanned(&mut random), true, &asked).expect("it is fitted");
@@ -121,7 +110,7 @@ fn lines_and_groups_of_trimmed_nodes_are_left_out() {
     let lines: Vec<i64> = (0..deviation.len() as i64).map(|k| k / HELICES as i64).collect();
     let trimmed = |spec: FitSpec| SurfaceSettings {
         helix_range: Some([5.0, 16.0]),
-        ..settings(spec, ToleranceLimits::default())
+        ..settings_of(spec, ToleranceLimits::default())
     };
     let grouped = FitSpec { variance: Variance::Groups(groups), ..plain() };
     let of_grid = fitted(&deviation, true, &trimmed(grouped.clone())).expect("it is fitted");

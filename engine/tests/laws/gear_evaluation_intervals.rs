@@ -13,13 +13,16 @@ use flankfit_engine::{
             Evaluation, Inference, Posted, ToleranceLimits, evaluate,
             fault::{SettingField, SettingReason, ToleranceField, ToleranceReason, TraceField, TraceReason},
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
-            settings::{DeviationSign, HelixReference, HelixSettings, Settings, SlopeSign},
+            settings::{HelixReference, HelixSettings, Settings, SlopeSign},
         },
         tolerance::{Characteristic, Tolerances},
     },
 };
 
-use super::gear_evaluation::{gear, range, settings, trace};
+use super::{
+    gear_evaluation::{gear, range, settings, trace},
+    gear_evaluation_surface::settings_of,
+};
 use crate::oracle::random::Random;
 
 /// Three standard errors of a share of 0.95 are 0.021.
@@ -184,19 +187,6 @@ fn grid(mut of: impl FnMut(f64, f64) -> f64) -> Grid {
     }
 }
 
-fn surface_settings(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
-    SurfaceSettings {
-        side: Side::Left,
-        profile_range: None,
-        helix_range: None,
-        border: Border::default(),
-        given: DeviationSign::Material,
-        sign: SlopeSign::AsGiven,
-        limits,
-        spec,
-    }
-}
-
 fn fitted(grid: &Grid, settings: &SurfaceSettings) -> FlankSurface {
     let Grid { profile, z, deviation } = grid;
     let axis = ProfileAxis::RollLength;
@@ -226,7 +216,7 @@ fn intervals_of_the_surface_of_a_flank_hold() {
     for (spec, kind) in
         [(plain, IntervalKind::Student), (regularized, IntervalKind::LeastSquares), (told, IntervalKind::BiasAware)]
     {
-        let asked = surface_settings(spec, ToleranceLimits::default());
+        let asked = settings_of(spec, ToleranceLimits::default());
         let mut random = Random::new(13);
         let covered = coverage(RUNS, truth, || {
             let measured = grid(|u, v| height(u, v) + 3.0 * random.normal());
@@ -252,7 +242,7 @@ fn decisions_on_biased_figures_are_no_bolder() {
     let (c, norm) = (2.0, 1.02 * 2.0 * length(4).sqrt());
     let spec = FitSpec { coefficient_norm_limit: Some(norm), ..FitSpec::new(Model::Linear) };
     let limits = ToleranceLimits { twist: Some([-60.0, 4.0 * c]), ..ToleranceLimits::default() };
-    let asked = surface_settings(spec, limits);
+    let asked = settings_of(spec, limits);
     let mut random = Random::new(3);
     let (mut conforms, mut apart) = (0, 0);
     for _ in 0..RUNS {
@@ -268,7 +258,7 @@ fn decisions_on_biased_figures_are_no_bolder() {
 #[test]
 fn slopes_over_a_part_of_the_flank_have_their_share_of_a_class() {
     let limits = ToleranceLimits { class: Some(6), ..ToleranceLimits::default() };
-    let mut asked = surface_settings(FitSpec::new(Model::Linear), limits);
+    let mut asked = settings_of(FitSpec::new(Model::Linear), limits);
     asked.border = Border { root: 10.0, tip: 10.0, toe: 0.0, heel: 0.0 };
     let mut random = Random::new(3);
     let s = fitted(&grid(|u, v| u + v + 0.1 * random.normal()), &asked);

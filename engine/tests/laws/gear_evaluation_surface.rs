@@ -25,7 +25,8 @@ fn plain() -> FitSpec {
     FitSpec { regularization: Regularization::None, ..FitSpec::new(model) }
 }
 
-fn settings() -> SurfaceSettings {
+/// Of the left flank, trimmed by nothing, deviations as material.
+pub fn settings_of(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
     SurfaceSettings {
         side: Side::Left,
         profile_range: None,
@@ -33,9 +34,13 @@ fn settings() -> SurfaceSettings {
         border: Border::default(),
         given: DeviationSign::Material,
         sign: SlopeSign::AsGiven,
-        limits: ToleranceLimits::default(),
-        spec: plain(),
+        limits,
+        spec,
     }
+}
+
+fn settings() -> SurfaceSettings {
+    settings_of(plain(), ToleranceLimits::default())
 }
 
 /// Nodes of a grid over a flank, deviation as a function of u, v in [-1, 1].

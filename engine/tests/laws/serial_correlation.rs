@@ -15,18 +15,6 @@ fn axis(count: usize) -> Vec<f64> {
     (0..count).map(|i| i as f64).collect()
 }
 
-/// Errors with the correlation ρ between neighbours.
-fn autoregression(random: &mut Random, count: usize, rho: f64) -> Vec<f64> {
-    let mut error = random.normal();
-    (0..count)
-        .map(|_| {
-            let here = error;
-            error = rho * error + (1.0 - rho * rho).sqrt() * random.normal();
-            here
-        })
-        .collect()
-}
-
 fn warning(nodes: &Nodes, spec: &FitSpec) -> Option<(Along, f64, f64)> {
     fit(nodes, spec).warnings.iter().find_map(|warning| match warning {
         Warning::CorrelatedResiduals { along, factor, p, .. } => Some((*along, *factor, *p)),
@@ -59,7 +47,7 @@ fn the_factor_is_about_what_standard_errors_lack() {
     let mut random = Random::new(6);
     let mut factors = Vec::new();
     for _ in 0..200 {
-        let nodes = Nodes::curve(axis(60), autoregression(&mut random, 60, 0.8), None).unwrap();
+        let nodes = Nodes::curve(axis(60), random.autoregression(60, 0.8), None).unwrap();
         factors.extend(warning(&nodes, &spec(Degree::Both(3))).map(|(along, factor, p)| {
             assert!(along == Along::Order && p < 1e-3);
             factor
@@ -74,7 +62,7 @@ fn the_factor_is_about_what_standard_errors_lack() {
 #[test]
 fn the_direction_is_that_of_the_lines() {
     let mut random = Random::new(7);
-    let lines: Vec<Vec<f64>> = (0..12).map(|_| autoregression(&mut random, 30, 0.7)).collect();
+    let lines: Vec<Vec<f64>> = (0..12).map(|_| random.autoregression(30, 0.7)).collect();
     let rows = Nodes::grid(axis(12), axis(30), lines.concat(), None, None).unwrap();
     let turned = (0..30).flat_map(|j| lines.iter().map(move |line| line[j])).collect();
     let columns = Nodes::grid(axis(30), axis(12), turned, None, None).unwrap();
@@ -89,7 +77,7 @@ fn the_direction_is_that_of_the_lines() {
 #[test]
 fn both_ways_of_a_grid_say_the_same() {
     let mut random = Random::new(8);
-    let z: Vec<f64> = (0..6).flat_map(|_| autoregression(&mut random, 20, 0.8)).collect();
+    let z: Vec<f64> = (0..6).flat_map(|_| random.autoregression(20, 0.8)).collect();
     let plain = Nodes::grid(axis(6), axis(20), z.clone(), None, None).unwrap();
     let weighted = Nodes::grid(axis(6), axis(20), z, None, Some(vec![1.0; 120])).unwrap();
     let spec = spec(Degree::Both(2));

@@ -40,6 +40,18 @@ impl Random {
         (0..count).map(|_| self.normal()).collect()
     }
 
+    /// Standard normal errors with the correlation ρ between neighbours.
+    pub fn autoregression(&mut self, count: usize, rho: f64) -> Vec<f64> {
+        let mut error = self.normal();
+        (0..count)
+            .map(|_| {
+                let here = error;
+                error = rho * error + (1.0 - rho * rho).sqrt() * self.normal();
+                here
+            })
+            .collect()
+    }
+
     pub fn shuffle<T>(&mut self, items: &mut [T]) {
         for i in (1..items.len()).rev() {
             items.swap(i, self.below(i + 1));

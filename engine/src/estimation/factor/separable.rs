@@ -121,10 +121,10 @@ impl Separable {
         let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
         let mut separable =
             Separable { axes, qty, rss: 0.0, max_abs: 0.0, neighbours: [0.0; 2], relative_error: 1e-28 };
-        let mut found = separable.pass(grid, &separable.qty, Precision::Double, Kept::Neighbours);
+        let mut found = separable.pass(grid, &separable.qty, Precision::Double, Output::Neighbours);
         let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
         if found.rss.to_f64() <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
-            found = separable.pass(grid, &separable.qty, Precision::DoubleDouble, Kept::Neighbours);
+            found = separable.pass(grid, &separable.qty, Precision::DoubleDouble, Output::Neighbours);
         }
         (separable.rss, separable.max_abs) = (found.rss.to_f64(), found.max_abs);
         separable.neighbours = found.neighbours;
@@ -133,21 +133,21 @@ impl Separable {
 
     /// `Σ r²`, `max |r|` and, if asked for, the residuals `Z − Q_u B Q_vᵀ` of `b` (row by row).
     pub(crate) fn residuals(&self, grid: &Grid, b: &[Dd], precision: Precision, keep: bool) -> (f64, f64, Vec<f64>) {
-        let pass = self.pass(grid, b, precision, if keep { Kept::Values } else { Kept::Sums });
+        let pass = self.pass(grid, b, precision, if keep { Output::Values } else { Output::Sums });
         (pass.rss.to_f64(), pass.max_abs, pass.values)
     }
 
-    fn pass(&self, grid: &Grid, b: &[Dd], precision: Precision, kept: Kept) -> Pass {
+    fn pass(&self, grid: &Grid, b: &[Dd], precision: Precision, output: Output) -> Pass {
         match precision {
-            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, kept),
-            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, kept),
+            Precision::Double => residuals::<F64x4>(&self.axes.u.q, &self.axes.v.q, b, grid, output),
+            Precision::DoubleDouble => residuals::<Ddx4>(&self.axes.u.q, &self.axes.v.q, b, grid, output),
         }
     }
 }
 
 /// What is kept of residuals beside `Σ r²` and `max |r|`.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kept {
+enum Output {
     Sums,
     Values,
     Neighbours,
@@ -244,10 +244,10 @@ fn contract(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, z: &[f64]) -> Vec<Dd> {
     total
 }
 
-fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, kept: Kept) -> Pass {
+fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid, output: Output) -> Pass {
     let columns: Vec<Vec<L>> = lanes_of(qv);
     let z = &grid.z;
-    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, kept));
+    let parts = over_rows(qu.nrows(), z.len(), |rows| residual_rows(qu, &columns, b, z, rows, output));
     let mut parts = parts.into_iter();
     let Some(mut whole) = parts.next() else { unreachable!("a grid has rows") };
     for part in parts {
@@ -289,15 +289,15 @@ with_fma! {
         b: &[Dd],
         z: &[f64],
         rows: Range<usize>,
-        kept: Kept,
+        output: Output,
     ) -> Pass {
         let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
         let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
         let (mut neighbours, mut first, mut before) = ([0.0; 2], Vec::new(), Vec::new());
         let start = rows.start;
-        let room = if kept == Kept::Sums { 0 } else { nv };
+        let room = if output == Output::Sums { 0 } else { nv };
         for k in rows.asking(4 * (p + nv) * q) {
-            if kept == Kept::Neighbours {
+            if output == Output::Neighbours {
                 std::mem::swap(&mut before, &mut values);
                 values.clear();
             }
@@ -322,11 +322,11 @@ with_fma! {
                 rss = residual.fma(residual, rss);
                 let plain = residual.to_doubles();
                 max_abs = plain.abs().larger(max_abs);
-                if kept != Kept::Sums {
+                if output != Output::Sums {
                     values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
                 }
             }
-            if kept == Kept::Neighbours {
+            if output == Output::Neighbours {
                 neighbours[1] += products(&values[1..], &values[..nv - 1]);
                 if k > start {
                     neighbours[0] += products(&values, &before);
@@ -336,7 +336,7 @@ with_fma! {
             }
         }
         let max_abs = max_abs.to_array().into_iter().fold(0.0, f64::max);
-        let last = if kept == Kept::Neighbours { std::mem::take(&mut values) } else { Vec::new() };
+        let last = if output == Output::Neighbours { std::mem::take(&mut values) } else { Vec::new() };
         Pass { rss: rss.sum_of_pairs().to_dd(), max_abs, values, neighbours, ends: [first, last] }
     }
 }

@@ -33,8 +33,8 @@ pub(super) struct Forms<'a> {
     pub robust: Option<&'a Spread>,
     /// Covariances that do not follow from σ and R alone.
     pub errors: Option<&'a ErrorSpread>,
-    /// r, where it was told before the nodes were seen.
-    pub told: Option<f64>,
+    /// r, where it was given before the nodes were seen.
+    pub given_limit: Option<f64>,
     /// r, wherever it comes from.
     pub norm_limit: f64,
 }
@@ -151,7 +151,7 @@ impl Forms<'_> {
         }
         let plain = noise.quantile() * estimated.least_squares_error?.hypot(own);
         let (mut middle, mut half) = (self.least_squares(&estimated.form), plain);
-        if let Some(r) = self.told {
+        if let Some(r) = self.given_limit {
             let found = bias_aware(&self.along(&estimated.form), r, noise);
             let aware = if own > 0.0 {
                 half_width(noise, found.std_error.hypot(own), found.bias_bound)

@@ -64,7 +64,7 @@ impl Solved<'_> {
             posterior: pooled.is_some(),
             robust: self.robust.map(|robust| &robust.estimate.spread),
             errors: self.errors,
-            told: intervals::told(&applied.bias).filter(|_| plain),
+            given_limit: intervals::given_limit(&applied.bias).filter(|_| plain),
             norm_limit: applied.bias.coefficient_norm_limit,
         }
     }
@@ -119,7 +119,7 @@ impl Solved<'_> {
             spectrum: &self.spectrum,
             noise,
             // the bound on the bias is of filters of least squares
-            norm_limit: intervals::told(&applied.bias).filter(|_| self.robust.is_none()),
+            norm_limit: intervals::given_limit(&applied.bias).filter(|_| self.robust.is_none()),
             unlimited: if plain { IntervalKind::Student } else { IntervalKind::LeastSquares },
         };
         if let Some(own) = self.errors.and_then(|_| self.forms_of_coefficients(applied)) {

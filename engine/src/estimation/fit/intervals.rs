@@ -15,14 +15,14 @@ pub(super) struct Intervals<'a> {
     pub columns: &'a ScaledColumns,
     pub spectrum: &'a Spectrum,
     pub noise: Noise,
-    /// r, where it was told before the nodes were seen.
+    /// r, where it was given before the nodes were seen.
     pub norm_limit: Option<f64>,
     /// What Student's intervals are called: whether they are about the estimate itself.
     pub unlimited: IntervalKind,
 }
 
 /// r of `bias` where the nodes had no part in it.
-pub(super) fn told(bias: &BiasReport) -> Option<f64> {
+pub(super) fn given_limit(bias: &BiasReport) -> Option<f64> {
     match bias.coefficient_norm_limit_source {
         NormLimitSource::Request | NormLimitSource::Limits => Some(bias.coefficient_norm_limit),
         NormLimitSource::Estimate | NormLimitSource::Heights | NormLimitSource::Prior => None,

@@ -132,7 +132,7 @@ fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise
     let plain = band(forms, heights, places, noise, forms.posterior)?;
     // r bounds no bias of a constrained estimate
     let constrained = matches!(forms.map, LinearMap::Constrained { .. });
-    if forms.told.is_none() || forms.posterior || constrained {
+    if forms.given_limit.is_none() || forms.posterior || constrained {
         return Some(plain);
     }
     let width = |found: &Simultaneous| found.band.iter().map(|[low, high]| high - low).sum::<f64>();

@@ -24,7 +24,7 @@ pub(super) fn choose(criterion: Criterion, problem: &Spectral, a: &[f64]) -> Res
             let target = problem.count as f64 * problem.variance.ok_or(Unavailable::NoSigma)?;
             Ok((1..=ranks.rank()).find(|&r| ranks.rss[r] <= target).unwrap_or(ranks.rank()))
         }
-        Criterion::Reml => Ok(ranks.least(|r| ranks.unlikelihood(r, problem.told))),
+        Criterion::Reml => Ok(ranks.least(|r| ranks.unlikelihood(r, problem.given_variance))),
         _ => Err(Unavailable::NoMinimiser),
     }
 }
@@ -65,8 +65,8 @@ impl Ranks {
     }
 
     /// −2 ln of the marginal likelihood, less constants.
-    fn unlikelihood(&self, r: usize, told: Option<f64>) -> f64 {
-        g_prior(self.rss[0], self.rss[r], r as f64, self.count, told)
+    fn unlikelihood(&self, r: usize, given: Option<f64>) -> f64 {
+        g_prior(self.rss[0], self.rss[r], r as f64, self.count, given)
     }
 }
 

@@ -10,7 +10,7 @@ use crate::estimation::{
         BiasReport, Choice, ConstraintsReport, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport,
         Regularized, RegularizedSpectrum, RidgeTracePoint, Warning,
     },
-    selection::selector::warn_about,
+    selection::{Spectral, selector::warn_about},
     spec::{ExpectedSize, FitSpec, Piece},
     spectrum::{ScaledColumns, Spectrum},
 };
@@ -39,6 +39,13 @@ impl Context<'_> {
     /// Coefficients that no filter acts on: the constant of standardised columns.
     pub(crate) fn unpenalised(&self) -> usize {
         usize::from(self.columns.constant.is_some())
+    }
+
+    /// What criteria are computed from, of the coordinates `a` along eigenvectors with eigenvalues
+    /// `lambda`.
+    pub(crate) fn spectral_problem<'l>(&self, lambda: &'l [f64], a: &[f64]) -> Spectral<'l> {
+        Spectral::new(lambda, a, self.variance, self.least_squares.rss, self.count(), self.unpenalised())
+            .with_sigma(self.spec.noise_sigma)
     }
 
     /// r, with a warning where that of the request lies below ‖Â‖. `regularized` is ‖Â_B‖.

@@ -38,14 +38,14 @@ const FEW: usize = 60;
 /// What is drawn of σ: the variance, and the residual sum of squares that goes with it.
 struct Noise {
     variance: f64,
-    told: bool,
+    given: bool,
     freedom: usize,
 }
 
 impl Noise {
     fn of(context: &Context) -> Option<Self> {
         let variance = context.variance?;
-        Some(Noise { variance, told: context.spec.noise_sigma.is_some(), freedom: context.degrees_of_freedom })
+        Some(Noise { variance, given: context.spec.noise_sigma.is_some(), freedom: context.degrees_of_freedom })
     }
 
     /// σ*² and RSS*.
@@ -60,7 +60,7 @@ impl Noise {
             }
         };
         let rss = self.variance * chi_squared;
-        (if self.told || self.freedom == 0 { self.variance } else { rss / nu }, rss)
+        (if self.given || self.freedom == 0 { self.variance } else { rss / nu }, rss)
     }
 }
 
@@ -129,8 +129,9 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
             .zip(normals)
             .map(|((&l, t), z)| if l > 0.0 { t + (noise.variance / l).sqrt() * z } else { 0.0 })
             .collect();
-        let told = context.spec.noise_sigma;
-        let again = Spectral::new(lambda, &drawn, Some(variance), rss, problem.count, problem.unpenalised).told(told);
+        let sigma = context.spec.noise_sigma;
+        let again =
+            Spectral::new(lambda, &drawn, Some(variance), rss, problem.count, problem.unpenalised).with_sigma(sigma);
         let value = filters::choose(&again, rule, &drawn, asked)?;
         let error = (0..a.len()).map(|i| (rule.at(i, lambda[i], value).factor * drawn[i] - truth[i]).powi(2)).sum();
         Some((error, again.sums(rule, value).mse[0]))

@@ -48,7 +48,7 @@ pub(super) fn decide(
     let rss = context.least_squares.rss;
     let free = size - oblique.silent - penalised.len() + context.unpenalised();
     let problem =
-        Spectral::new(&lambda, &a, context.variance, rss, context.count(), free).told(context.spec.noise_sigma);
+        Spectral::new(&lambda, &a, context.variance, rss, context.count(), free).with_sigma(context.spec.noise_sigma);
     let search = Search::new(&problem, Rule::Ridge);
     let logarithms = range(&problem, Rule::Ridge).map(f64::ln);
     let nodewise = || {
@@ -77,7 +77,8 @@ pub(super) fn again(
     let lambda: Vec<f64> = penalised().map(|i| 1.0 / oblique.delta[i]).collect();
     let a: Vec<f64> = penalised().map(|i| oblique.a[i] * oblique.delta[i].sqrt()).collect();
     let free = size - oblique.silent - lambda.len() + context.unpenalised();
-    let problem = Spectral::new(&lambda, &a, Some(variance), rss, context.count(), free).told(context.spec.noise_sigma);
+    let problem =
+        Spectral::new(&lambda, &a, Some(variance), rss, context.count(), free).with_sigma(context.spec.noise_sigma);
     let search = Search::new(&problem, Rule::Ridge);
     let logarithms = range(&problem, Rule::Ridge).map(f64::ln);
     let nodewise = || None;

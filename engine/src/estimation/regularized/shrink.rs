@@ -100,15 +100,7 @@ pub(super) fn attraction(
         .filter(|(lambda, _)| **lambda > 0.0)
         .map(|(lambda, d)| lambda.sqrt() * d)
         .collect();
-    let problem = Spectral::new(
-        &lambda,
-        &away,
-        context.variance,
-        context.least_squares.rss,
-        context.count(),
-        context.unpenalised(),
-    )
-    .told(context.spec.noise_sigma);
+    let problem = context.spectral_problem(&lambda, &away);
     let search = (!lambda.is_empty()).then(|| Search::new(&problem, Rule::Ridge));
     let want_curve = search.is_some() && context.spec.include.lambda_curve;
     let attracted = Attracted { target: &target, problem: &problem, search };

@@ -37,15 +37,7 @@ type FormedB = (Vec<Vec<f64>>, MatrixBFactors);
 /// Applies the rule asked for.
 pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Applied, FitError> {
     let Context { spec, spectrum, columns, least_squares, linear, .. } = *context;
-    let problem = Spectral::new(
-        &spectrum.lambda,
-        &spectrum.a,
-        context.variance,
-        least_squares.rss,
-        context.count(),
-        context.unpenalised(),
-    )
-    .told(spec.noise_sigma);
+    let problem = context.spectral_problem(&spectrum.lambda, &spectrum.a);
     let include = spec.include;
     node_shares::check(context)?;
     let nodewise = || {
@@ -54,8 +46,11 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
             DMatrix::from_fn(spectrum.image.nrows(), spectrum.image.ncols(), |k, i| spectrum.image[(k, i)] / root(i));
         node_shares::left_out(context, &images, spectrum.a.iter().enumerate().map(|(i, a)| root(i) * a).collect())
     };
-    let asked =
-        filters::Asked { regularization: &spec.regularization, weight: context.weight, curve: include.lambda_curve };
+    let asked = filters::FilterRequest {
+        regularization: &spec.regularization,
+        weight: context.weight,
+        curve: include.lambda_curve,
+    };
     let selected = filters::decide(&asked, &problem, &spectrum.a, &nodewise, warnings)?;
     let rule = if selected.selection.answer.is_some() { selected.rule } else { Rule::None };
     let filtered: Vec<Filtered> =

@@ -18,7 +18,7 @@ use crate::estimation::{
     estimate::{Estimate, residuals},
     result::{Choice, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, RegularizedSpectrum, Warning},
     selection::{
-        Filtered, Rule, Spectral, Unavailable,
+        Filtered, Rule, Unavailable,
         selector::{no_minimiser, warn_of_missing_sigma},
     },
     spec::Criterion,
@@ -46,16 +46,8 @@ pub(super) fn apply_by(
     criterion: Criterion,
     warnings: &mut Vec<Warning>,
 ) -> Result<Applied, FitError> {
-    let Context { spectrum, least_squares, .. } = *context;
-    let problem = Spectral::new(
-        &spectrum.lambda,
-        &spectrum.a,
-        context.variance,
-        least_squares.rss,
-        context.count(),
-        context.unpenalised(),
-    )
-    .told(context.spec.noise_sigma);
+    let Context { spectrum, .. } = *context;
+    let problem = context.spectral_problem(&spectrum.lambda, &spectrum.a);
     let rank = match chosen_rank::choose(criterion, &problem, &spectrum.a) {
         Ok(rank) => rank,
         Err(Unavailable::NoSigma) => {
@@ -82,7 +74,7 @@ pub(super) fn apply(context: &Context, rank: usize, warnings: &mut Vec<Warning>)
         })
         .collect();
     let (lambda, a) = (&spectrum.lambda, &spectrum.a);
-    let problem = Spectral::new(lambda, a, context.variance, least_squares.rss, context.count(), context.unpenalised());
+    let problem = context.spectral_problem(lambda, a);
     let least = Choice {
         criterion: None,
         lambda_star: None,

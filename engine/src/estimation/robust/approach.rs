@@ -18,16 +18,16 @@ const SAFETY: f64 = 3.0;
 /// A convex piecewise linear function of n variables.
 pub(super) trait Pieces {
     /// What is known at a place.
-    type Place: At;
+    type Evaluated: At;
 
     /// n.
     fn size(&self) -> usize;
     /// Looks at a place.
-    fn at(&self, x: &[f64]) -> Self::Place;
+    fn at(&self, x: &[f64]) -> Self::Evaluated;
     /// The multiple of the identity that the inverse of the second derivatives is near to.
-    fn inverse_curvature(&self, start: &Self::Place) -> f64;
+    fn inverse_curvature(&self, start: &Self::Evaluated) -> f64;
     /// Kinks that may lie within this distance of the place.
-    fn kinks_within(&self, place: &Self::Place, distance: f64) -> usize;
+    fn kinks_within(&self, place: &Self::Evaluated, distance: f64) -> usize;
 }
 
 /// Value and gradient.
@@ -73,8 +73,13 @@ pub(super) fn approach_from<P: Pieces>(start: Vec<f64>, pieces: &P, few: usize) 
 }
 
 /// The first of ever shorter steps that leads down, or to a lesser gradient.
-fn further<P: Pieces>(pieces: &P, here: &P::Place, x: &DVector<f64>, step: &DVector<f64>) -> Option<(f64, P::Place)> {
-    let square = |place: &P::Place| place.gradient().iter().map(|g| g * g).sum::<f64>();
+fn further<P: Pieces>(
+    pieces: &P,
+    here: &P::Evaluated,
+    x: &DVector<f64>,
+    step: &DVector<f64>,
+) -> Option<(f64, P::Evaluated)> {
+    let square = |place: &P::Evaluated| place.gradient().iter().map(|g| g * g).sum::<f64>();
     let mut length = 1.0;
     for _ in 0..6 {
         cancel::checkpoint();

@@ -143,13 +143,13 @@ struct Deviations<'a> {
     length: Vec<f64>,
 }
 
-struct Place {
+struct Evaluated {
     value: f64,
     gradient: Vec<f64>,
     residuals: Vec<f64>,
 }
 
-impl At for Place {
+impl At for Evaluated {
     fn value(&self) -> f64 {
         self.value
     }
@@ -172,13 +172,13 @@ impl<'a> Deviations<'a> {
 }
 
 impl Pieces for Deviations<'_> {
-    type Place = Place;
+    type Evaluated = Evaluated;
 
     fn size(&self) -> usize {
         self.rows.n
     }
 
-    fn at(&self, x: &[f64]) -> Place {
+    fn at(&self, x: &[f64]) -> Evaluated {
         let residuals = self.rows.residuals(x);
         let mut gradient = self.g.to_vec();
         for (r, q) in residuals.iter().zip(self.rows.q.chunks_exact(self.rows.n)).asking(self.rows.n) {
@@ -186,17 +186,17 @@ impl Pieces for Deviations<'_> {
             gradient.iter_mut().zip(q).for_each(|(g, q)| *g -= sign * q);
         }
         let value = residuals.iter().map(|r| r.abs()).sum::<f64>() + dot(self.g, x);
-        Place { value, gradient, residuals }
+        Evaluated { value, gradient, residuals }
     }
 
     /// `∇² ≈ 2f QᵀQ = 2f I`, f the density of a normal law at the quantile looked for.
-    fn inverse_curvature(&self, start: &Place) -> f64 {
+    fn inverse_curvature(&self, start: &Evaluated) -> f64 {
         let sigma = median_abs(&start.residuals) / normal::quantile(0.75);
         let density = normal::density(normal::quantile(0.5 * (1.0 + self.tilt)));
         sigma / (2.0 * density)
     }
 
-    fn kinks_within(&self, place: &Place, distance: f64) -> usize {
+    fn kinks_within(&self, place: &Evaluated, distance: f64) -> usize {
         place.residuals.iter().enumerate().filter(|&(k, r)| self.may_turn(k, *r, distance)).count()
     }
 }

@@ -20,7 +20,6 @@ use super::{
     outcome::{Along, Measured, Outcome, Solved},
     rank::{Free, constant, sparsity_at_median, tau},
     rows::{Rows, dot},
-    scale::median,
 };
 use crate::{
     estimation::{
@@ -44,13 +43,7 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let free = Free::new(&rows, constant.as_deref());
     let dispersion = Dispersion::new(&free);
     let walk = dispersion.minimise();
-    let mut x = free.back(&walk.x);
-    let mut residuals = rows.residuals(&x);
-    if let Some(e) = &constant {
-        let level = median(&mut residuals.clone()) * (m as f64).sqrt();
-        x.iter_mut().zip(e).for_each(|(x, e)| *x += level * e);
-        residuals = rows.residuals(&x);
-    }
+    let (x, residuals) = free.levelled(&walk.x, &rows, constant.as_deref());
     let mut warnings = Vec::new();
     if !walk.converged {
         warnings.push(Warning::DispersionStopped);

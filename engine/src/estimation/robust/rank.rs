@@ -62,13 +62,7 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
         walk.x = near.x;
         walk.run(&free, near.radius)?;
     }
-    let mut x = free.back(&walk.x);
-    let mut residuals = rows.residuals(&x);
-    if let Some(e) = &constant {
-        let level = median(&mut residuals.clone()) * (m as f64).sqrt();
-        x.iter_mut().zip(e).for_each(|(x, e)| *x += level * e);
-        residuals = rows.residuals(&x);
-    }
+    let (x, residuals) = free.levelled(&walk.x, &rows, constant.as_deref());
     let mut warnings = Vec::new();
     if !walk.optimal {
         warnings.push(Warning::DispersionStopped);
@@ -164,8 +158,20 @@ impl<'a> Free<'a> {
         x
     }
 
+    /// The step `x` in all directions, and its residuals; those of a basis with the `constant` have
+    /// their median at 0, which D does not see.
+    pub(super) fn levelled(&self, x: &[f64], rows: &Rows, constant: Option<&[f64]>) -> (Vec<f64>, Vec<f64>) {
+        let mut x = self.back(x);
+        let residuals = rows.residuals(&x);
+        let Some(e) = constant else { return (x, residuals) };
+        let level = median(&mut residuals.clone()) * (rows.count() as f64).sqrt();
+        x.iter_mut().zip(e).for_each(|(x, e)| *x += level * e);
+        let residuals = rows.residuals(&x);
+        (x, residuals)
+    }
+
     /// The step in all directions.
-    pub(super) fn back(&self, x: &[f64]) -> Vec<f64> {
+    fn back(&self, x: &[f64]) -> Vec<f64> {
         let Some(v) = &self.mirror else { return x.to_vec() };
         let mut all = vec![0.0];
         all.extend_from_slice(x);
@@ -212,13 +218,13 @@ fn scores_in_order(sorted: &[f64]) -> Vec<f64> {
 }
 
 /// D at a place.
-pub(super) struct Place {
+pub(super) struct Evaluated {
     spread: f64,
     gradient: Vec<f64>,
     sorted: Vec<f64>,
 }
 
-impl At for Place {
+impl At for Evaluated {
     fn value(&self) -> f64 {
         self.spread
     }
@@ -230,13 +236,13 @@ impl At for Place {
 
 /// A has orthonormal columns, so that `∇²D ≈ AᵀA/τ = I/τ`.
 impl Pieces for Free<'_> {
-    type Place = Place;
+    type Evaluated = Evaluated;
 
     fn size(&self) -> usize {
         self.n
     }
 
-    fn at(&self, x: &[f64]) -> Place {
+    fn at(&self, x: &[f64]) -> Evaluated {
         let Ordered { sorted, from } = ordered(&self.residuals(x));
         let ascending = scores_in_order(&sorted);
         let spread = ascending.iter().zip(&sorted).map(|(a, r)| a * r).sum();
@@ -246,15 +252,15 @@ impl Pieces for Free<'_> {
         for (k, a) in scores.into_iter().enumerate().asking(self.n) {
             matvec::add(-a, self.row(k), &mut gradient);
         }
-        Place { spread, gradient, sorted }
+        Evaluated { spread, gradient, sorted }
     }
 
     /// τ of a normal law whose median absolute deviation is that of the residuals.
-    fn inverse_curvature(&self, start: &Place) -> f64 {
+    fn inverse_curvature(&self, start: &Evaluated) -> f64 {
         (std::f64::consts::PI / 3.0).sqrt() * median_abs(&start.sorted) / normal::quantile(0.75)
     }
 
-    fn kinks_within(&self, place: &Place, distance: f64) -> usize {
+    fn kinks_within(&self, place: &Evaluated, distance: f64) -> usize {
         pairs_within(&place.sorted, 2.0 * self.longest * distance)
     }
 }

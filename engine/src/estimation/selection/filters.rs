@@ -66,7 +66,7 @@ pub(crate) fn checked_count(count: usize, all: usize) -> Result<usize, Faults> {
 }
 
 /// What is asked of a choice.
-pub(crate) struct Asked<'a> {
+pub(crate) struct FilterRequest<'a> {
     pub regularization: &'a Regularization,
     /// Σw, for the root mean squares.
     pub weight: f64,
@@ -84,13 +84,13 @@ pub(crate) fn choose(problem: &Spectral, rule: Rule, a: &[f64], parameter: Param
 /// Decides for `problem` with coefficients `a` along its directions; `nodewise` finds the nodes in
 /// their coordinates.
 pub(crate) fn decide(
-    asked: &Asked,
+    asked: &FilterRequest,
     problem: &Spectral,
     a: &[f64],
     nodewise: &dyn Fn() -> Option<LeftOut>,
     warnings: &mut Vec<Warning>,
 ) -> Result<SelectedFilter, FitError> {
-    let Asked { regularization, weight, curve: want_curve } = *asked;
+    let FilterRequest { regularization, weight, curve: want_curve } = *asked;
     let (kind, rule, parameter) = rule(regularization, problem.lambda)?;
     let Some(parameter) = parameter else {
         if want_curve {

@@ -7,7 +7,7 @@
 //! `(m − n₀) ln(RSS + Σ(1−fᵢ) bᵢ²) − Σ ln(1−fᵢ)`
 //!
 //! with σ² at its maximum and n₀ flat directions, and `Σ(1−fᵢ) bᵢ²/σ² − Σ ln(1−fᵢ)` where σ is
-//! told. Likelihoods with different numbers of flat directions are of different data and are not
+//! given. Likelihoods with different numbers of flat directions are of different data and are not
 //! compared: in the spectral schemes λ* is looked for where all L directions are penalised, from
 //! λ_L on.
 
@@ -52,7 +52,7 @@ impl<'a> Likelihood<'a> {
             logarithms += g.ln();
             rises += rise / g;
         }
-        match self.problem.told {
+        match self.problem.given_variance {
             Some(variance) => (sum / variance - logarithms, slope / variance - rises),
             None => {
                 let whole = self.problem.rss + sum;

@@ -18,8 +18,8 @@ pub(crate) struct Spectral<'a> {
     pub lambda: &'a [f64],
     /// σ², where there is one.
     pub variance: Option<f64>,
-    /// σ² where it was told, and is no estimate.
-    pub told: Option<f64>,
+    /// σ² where it was given, and is no estimate.
+    pub given_variance: Option<f64>,
     /// Residual sum of squares of least squares.
     pub rss: f64,
     /// m.
@@ -134,12 +134,12 @@ impl<'a> Spectral<'a> {
             };
         }
         let first = lambda.partition_point(|l| *l <= 0.0);
-        Spectral { lambda, variance, told: None, rss, count, unpenalised, first, blocks, above }
+        Spectral { lambda, variance, given_variance: None, rss, count, unpenalised, first, blocks, above }
     }
 
-    /// The same with a σ that was told.
-    pub(crate) fn told(self, sigma: Option<f64>) -> Self {
-        Spectral { told: sigma.map(|sigma| sigma * sigma), ..self }
+    /// The same with a σ that was given.
+    pub(crate) fn with_sigma(self, sigma: Option<f64>) -> Self {
+        Spectral { given_variance: sigma.map(|sigma| sigma * sigma), ..self }
     }
 
     /// aᵢ².

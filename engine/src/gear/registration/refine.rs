@@ -42,7 +42,7 @@ impl Search<'_> {
     pub(super) fn cost(&self, p: &[f64]) -> f64 {
         let undoing = self.pose(p).undoing();
         // where the flank is known, the way to it is never too far
-        let cap = if self.told { self.gear.base_radius() } else { CAP * self.module() };
+        let cap = if self.named { self.gear.base_radius() } else { CAP * self.module() };
         let each = self.points.iter().map(|touch| {
             let distance = self.nearest(&undoing, touch).map_or(cap, |foot| foot.distance.abs().min(cap));
             distance * distance

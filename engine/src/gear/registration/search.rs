@@ -31,8 +31,8 @@ pub(super) struct Search<'a> {
     pub(super) pivot: f64,
     pub(super) ball: f64,
     /// Whether points stay on the teeth that they are said to be of: flank and tooth of every one
-    /// are told.
-    pub(super) told: bool,
+    /// are given.
+    pub(super) named: bool,
     pub(super) points: Vec<MeasuredPoint>,
 }
 
@@ -45,7 +45,7 @@ impl Search<'_> {
 
     /// The same points, none of which stays on its tooth.
     pub(super) fn open(&self) -> Search<'_> {
-        Search { told: false, freedom: self.freedom.clone(), points: self.points.clone(), ..*self }
+        Search { named: false, freedom: self.freedom.clone(), points: self.points.clone(), ..*self }
     }
 
     pub(super) fn module(&self) -> f64 {
@@ -64,7 +64,7 @@ impl Search<'_> {
     /// Its nearest foot. While teeth are not counted, any tooth will do.
     pub(super) fn nearest(&self, undoing: &InversePose, touch: &MeasuredPoint) -> Option<Foot> {
         let back = self.carried(undoing, touch);
-        nearest(self.gear, &MeasuredPoint { tooth: touch.tooth.filter(|_| self.told), ..back }, self.ball)
+        nearest(self.gear, &MeasuredPoint { tooth: touch.tooth.filter(|_| self.named), ..back }, self.ball)
     }
 
     /// Coefficients with a shift (mm) and a rotation.

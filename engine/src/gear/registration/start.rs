@@ -88,7 +88,7 @@ pub fn start(
         freedom,
         pivot: asked.pivot.filter(|z| z.is_finite()).unwrap_or(middle),
         ball,
-        told: defined.iter().all(|touch| touch.tooth.is_some() && touch.side.is_some()),
+        named: defined.iter().all(|touch| touch.tooth.is_some() && touch.side.is_some()),
         // a stride that divides the number of points of a trace would take the same place of each
         points: defined
             .iter()
@@ -143,7 +143,7 @@ fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
     let open = search.open();
     // tilts and shifts may bring a wrong name's points within half a pitch of its tooth, but not
     // onto its flanks
-    let by_names = search.told.then(|| search.refined(search.usual_angle())).map(|place| {
+    let by_names = search.named.then(|| search.refined(search.usual_angle())).map(|place| {
         let agreement = search.agreement(&place.p);
         (Candidate { cost: open.cost(&place.p), ..place }, agreement)
     });
@@ -158,7 +158,7 @@ fn begun(search: &Search) -> Result<Found, RegistrationFaults> {
         (found, _) => found,
     };
     let sure = open.lies_on_flanks(&best) && !flanks_ambiguous;
-    if search.told && !sure {
+    if search.named && !sure {
         // the part fits badly, whatever its teeth are called
         return Ok(Found { p: best.p, flanks_ambiguous: false, agreement: Some(Agreement::ASSUMED) });
     }

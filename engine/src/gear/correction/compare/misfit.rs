@@ -21,9 +21,9 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    pub(super) fn of(nodes: &Counted, told: f64, eta: f64) -> Option<Self> {
+    pub(super) fn of(nodes: &Counted, known: f64, eta: f64) -> Option<Self> {
         let settings = nodes.contributions.first()?.len();
-        let more = eta * eta - told * told;
+        let more = eta * eta - known * known;
         let diagonal: Vec<f64> = nodes.variance.iter().zip(&nodes.single).map(|(s, u)| s + more * u).collect();
         let columns = DMatrix::from_fn(nodes.before.len(), settings + 1, |i, j| {
             let entry = nodes.contributions[i].get(j).copied().unwrap_or(nodes.change[i]);

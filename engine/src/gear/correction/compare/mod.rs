@@ -87,7 +87,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
         Some(scaled) => scaled.verdict(),
         None => Verdict::Undecided,
     };
-    let told = scaled.filter(Scaled::told);
+    let determined = scaled.filter(Scaled::determined);
     let mut answer = Answer {
         nodes: m,
         before_rms: rms(&|i| nodes.before[i]),
@@ -96,8 +96,8 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
         predicted_change_rms: rms(&|i| nodes.change[i]),
         difference_rms: rms(&|i| nodes.came[i] - nodes.change[i]),
         expected_difference_rms: (nodes.variance.iter().sum::<f64>() / m as f64).sqrt(),
-        response_ratio: told.as_ref().map(|told| told.ratio),
-        response_ratio_std_error: told.map(|told| told.std_error),
+        response_ratio: determined.as_ref().map(|scaled| scaled.ratio),
+        response_ratio_std_error: determined.map(|scaled| scaled.std_error),
         chi_squared,
         chi_squared_limit,
         verdict,

@@ -47,7 +47,7 @@ impl Scaled {
     }
 
     /// Whether the answer could have been distinguished from none.
-    pub(super) fn told(&self) -> bool {
+    pub(super) fn determined(&self) -> bool {
         self.quantile * self.std_error < 1.0
     }
 
@@ -55,7 +55,7 @@ impl Scaled {
     pub(super) fn verdict(&self) -> Verdict {
         let most = self.quantile * self.std_error;
         match () {
-            () if !self.told() => Verdict::Undecided,
+            () if !self.determined() => Verdict::Undecided,
             // the machine went the other way: no multiple of what J says
             () if self.largest < -most => Verdict::Different,
             () if self.largest < 1.0 - most => Verdict::Weaker,
