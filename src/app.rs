@@ -7,8 +7,8 @@ use tokio::{net::TcpListener, sync::oneshot, time::Instant};
 use crate::{
     config::ServeSettings,
     http::{self, AppState, server},
-    jobs::{Clock, Jobs, OrderedIds, Repository, SystemClock},
-    store::{OpenError, Store, StoreSettings},
+    jobs::{Clock, JobService, OrderedIds, Store, SystemClock},
+    store::{OpenError, SqliteStore, StoreSettings},
     telemetry,
 };
 
@@ -26,7 +26,7 @@ const UPKEEP: std::time::Duration = std::time::Duration::from_secs(3600);
 pub struct App {
     listener: TcpListener,
     state: AppState,
-    store: Arc<Store>,
+    store: Arc<dyn Store>,
 }
 
 /// Why the server did not start.
@@ -50,10 +50,9 @@ impl App {
             io::ErrorKind::AddrInUse => StartError::AddressTaken { address },
             _ => StartError::Listen { address, source },
         })?;
-        let store = Store::open(StoreSettings::of_url(&settings.database_url)?, SystemClock.now()).await?;
-        let store = Arc::new(store);
-        let repository: Arc<dyn Repository> = store.clone();
-        let jobs = Jobs::new(repository, Arc::new(SystemClock), Arc::new(OrderedIds::new()));
+        let store = SqliteStore::open(StoreSettings::of_url(&settings.database_url)?, SystemClock.now()).await?;
+        let store: Arc<dyn Store> = Arc::new(store);
+        let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
         let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
         Ok(App { listener, state, store })
     }

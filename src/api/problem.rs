@@ -212,6 +212,11 @@ impl Problem {
         }
     }
 
+    /// Whether it is of this kind.
+    pub fn is(&self, code: ProblemCode) -> bool {
+        self.code == code.name()
+    }
+
     /// 422 with every fault by its place.
     pub fn invalid(faults: impl Into<Faults>) -> Self {
         let faults = faults.into();

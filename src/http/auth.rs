@@ -9,23 +9,58 @@ use sha2::{Digest as _, Sha256};
 use crate::{
     api::problem::{Problem, ProblemCode},
     config::Digest,
+    jobs::{Caller, Tenant},
 };
 
-/// Refuses a request to the versioned interface without a known key.
-pub fn authorize(known: &[Digest], path: &str, headers: &HeaderMap) -> Result<(), Problem> {
-    if known.is_empty() || !path.starts_with("/v1/") {
-        return Ok(());
+/// Who may call, and as whom.
+pub struct Callers {
+    /// By the digests of their keys.
+    known: Vec<(Digest, Caller)>,
+    /// Whoever calls a server that was started without keys.
+    anonymous: Caller,
+}
+
+impl Callers {
+    /// Callers with one of the keys of these digests, or anybody if there are none.
+    pub fn of(digests: &[Digest]) -> Self {
+        let caller = |actor: String| Caller { tenant: Tenant::default(), actor: actor.into() };
+        let known = digests.iter().map(|digest| (*digest, caller(name_of_key(digest)))).collect();
+        Callers { known, anonymous: caller("anonymous".to_owned()) }
     }
-    let Some(key) = presented(headers) else {
-        return Err(Problem::new(
-            ProblemCode::Unauthorized,
-            "Send the API key as `Authorization: Bearer …` or in `x-api-key`.",
-        ));
-    };
-    let digest: [u8; 32] = Sha256::digest(key).into();
-    // Every known digest is compared, in full.
-    let found = known.iter().fold(false, |found, known| found | equal(&known.0, &digest));
-    if found { Ok(()) } else { Err(Problem::new(ProblemCode::Forbidden, "This API key is not among the known ones.")) }
+
+    /// Makes out the caller of a request to the versioned interface, and refuses one without a
+    /// known key. Outside of that interface nobody is asked, and there is no caller.
+    pub fn identify(&self, path: &str, headers: &HeaderMap) -> Result<Option<Caller>, Problem> {
+        if !path.starts_with("/v1/") {
+            return Ok(None);
+        }
+        if self.known.is_empty() {
+            return Ok(Some(self.anonymous.clone()));
+        }
+        let Some(key) = presented(headers) else {
+            return Err(Problem::new(
+                ProblemCode::Unauthorized,
+                "Send the API key as `Authorization: Bearer …` or in `x-api-key`.",
+            ));
+        };
+        let digest: [u8; 32] = Sha256::digest(key).into();
+        // Every known digest is compared, in full.
+        let mut found = None;
+        for (known, caller) in &self.known {
+            if equal(&known.0, &digest) {
+                found = Some(caller);
+            }
+        }
+        match found {
+            Some(caller) => Ok(Some(caller.clone())),
+            None => Err(Problem::new(ProblemCode::Forbidden, "This API key is not among the known ones.")),
+        }
+    }
+}
+
+/// A key as the log names it: by the beginning of its digest, which tells nothing of the key.
+fn name_of_key(Digest(digest): &Digest) -> String {
+    digest.iter().take(6).fold("key-".to_owned(), |name, byte| name + &format!("{byte:02x}"))
 }
 
 fn presented(headers: &HeaderMap) -> Option<&[u8]> {
@@ -49,18 +84,21 @@ mod tests {
     #[test]
     fn keys_are_asked_for_only_where_there_are_some() {
         let known = [Digest(Sha256::digest(b"right").into()), Digest([7; 32])];
+        let callers = Callers::of(&known);
         let with = |name: &'static str, value: &'static str| {
             let mut headers = HeaderMap::new();
             headers.insert(name, value.parse().unwrap());
-            authorize(&known, "/v1/fits", &headers).map_err(|problem| problem.status)
+            callers.identify("/v1/fits", &headers).map_err(|problem| problem.status)
         };
-        assert_eq!(with("authorization", "Bearer right"), Ok(()));
-        assert_eq!(with("authorization", "bearer right"), Ok(()));
-        assert_eq!(with("x-api-key", "right"), Ok(()));
+        let right = with("authorization", "Bearer right").unwrap().unwrap();
+        assert_eq!((right.tenant, &*right.actor), (Tenant::default(), "key-27042f4e6eca"));
+        assert!(with("authorization", "bearer right").is_ok());
+        assert!(with("x-api-key", "right").is_ok());
         assert_eq!(with("x-api-key", "wrong"), Err(403));
         assert_eq!(with("authorization", "Basic right"), Err(401));
         assert_eq!(with("accept", "*/*"), Err(401));
-        assert!(authorize(&[], "/v1/fits", &HeaderMap::new()).is_ok());
-        assert!(authorize(&known, "/healthz", &HeaderMap::new()).is_ok());
+        let none = HeaderMap::new();
+        assert_eq!(&*Callers::of(&[]).identify("/v1/fits", &none).unwrap().unwrap().actor, "anonymous");
+        assert!(callers.identify("/healthz", &none).unwrap().is_none());
     }
 }

@@ -8,7 +8,6 @@ use std::{pin::Pin, time::Duration};
 
 use axum::{
     body::{Body, Bytes},
-    extract::State,
     http::{HeaderMap, HeaderName, HeaderValue, header},
     response::Response,
 };
@@ -26,6 +25,7 @@ use crate::{
         problem::{Problem, ProblemCode},
     },
     http::{
+        caller_state::CallerState,
         extract::{PathOf, QueryOf},
         shutdown::OpenConnection,
         state::AppState,
@@ -87,7 +87,7 @@ struct EventsQuery {
     )
 )]
 async fn get_job_events(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(job): PathOf<Uuid>,
     headers: HeaderMap,
     QueryOf(query): QueryOf<EventsQuery>,
@@ -131,7 +131,7 @@ async fn get_job_events(
 }
 
 struct Listener {
-    state: AppState,
+    state: CallerState,
     job: Uuid,
     after: u64,
     changes: watch::Receiver<()>,

@@ -1,12 +1,13 @@
 //! Deviations, evaluations and corrections kept with an iteration.
 
-use axum::{extract::State, http::HeaderMap, response::Response};
+use axum::{http::HeaderMap, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
     accept::Format,
     budget::WithPermit,
+    caller_state::CallerState,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::IncludeQuery,
@@ -151,7 +152,7 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
     )
 )]
 async fn get_iteration_correction(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<IncludeQuery>,
     headers: HeaderMap,
@@ -180,7 +181,7 @@ async fn get_iteration_correction(
     Ok(format.response(body))
 }
 
-async fn measured(state: &AppState, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
+async fn measured(state: &CallerState, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
     let measurand = state.jobs.measurand(job, number).await?;
     let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
     Ok(WithPermit::new(Measured { nodes, measurand }, permit))

@@ -15,6 +15,7 @@ use utoipa::IntoParams;
 
 use super::{
     body::{BodyDigest, Payload},
+    caller_state::CallerState,
     multipart,
     state::AppState,
 };
@@ -80,30 +81,46 @@ impl ClaimedKey {
 /// Does the work of a POST. With a key whose first answer is kept, that answer is given again; with
 /// a key whose first request still runs, or was another one, the request is refused.
 pub async fn idempotent<W, F>(
-    state: AppState,
+    state: CallerState,
     key: IdempotencyKey,
     scope: String,
     payload: Payload,
     work: W,
 ) -> Result<Response, Problem>
 where
-    W: FnOnce(AppState, Payload, Option<ClaimedKey>) -> F,
+    W: FnOnce(CallerState, Payload, Option<ClaimedKey>) -> F,
     F: Future<Output = Result<Answer, Problem>>,
 {
     let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
-    let Some(claim) = state.keys.claim(&key, &scope) else {
+    let Some(claim) = state.keys.claim(state.jobs.tenant(), &key, &scope) else {
         return Err(Problem::new(
             ProblemCode::IdempotencyKeyInUse,
             "The first request with this Idempotency-Key is still running; ask again for its answer.",
         )
         .retry_after(1));
     };
-    let Some((first, answer)) = state.jobs.repository().answer(key.clone(), scope.clone()).await? else {
-        let (payload, digest) = payload.digested();
-        return work(state, payload, Some(ClaimedKey { key, scope, digest, claim })).await.map(respond);
-    };
-    let limit = state.settings.body_limit;
-    if state.pool.run(move || multipart::digest(payload, limit)).await?? != first {
+    if let Some(kept) = state.jobs.answer(&key, &scope).await? {
+        let limit = state.settings.body_limit;
+        let again = state.pool.run(move || multipart::digest(payload, limit)).await??;
+        return replayed(kept, &again);
+    }
+    let (payload, digest) = payload.digested();
+    let claimed = ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim };
+    match work(state.clone(), payload, Some(claimed)).await {
+        // Another server stored the answer to this key while this one worked.
+        Err(problem) if problem.is(ProblemCode::IdempotencyKeyInUse) => {
+            match (state.jobs.answer(&key, &scope).await?, digest.get()) {
+                (Some(kept), Some(own)) => replayed(kept, own),
+                _ => Err(problem),
+            }
+        }
+        outcome => outcome.map(respond),
+    }
+}
+
+/// The first answer again, if the request is the first one again.
+fn replayed((first, answer): ([u8; 32], Answer), again: &[u8; 32]) -> Result<Response, Problem> {
+    if *again != first {
         return Err(Problem::new(
             ProblemCode::IdempotencyKeyReused,
             "This Idempotency-Key was used for a request with another body; take a new key for a new request.",

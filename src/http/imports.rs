@@ -1,6 +1,6 @@
 //! `/v1/jobs/{job_id}/import`: an iteration out of a file of a gear tester.
 
-use axum::{extract::State, response::Response};
+use axum::response::Response;
 use serde::Serialize;
 use utoipa::ToSchema;
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    caller_state::CallerState,
     extract::PathOf,
     idempotency::{IdempotencyKey, idempotent},
     iterations::created,
@@ -61,7 +62,7 @@ struct ImportFormBody {
     )
 )]
 async fn import_iteration(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(job): PathOf<Uuid>,
     key: IdempotencyKey,
     payload: Payload,

@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use axum::{
-    extract::State,
     http::{HeaderMap, HeaderValue, header},
     response::Response,
 };
@@ -14,6 +13,7 @@ use super::{
     accept::Format,
     body::Payload,
     budget::WithPermit,
+    caller_state::CallerState,
     chunked,
     compute::read_fit_and,
     conditional::{IfMatch, etag, set_etag},
@@ -71,7 +71,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_iteration(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(job): PathOf<Uuid>,
     key: IdempotencyKey,
     payload: Payload,
@@ -156,10 +156,7 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     responses((status = 200, description = "The iteration.", body = IterationBody,
         headers(("ETag" = String, description = "Version of the iteration."))))
 )]
-async fn get_iteration(
-    State(state): State<AppState>,
-    PathOf((job, number)): PathOf<(Uuid, u32)>,
-) -> Result<Response, Problem> {
+async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, u32)>) -> Result<Response, Problem> {
     Ok(present(&state.jobs.iteration(job, number).await?))
 }
 
@@ -182,7 +179,7 @@ async fn get_iteration(
     )
 )]
 async fn update_iteration(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     IfMatch(precondition): IfMatch,
     JsonOf(patch): JsonOf<IterationPatchBody>,
@@ -213,7 +210,7 @@ pub fn present(iteration: &Iteration) -> Response {
     )
 )]
 async fn get_iteration_nodes(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
@@ -228,7 +225,7 @@ async fn get_iteration_nodes(
     };
     let (first, file) = state.pool.run(work).await?;
     let mut response = format.response(Vec::new());
-    *response.body_mut() = chunked::body(state, first, file, permit);
+    *response.body_mut() = chunked::body(state.app, first, file, permit);
     let headers = response.headers_mut();
     // Nodes never change, so each form has one tag.
     headers.insert(header::ETAG, HeaderValue::from_static(if format == Format::Csv { "\"csv\"" } else { "\"json\"" }));

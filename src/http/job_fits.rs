@@ -3,7 +3,6 @@
 use std::sync::Arc;
 
 use axum::{
-    extract::State,
     http::{HeaderValue, header},
     response::Response,
 };
@@ -13,6 +12,7 @@ use uuid::Uuid;
 use super::{
     body::Payload,
     budget::WithPermit,
+    caller_state::CallerState,
     compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag},
     extract::{JsonOf, PathOf, QueryOf},
@@ -70,7 +70,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_iteration_fit(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     key: IdempotencyKey,
     payload: Payload,
@@ -131,7 +131,7 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
     )
 )]
 async fn list_iteration_fits(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Response, Problem> {
@@ -162,7 +162,7 @@ async fn list_iteration_fits(
     )
 )]
 async fn get_iteration_fit(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
     QueryOf(query): QueryOf<IncludeQuery>,
 ) -> Result<Response, Problem> {
@@ -207,7 +207,7 @@ async fn get_iteration_fit(
     )
 )]
 async fn choose_fit(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     IfMatch(precondition): IfMatch,
     JsonOf(chosen): JsonOf<ChosenFitBody>,
@@ -229,7 +229,7 @@ async fn choose_fit(
     responses((status = 200, description = "Whether the answers are identical.", body = ReplayBody))
 )]
 async fn replay_fit(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number, fit)): PathOf<(Uuid, u32, Uuid)>,
     payload: Payload,
 ) -> Result<axum::Json<ReplayBody>, Problem> {

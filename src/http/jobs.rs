@@ -1,7 +1,6 @@
 //! `/v1/jobs`: gear jobs.
 
 use axum::{
-    extract::State,
     http::StatusCode,
     response::{IntoResponse, Response},
 };
@@ -10,6 +9,7 @@ use uuid::Uuid;
 
 use super::{
     body::Payload,
+    caller_state::CallerState,
     compute::read_small_json,
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf, QueryOf},
@@ -45,7 +45,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         ))
     )
 )]
-async fn create_job(State(state): State<AppState>, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
+async fn create_job(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
     idempotent(state, key, "POST /v1/jobs".to_owned(), payload, |state, payload, key| async move {
         let limit = state.settings.body_limit;
         let read = |text: &[u8]| Ok(read_json::<NewJobBody>(text)?);
@@ -76,10 +76,7 @@ fn created(job: &Job, stored: Stored) -> Answer {
         (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody)
     )
 )]
-async fn list_jobs(
-    State(state): State<AppState>,
-    QueryOf(query): QueryOf<PageQuery>,
-) -> Result<axum::Json<JobPageBody>, Problem> {
+async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<axum::Json<JobPageBody>, Problem> {
     let page = state.jobs.list_jobs(query.check(List::Jobs)?).await?;
     Ok(axum::Json(page.into()))
 }
@@ -93,7 +90,7 @@ async fn list_jobs(
     responses((status = 200, description = "The job.", body = JobBody,
         headers(("ETag" = String, description = "Version of the job."))))
 )]
-async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
+async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
     Ok(present(state.jobs.job(id).await?))
 }
 
@@ -118,7 +115,7 @@ async fn get_job(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Res
     )
 )]
 async fn update_job(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(id): PathOf<Uuid>,
     IfMatch(precondition): IfMatch,
     JsonOf(patch): JsonOf<JobPatchBody>,
@@ -145,7 +142,7 @@ async fn update_job(
     )
 )]
 async fn delete_job(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(id): PathOf<Uuid>,
     IfMatch(precondition): IfMatch,
 ) -> Result<StatusCode, Problem> {

@@ -5,6 +5,7 @@ mod accept;
 pub mod auth;
 pub mod body;
 pub mod budget;
+mod caller_state;
 mod chunked;
 pub mod compute;
 pub mod conditional;

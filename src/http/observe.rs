@@ -14,7 +14,7 @@ use axum::{
 };
 use uuid::Uuid;
 
-use super::{auth, state::AppState};
+use super::state::AppState;
 use crate::{
     api::problem::{Problem, ProblemCode},
     telemetry,
@@ -49,7 +49,7 @@ pub async fn identify(mut request: Request, next: Next) -> Response {
 pub async fn observe(
     State(state): State<AppState>,
     Extension(RequestId(id)): Extension<RequestId>,
-    request: Request,
+    mut request: Request,
     next: Next,
 ) -> Response {
     let begun = Instant::now();
@@ -57,11 +57,14 @@ pub async fn observe(
     let path = request.extensions().get::<MatchedPath>().cloned();
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
 
-    let allowed = names_host(&request)
-        .and_then(|()| auth::authorize(&state.settings.api_keys_sha256, request.uri().path(), request.headers()));
+    let caller = names_host(&request).and_then(|()| state.callers.identify(request.uri().path(), request.headers()));
+    let actor = caller.as_ref().ok().and_then(Option::as_ref).map(|caller| caller.actor.clone());
     let answer = async {
-        match allowed {
-            Ok(()) => catch_panic(next.run(request)).await,
+        match caller {
+            Ok(caller) => {
+                caller.map(|caller| request.extensions_mut().insert(caller));
+                catch_panic(next.run(request)).await
+            }
             Err(problem) => Ok(problem.into_response()),
         }
     };
@@ -85,7 +88,7 @@ pub async fn observe(
         }
         response = named;
     }
-    report(&method, path.as_ref(), &response, begun, &id, url);
+    report(&method, path.as_ref(), &response, begun, &id, (actor.as_deref(), url));
     response
 }
 
@@ -121,7 +124,7 @@ fn report(
     response: &Response,
     begun: Instant,
     id: &HeaderValue,
-    url: Option<axum::http::Uri>,
+    (actor, url): (Option<&str>, Option<axum::http::Uri>),
 ) {
     let seconds = begun.elapsed().as_secs_f64();
     let status = response.status();
@@ -137,9 +140,9 @@ fn report(
     let id = id.to_str().unwrap_or_default();
     match url {
         Some(url) => {
-            tracing::debug!(request_id = id, %method, route, %url, status = status.as_u16(), seconds, "answered")
+            tracing::debug!(request_id = id, %method, route, %url, actor, status = status.as_u16(), seconds, "answered")
         }
-        None => tracing::info!(request_id = id, %method, route, status = status.as_u16(), seconds, "answered"),
+        None => tracing::info!(request_id = id, %method, route, actor, status = status.as_u16(), seconds, "answered"),
     }
 }
 

@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::{
     budget::{Permit, WithPermit},
+    caller_state::CallerState,
     representative,
     state::AppState,
     stored,
@@ -52,7 +53,7 @@ pub fn asked(spec: &FitSpec) -> Option<&Chain> {
 
 /// The iterations that `chain` asks for, before the one numbered `before` (or about to be stored).
 async fn gather(
-    state: &AppState,
+    state: &CallerState,
     job: Uuid,
     before: Option<u32>,
     of: &Measurand,
@@ -100,7 +101,7 @@ async fn gather(
 
 /// Why an iteration that was asked for is not among the earlier ones of the flank.
 async fn not_found(
-    state: &AppState,
+    state: &CallerState,
     job: Uuid,
     before: Option<u32>,
     of: &Measurand,
@@ -140,7 +141,7 @@ struct StoredCorrection {
 }
 
 /// The iterations that a stored fit stood on; `None` for a fit that stood on none.
-pub async fn gather_again(state: &AppState, job: Uuid, stored: &FitRecord) -> Result<Option<Gathered>, Problem> {
+pub async fn gather_again(state: &CallerState, job: Uuid, stored: &FitRecord) -> Result<Option<Gathered>, Problem> {
     if !stored.spec.contains("\"prior\":{\"iterations\":") {
         return Ok(None);
     }
@@ -161,7 +162,7 @@ pub async fn gather_again(state: &AppState, job: Uuid, stored: &FitRecord) -> Re
 }
 
 /// Reads the nodes, and what the corrections predicted.
-async fn read(state: &AppState, job: Uuid, links: Vec<Link>) -> Result<Gathered, Problem> {
+async fn read(state: &CallerState, job: Uuid, links: Vec<Link>) -> Result<Gathered, Problem> {
     let (mut earlier, mut permits) = (Vec::with_capacity(links.len()), Vec::new());
     for Link { number, fit_id, corrections } in links {
         let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
@@ -196,7 +197,7 @@ pub fn waits(spec: &FitSpec) -> bool {
 
 /// Fits nodes with what their spec asks for of the job; the nodes come back with the fit.
 pub async fn compute(
-    state: &AppState,
+    state: &CallerState,
     job: Uuid,
     before: Option<u32>,
     of: &Measurand,

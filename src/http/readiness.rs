@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use tokio::sync::Mutex;
 
-use crate::jobs::{Jobs, RepositoryError};
+use crate::jobs::{JobService, RepositoryError};
 
 /// How long it is believed that the disk takes what is written.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -14,8 +14,8 @@ const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 pub struct Readiness(Mutex<Option<Instant>>);
 
 impl Readiness {
-    pub async fn check(&self, jobs: &Jobs) -> Result<(), RepositoryError> {
-        jobs.repository().ping().await?;
+    pub async fn check(&self, jobs: &JobService) -> Result<(), RepositoryError> {
+        jobs.ping().await?;
         // one at a time: who comes meanwhile has its outcome
         let mut taken = self.0.lock().await;
         if taken.is_none_or(|last| last.elapsed() >= CHECK_INTERVAL) {

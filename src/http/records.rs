@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use axum::{
     RequestExt,
-    extract::{FromRequest, Request, State},
+    extract::{FromRequest, Request},
     response::Response,
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -14,6 +14,7 @@ use uuid::Uuid;
 use super::{
     body::Payload,
     budget::WithPermit,
+    caller_state::CallerState,
     conditional::{etag, set_etag},
     extract::{PathOf, QueryOf},
     fits::json,
@@ -69,7 +70,7 @@ impl From<RecordDraft> for NewRecord {
 
 /// A request for a record of an iteration.
 pub struct RecordRequest {
-    state: AppState,
+    state: CallerState,
     job: Uuid,
     number: u32,
     key: IdempotencyKey,
@@ -82,8 +83,9 @@ impl FromRequest<AppState> for RecordRequest {
     async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
         let PathOf((job, number)) = request.extract_parts_with_state(state).await?;
         let key = request.extract_parts_with_state(state).await?;
+        let caller = request.extract_parts_with_state(state).await?;
         let payload = request.extract_with_state(state).await?;
-        Ok(RecordRequest { state: state.clone(), job, number, key, payload })
+        Ok(RecordRequest { state: caller, job, number, key, payload })
     }
 }
 
@@ -137,7 +139,7 @@ fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
     )
 )]
 async fn list_iteration_records(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<axum::Json<RecordPageBody>, Problem> {
@@ -165,7 +167,7 @@ async fn list_iteration_records(
     )
 )]
 async fn get_iteration_record(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf((job, number, id)): PathOf<(Uuid, u32, Uuid)>,
     QueryOf(query): QueryOf<IncludeQuery>,
 ) -> Result<Response, Problem> {

@@ -2,7 +2,7 @@
 
 use uuid::Uuid;
 
-use super::{state::AppState, stored};
+use super::{caller_state::CallerState, stored};
 use crate::{
     api::{faults::Faults, jobs::fits, problem::Problem},
     jobs::{FitRecord, Predecessors, RepositoryError, Resource},
@@ -23,7 +23,7 @@ pub fn asked(spec: &FitSpec) -> Option<&PieceOf> {
 }
 
 /// The spec with the piece that it asks for; unchanged where it asks for none.
-pub async fn resolved(state: &AppState, job: Uuid, spec: FitSpec) -> Result<FitSpec, Problem> {
+pub async fn resolved(state: &CallerState, job: Uuid, spec: FitSpec) -> Result<FitSpec, Problem> {
     let Some((number, wanted)) = asked(&spec).and_then(|of| Some((of.iteration?, of.fit_id.clone()))) else {
         return Ok(spec);
     };
@@ -52,7 +52,7 @@ pub async fn resolved(state: &AppState, job: Uuid, spec: FitSpec) -> Result<FitS
 
 /// The fit of that id, else the one that stands.
 async fn stored_fit(
-    state: &AppState,
+    state: &CallerState,
     job: Uuid,
     number: u32,
     wanted: Option<String>,

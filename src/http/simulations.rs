@@ -3,12 +3,13 @@
 
 use std::sync::Arc;
 
-use axum::{extract::State, response::Response};
+use axum::response::Response;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
     body::Payload,
+    caller_state::CallerState,
     compute::read_json,
     idempotency::{IdempotencyKey, idempotent},
     state::AppState,
@@ -45,11 +46,7 @@ pub fn group() -> OpenApiRouter<AppState> {
             body = ClosedLoopResultBody)
     )
 )]
-async fn simulate_closed_loop(
-    State(state): State<AppState>,
-    key: IdempotencyKey,
-    payload: Payload,
-) -> Result<Response, Problem> {
+async fn simulate_closed_loop(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
     let scope = "POST /v1/simulations/closed-loop".to_owned();
     idempotent(state, key, scope, payload, |state, payload, key| async move {
         let plans = state.plans.clone();

@@ -4,10 +4,10 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use super::{budget::Budget, readiness::Readiness, shutdown::Shutdown};
+use super::{auth::Callers, budget::Budget, readiness::Readiness, shutdown::Shutdown};
 use crate::{
     config::ServeSettings,
-    jobs::{Jobs, RunningKeys},
+    jobs::{JobService, RunningKeys},
     pool::WorkPool,
     telemetry,
 };
@@ -26,7 +26,10 @@ pub struct Shared {
     /// What grids and specs decide before a height is seen.
     pub plans: Plans,
     pub metrics: &'static PrometheusHandle,
-    pub jobs: Jobs,
+    /// Jobs of every tenant; a handler has those of its caller's (`CallerState`).
+    pub jobs: Arc<JobService>,
+    /// Who may call.
+    pub callers: Callers,
     /// Idempotency keys whose first request is running.
     pub keys: RunningKeys,
     /// Whether the store takes what is written.
@@ -36,9 +39,10 @@ pub struct Shared {
 }
 
 impl AppState {
-    pub fn new(settings: ServeSettings, jobs: Jobs) -> std::io::Result<Self> {
+    pub fn new(settings: ServeSettings, jobs: Arc<JobService>) -> std::io::Result<Self> {
         let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
+        let callers = Callers::of(&settings.api_keys_sha256);
         Ok(AppState(Arc::new(Shared {
             settings,
             pool,
@@ -46,6 +50,7 @@ impl AppState {
             plans: Plans::default(),
             metrics: telemetry::metrics(),
             jobs,
+            callers,
             keys: RunningKeys::default(),
             readiness: Readiness::default(),
             shutdown: Shutdown::default(),

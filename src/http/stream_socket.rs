@@ -9,12 +9,8 @@
 use std::time::Duration;
 
 use axum::{
-    extract::{
-        State,
-        ws::{
-            CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code,
-            rejection::WebSocketUpgradeRejection,
-        },
+    extract::ws::{
+        CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code, rejection::WebSocketUpgradeRejection,
     },
     http::{HeaderMap, header},
     response::Response,
@@ -22,7 +18,9 @@ use axum::{
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
-use super::{budget::WithPermit, extract::PathOf, observe::too_late, state::AppState, streams};
+use super::{
+    budget::WithPermit, caller_state::CallerState, extract::PathOf, observe::too_late, state::AppState, streams,
+};
 use crate::{
     api::{
         json::writer::text_of,
@@ -65,7 +63,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn connect_stream(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(id): PathOf<Uuid>,
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
@@ -102,7 +100,7 @@ enum SessionEnd {
     Close(u16, &'static str),
 }
 
-async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
+async fn serve(state: CallerState, id: Uuid, mut socket: WebSocket) {
     let _open = state.shutdown.register("websocket");
     match session(&state, id, &mut socket).await {
         SessionEnd::Gone => {}
@@ -118,7 +116,7 @@ async fn serve(state: AppState, id: Uuid, mut socket: WebSocket) {
     }
 }
 
-async fn session(state: &AppState, id: Uuid, socket: &mut WebSocket) -> SessionEnd {
+async fn session(state: &CallerState, id: Uuid, socket: &mut WebSocket) -> SessionEnd {
     let mut ends = state.jobs.listen_for_stream_ends();
     let mut stopped = std::pin::pin!(state.shutdown.begun());
     let mut pings = tokio::time::interval_at(tokio::time::Instant::now() + PING, PING);
@@ -196,7 +194,7 @@ async fn send(socket: &mut WebSocket, message: Message) -> bool {
 }
 
 /// Whether the stream takes no more nodes.
-async fn ended(state: &AppState, id: Uuid) -> Option<SessionEnd> {
+async fn ended(state: &CallerState, id: Uuid) -> Option<SessionEnd> {
     match state.jobs.stream(id).await {
         Ok(stream) if stream.iteration.is_some() => {
             Some(SessionEnd::Close(close_code::NORMAL, "the stream is finished"))
@@ -208,7 +206,7 @@ async fn ended(state: &AppState, id: Uuid) -> Option<SessionEnd> {
 }
 
 /// The answer to one message.
-async fn block(state: &AppState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
+async fn block(state: &CallerState, id: Uuid, text: Vec<u8>) -> Utf8Bytes {
     let outcome = async {
         let permit = state.budget.take(text.len())?;
         let text = WithPermit::new(text, permit);

@@ -3,12 +3,13 @@
 
 use std::time::Instant;
 
-use axum::{extract::State, http::StatusCode, response::Response};
+use axum::{http::StatusCode, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
     body::Payload,
+    caller_state::CallerState,
     compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag, set_etag},
     extract::PathOf,
@@ -56,7 +57,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn create_stream(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(job): PathOf<Uuid>,
     key: IdempotencyKey,
     payload: Payload,
@@ -91,8 +92,8 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
     responses((status = 200, description = "The stream.", body = StreamBody,
         headers(("ETag" = String, description = "Version of the stream."))))
 )]
-async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
-    let (stream, estimate) = state.jobs.stream_with_estimate(&state, id).await?;
+async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Response, Problem> {
+    let (stream, estimate) = state.jobs.stream_with_estimate(&state.app, id).await?;
     let input_sha256 = stream.input_sha256;
     let estimate = match estimate {
         Some(estimate) => Some(state.pool.run(move || stream::estimate_text(&estimate, &input_sha256)).await??),
@@ -126,7 +127,7 @@ async fn get_stream(State(state): State<AppState>, PathOf(id): PathOf<Uuid>) -> 
     )
 )]
 async fn add_stream_nodes(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(id): PathOf<Uuid>,
     key: IdempotencyKey,
     payload: Payload,
@@ -141,13 +142,13 @@ async fn add_stream_nodes(
 
 /// Adds a block that came as a request or as a message.
 pub async fn add_block(
-    state: &AppState,
+    state: &CallerState,
     id: Uuid,
     block: PostedBlock,
     key: Option<KeyedRequest>,
 ) -> Result<Answer, Problem> {
     let begun = Instant::now();
-    let answer = state.jobs.add_block(state, id, block, key).await;
+    let answer = state.jobs.add_block(&state.app, id, block, key).await;
     metrics::histogram!(telemetry::BLOCK_SECONDS).record(begun.elapsed().as_secs_f64());
     answer
 }
@@ -175,7 +176,7 @@ pub async fn add_block(
     )
 )]
 async fn finish_stream(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(id): PathOf<Uuid>,
     key: IdempotencyKey,
     payload: Payload,
@@ -186,7 +187,7 @@ async fn finish_stream(
         let plans = state.plans.clone();
         let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute(nodes, spec, &plans);
         let keyed = key.map(|key| key.answered_by(iterations::created));
-        let (iteration, stored) = state.jobs.finish_stream(&state, id, body.into(), fit, keyed).await?;
+        let (iteration, stored) = state.jobs.finish_stream(&state.app, id, body.into(), fit, keyed).await?;
         Ok(iterations::created(&iteration, stored))
     })
     .await
@@ -208,7 +209,7 @@ async fn finish_stream(
     )
 )]
 async fn delete_stream(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(id): PathOf<Uuid>,
     IfMatch(precondition): IfMatch,
 ) -> Result<StatusCode, Problem> {

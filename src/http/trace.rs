@@ -1,10 +1,11 @@
 //! `GET /v1/jobs/{job_id}/trace`: the whole story of a job.
 
-use axum::{extract::State, response::Response};
+use axum::response::Response;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
+    caller_state::CallerState,
     extract::{PathOf, QueryOf},
     fits::json,
     paging::PageQuery,
@@ -35,7 +36,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     )
 )]
 async fn get_trace(
-    State(state): State<AppState>,
+    state: CallerState,
     PathOf(job): PathOf<Uuid>,
     QueryOf(query): QueryOf<PageQuery>,
 ) -> Result<Response, Problem> {

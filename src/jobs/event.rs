@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::iteration::Decision;
+use super::{caller::Owned, iteration::Decision};
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -81,20 +81,20 @@ impl StreamEvent {
 /// costs time, not events.
 #[derive(Debug, Default)]
 pub struct JobNotifier {
-    jobs: Mutex<HashMap<Uuid, watch::Sender<()>>>,
+    jobs: Mutex<HashMap<Owned, watch::Sender<()>>>,
 }
 
 impl JobNotifier {
     /// Hears of the job from now on.
-    pub fn subscribe(&self, job: Uuid) -> watch::Receiver<()> {
+    pub fn subscribe(&self, job: Owned) -> watch::Receiver<()> {
         let mut jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
         jobs.retain(|_, sender| sender.receiver_count() > 0);
         jobs.entry(job).or_insert_with(|| watch::channel(()).0).subscribe()
     }
 
     /// Something happened to the job.
-    pub fn notify(&self, job: Uuid) {
-        if let Some(sender) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(&job) {
+    pub fn notify(&self, job: &Owned) {
+        if let Some(sender) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(job) {
             sender.send_replace(());
         }
     }
@@ -103,19 +103,21 @@ impl JobNotifier {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::jobs::caller::Tenant;
 
     #[tokio::test]
     async fn only_listeners_of_the_job_are_woken_and_the_gone_are_forgotten() {
         let notifier = JobNotifier::default();
-        let (one, two) = (Uuid::from_u128(1), Uuid::from_u128(2));
-        let (mut first, mut second) = (notifier.subscribe(one), notifier.subscribe(two));
-        notifier.notify(one);
+        let job = |tenant| Owned { tenant: Tenant::named(tenant).unwrap(), id: Uuid::from_u128(1) };
+        let (one, two) = (job("one"), job("two"));
+        let (mut first, mut second) = (notifier.subscribe(one.clone()), notifier.subscribe(two.clone()));
+        notifier.notify(&one);
         assert!(first.has_changed().unwrap() && !second.has_changed().unwrap());
         first.borrow_and_update();
         drop(first);
-        let again = notifier.subscribe(two);
+        let again = notifier.subscribe(two.clone());
         assert_eq!(notifier.jobs.lock().unwrap().len(), 1);
-        notifier.notify(two);
+        notifier.notify(&two);
         assert!(again.has_changed().unwrap());
         second.changed().await.unwrap();
     }

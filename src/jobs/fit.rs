@@ -64,7 +64,8 @@ const FIXED: &str = "fixed";
 impl Figures {
     /// The figures of a result.
     pub fn of(result: &FitResult) -> Self {
-        let finite = |value: f64| value.is_finite().then_some(value);
+        // none is below zero, and not every database keeps the sign of a zero
+        let finite = |value: f64| value.is_finite().then_some(value + 0.0);
         let regularization = &result.regularization;
         Figures {
             lambda_star: regularization.lambda_star.and_then(finite),

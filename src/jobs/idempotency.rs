@@ -1,9 +1,9 @@
 //! Idempotency keys: a client that lost an answer may ask again without storing twice.
 //!
-//! An answer is kept under (key, scope) in the same transaction as what it tells of, with a digest
-//! of its request; so the key works across restarts and never vouches for something that was not
-//! stored. Which keys are being worked on right now is kept in memory only: after a crash nothing
-//! is being worked on.
+//! An answer is kept under (tenant, key, scope) in the same transaction as what it tells of, with a
+//! digest of its request; so the key works across restarts and never vouches for something that was
+//! not stored. Which keys are being worked on right now is kept in memory only: after a crash
+//! nothing is being worked on.
 
 use std::{
     collections::HashSet,
@@ -12,7 +12,7 @@ use std::{
 
 use jiff::SignedDuration;
 
-use super::outcome::Stored;
+use super::{caller::Tenant, outcome::Stored};
 
 /// How long an answer is kept.
 pub const ANSWERS_KEPT: SignedDuration = SignedDuration::from_hours(30 * 24);
@@ -78,20 +78,20 @@ impl<T: Send + Sync + 'static> Keyed<T> {
 /// The keys being worked on.
 #[derive(Clone, Debug, Default)]
 pub struct RunningKeys {
-    keys: Arc<Mutex<HashSet<(String, String)>>>,
+    keys: Arc<Mutex<HashSet<(Tenant, String, String)>>>,
 }
 
 /// A key taken; given back when dropped.
 #[derive(Debug)]
 pub struct KeyClaim {
     running: RunningKeys,
-    entry: (String, String),
+    entry: (Tenant, String, String),
 }
 
 impl RunningKeys {
     /// Takes a key, unless its first request is still running.
-    pub fn claim(&self, key: &str, scope: &str) -> Option<KeyClaim> {
-        let entry = (key.to_owned(), scope.to_owned());
+    pub fn claim(&self, tenant: &Tenant, key: &str, scope: &str) -> Option<KeyClaim> {
+        let entry = (tenant.clone(), key.to_owned(), scope.to_owned());
         let mut keys = self.keys.lock().unwrap_or_else(PoisonError::into_inner);
         keys.insert(entry.clone()).then(|| KeyClaim { running: self.clone(), entry })
     }
@@ -108,13 +108,15 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_key_is_taken_once_and_given_back() {
+    fn a_key_is_taken_once_by_each_tenant_and_given_back() {
         let running = RunningKeys::default();
-        let claim = running.claim("k", "POST /v1/jobs");
+        let (own, other) = (Tenant::default(), Tenant::named("other").unwrap());
+        let claim = running.claim(&own, "k", "POST /v1/jobs");
         assert!(claim.is_some());
-        assert!(running.claim("k", "POST /v1/jobs").is_none());
-        assert!(running.claim("k", "POST /v1/other").is_some());
+        assert!(running.claim(&own, "k", "POST /v1/jobs").is_none());
+        assert!(running.claim(&own, "k", "POST /v1/other").is_some());
+        assert!(running.claim(&other, "k", "POST /v1/jobs").is_some());
         drop(claim);
-        assert!(running.claim("k", "POST /v1/jobs").is_some());
+        assert!(running.claim(&own, "k", "POST /v1/jobs").is_some());
     }
 }

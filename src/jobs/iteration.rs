@@ -7,6 +7,7 @@ use uuid::Uuid;
 
 use super::{
     draft::ExpectedGear,
+    encoded_nodes::EncodedNodes,
     fit::{Figures, NewFit},
     job::Job,
     measurand::Measurand,
@@ -14,7 +15,6 @@ use super::{
     page::Cursor,
     record::{Record, RecordSummary},
 };
-use flankfit_engine::estimation::Nodes;
 
 /// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or
 /// nothing.
@@ -25,7 +25,7 @@ pub struct NewIteration {
     pub measurand: Measurand,
     pub details: MeasurementDetails,
     pub created_at: Timestamp,
-    pub nodes: Arc<Nodes>,
+    pub nodes: EncodedNodes,
     pub fit: NewFit,
     /// What is kept with it from the beginning, stored in the same transaction.
     pub records: Vec<Record>,

@@ -37,19 +37,19 @@ impl Jobs {
 
     /// An iteration with its first fit, before it is stored.
     pub(super) fn new_iteration(&self, job_id: Uuid, draft: IterationDraft) -> NewIteration {
-        let now = self.clock.now();
+        let now = self.now();
         NewIteration {
-            id: self.ids.fresh(now),
+            id: self.fresh_id(now),
             job_id,
             measurand: draft.measurand,
             details: draft.details,
             created_at: now,
-            nodes: draft.nodes,
-            fit: NewFit { id: self.ids.fresh(now), computed: draft.computed, reason: None, created_at: now },
+            nodes: draft.nodes.into(),
+            fit: NewFit { id: self.fresh_id(now), computed: draft.computed, reason: None, created_at: now },
             records: draft
                 .records
                 .into_iter()
-                .map(|draft| Record { id: self.ids.fresh(now), created_at: now, draft })
+                .map(|draft| Record { id: self.fresh_id(now), created_at: now, draft })
                 .collect(),
             expected_gear: draft.expected_gear,
         }
@@ -97,9 +97,9 @@ impl Jobs {
         draft: RefitDraft,
         keyed: Option<Keyed<NewFit>>,
     ) -> Result<(Arc<NewFit>, Stored), RepositoryError> {
-        let now = self.clock.now();
+        let now = self.now();
         let fit = Arc::new(NewFit {
-            id: self.ids.fresh(now),
+            id: self.fresh_id(now),
             computed: draft.computed,
             reason: draft.reason,
             created_at: now,
@@ -121,7 +121,7 @@ impl Jobs {
         reason: Option<String>,
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
-        let choice = Choice { fit_id, event: Event { reason, created_at: self.clock.now() } };
+        let choice = Choice { fit_id, event: Event { reason, created_at: self.now() } };
         self.write(job, |repository| async move { repository.choose(job, number, choice, precondition).await }).await?;
         self.iteration(job, number).await
     }
@@ -135,7 +135,7 @@ impl Jobs {
         reason: Option<String>,
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
-        let decision = DecisionEvent { decision, event: Event { reason, created_at: self.clock.now() } };
+        let decision = DecisionEvent { decision, event: Event { reason, created_at: self.now() } };
         self.write(job, |repository| async move { repository.decide(job, number, decision, precondition).await })
             .await?;
         self.iteration(job, number).await

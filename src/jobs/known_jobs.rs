@@ -1,33 +1,33 @@
-//! Jobs lately seen to exist.
+//! Jobs lately seen to exist, each by its own tenant.
 
 use std::{
     collections::HashSet,
     sync::{Mutex, PoisonError},
 };
 
-use uuid::Uuid;
+use super::caller::Owned;
 
 #[derive(Default)]
 pub struct KnownJobs {
-    ids: Mutex<HashSet<Uuid>>,
+    jobs: Mutex<HashSet<Owned>>,
 }
 
 impl KnownJobs {
     const MOST: usize = 4096;
 
-    pub fn contains(&self, id: Uuid) -> bool {
-        self.ids.lock().unwrap_or_else(PoisonError::into_inner).contains(&id)
+    pub fn contains(&self, job: &Owned) -> bool {
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner).contains(job)
     }
 
-    pub fn add(&self, id: Uuid) {
-        let mut ids = self.ids.lock().unwrap_or_else(PoisonError::into_inner);
-        if ids.len() >= Self::MOST {
-            ids.clear();
+    pub fn add(&self, job: Owned) {
+        let mut jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
+        if jobs.len() >= Self::MOST {
+            jobs.clear();
         }
-        ids.insert(id);
+        jobs.insert(job);
     }
 
-    pub fn remove(&self, id: Uuid) {
-        self.ids.lock().unwrap_or_else(PoisonError::into_inner).remove(&id);
+    pub fn remove(&self, job: &Owned) {
+        self.jobs.lock().unwrap_or_else(PoisonError::into_inner).remove(job);
     }
 }

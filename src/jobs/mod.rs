@@ -6,13 +6,18 @@
 //! followed is the latest [`DecisionEvent`]. Choices and decisions are events: a change of mind is
 //! a new one, so the trace tells the whole story and nothing in it is ever overwritten.
 //!
-//! This room knows neither SQL nor HTTP. Storage is the [`Repository`], and the ambient world
-//! (time, fresh ids) comes in through [`Clock`] and [`Ids`], so a test can hold all three in its
-//! hand. Fits are computed before anything is written and come here
-//! [`Computed`]: no write ever waits for a fit.
+//! Jobs belong to tenants. What a [`Caller`] can do is [`Jobs`], which see those of one tenant;
+//! what all of these share is the [`JobService`].
+//!
+//! This room knows neither SQL nor HTTP. Storage is the [`Repository`] of a caller, and the ambient
+//! world (time, fresh ids) comes in through [`Clock`] and [`Ids`], so a test can hold all three in
+//! its hand. Fits are computed before anything is written and come here [`Computed`]: no write ever
+//! waits for a fit.
 
 mod ambient;
+mod caller;
 mod draft;
+mod encoded_nodes;
 mod event;
 mod fit;
 mod gear;
@@ -36,7 +41,9 @@ mod service;
 mod streams;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
+pub use caller::{Caller, Owned, Tenant};
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use encoded_nodes::EncodedNodes;
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
@@ -53,8 +60,8 @@ pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
-pub use repository::{Repository, RepositoryFuture};
-pub use service::Jobs;
+pub use repository::{Repository, RepositoryFuture, Store, Upkeep};
+pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,
 };

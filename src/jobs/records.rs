@@ -21,8 +21,8 @@ impl Jobs {
         draft: RecordDraft,
         keyed: Option<Keyed<Record>>,
     ) -> Result<(Arc<Record>, Stored), RepositoryError> {
-        let now = self.clock.now();
-        let record = Arc::new(Record { id: self.ids.fresh(now), created_at: now, draft });
+        let now = self.now();
+        let record = Arc::new(Record { id: self.fresh_id(now), created_at: now, draft });
         let receipt = keyed.map(|keyed| keyed.receipt(record.clone()));
         let stored = self.repository.insert_record(job, number, record.clone(), receipt).await?;
         Ok((record, stored))

@@ -1,4 +1,7 @@
 //! Where jobs are kept. SQLite is one answer; nothing here says so.
+//!
+//! A [`Store`] keeps the jobs of every tenant. What a caller may see and change of it is a
+//! [`Repository`]: tenant and actor live in that handle, so no operation can forget them.
 
 use std::{future::Future, pin::Pin, sync::Arc};
 
@@ -6,6 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    caller::Caller,
     event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
@@ -23,112 +27,129 @@ use flankfit_engine::estimation::Nodes;
 /// What the store's methods answer with.
 pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, RepositoryError>> + Send + 'a>>;
 
-/// The store. Every write is all or nothing, and is durable when its future is ready; a write that
-/// was begun is finished even if its future is dropped. Reads see one consistent state each.
-pub trait Repository: Send + Sync + 'static {
-    fn insert_job(&self, job: Job, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
-    fn job(&self, id: Uuid) -> RepositoryFuture<'_, Job>;
-    /// Newest first.
-    fn jobs(&self, page: PageRequest) -> RepositoryFuture<'_, Page<Job>>;
-    fn patch_job(
-        &self,
-        id: Uuid,
-        patch: JobPatch,
-        precondition: Precondition,
-        now: Timestamp,
-    ) -> RepositoryFuture<'_, Job>;
-    fn delete_job(&self, id: Uuid, precondition: Precondition) -> RepositoryFuture<'_, ()>;
+/// A store of jobs, of every tenant.
+pub trait Store: Upkeep {
+    /// The store as a caller sees it: other tenants' jobs, and what belongs to these, do not exist.
+    fn of(&self, caller: &Caller) -> Arc<dyn Repository>;
+}
 
-    fn insert_iteration(&self, iteration: Arc<NewIteration>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
-    fn iteration(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Iteration>;
-    fn nodes(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Nodes>;
-    /// What the nodes of an iteration are of.
-    fn measurand(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Measurand>;
-    /// What was measured after an iteration.
-    fn successors(&self, job: Uuid, number: u32) -> RepositoryFuture<'_, Successors>;
-    /// Earlier iterations of the same flank and tooth, oldest first.
-    fn predecessors(&self, job: Uuid, wanted: Predecessors) -> RepositoryFuture<'_, Vec<Predecessor>>;
-    /// Iterations by number; a page may hold fewer than its limit where they are big.
-    fn trace(&self, job: Uuid, page: PageRequest) -> RepositoryFuture<'_, Trace>;
-    /// The nodes if they take at most so many bytes in the store, else how many they take.
-    fn nodes_up_to(&self, job: Uuid, number: u32, most: usize) -> RepositoryFuture<'_, Result<Nodes, usize>>;
-
-    fn insert_fit(
-        &self,
-        job: Uuid,
-        number: u32,
-        fit: Arc<NewFit>,
-        receipt: Option<Receipt>,
-    ) -> RepositoryFuture<'_, Stored>;
-    fn fit(&self, job: Uuid, number: u32, fit: Uuid) -> RepositoryFuture<'_, FitRecord>;
-    /// Fits of an iteration in the order in which they were made.
-    fn fits(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<FitSummary>>;
-    /// Records the choice, unless the latest one says the same.
-    fn choose(
-        &self,
-        job: Uuid,
-        number: u32,
-        choice: Choice,
-        precondition: Precondition,
-    ) -> RepositoryFuture<'_, Stored>;
-    /// Records the decision, unless the latest one says the same.
-    fn decide(
-        &self,
-        job: Uuid,
-        number: u32,
-        decision: DecisionEvent,
-        precondition: Precondition,
-    ) -> RepositoryFuture<'_, Stored>;
-
-    fn insert_record(
-        &self,
-        job: Uuid,
-        number: u32,
-        record: Arc<Record>,
-        receipt: Option<Receipt>,
-    ) -> RepositoryFuture<'_, Stored>;
-    fn record(&self, job: Uuid, number: u32, id: Uuid) -> RepositoryFuture<'_, Record>;
-    /// Oldest first.
-    fn records(&self, job: Uuid, number: u32, page: PageRequest) -> RepositoryFuture<'_, Page<RecordSummary>>;
-
-    /// The one of a kind that was kept last.
-    fn latest_record(&self, job: Uuid, number: u32, kind: RecordKind) -> RepositoryFuture<'_, Option<Record>>;
-
-    fn insert_stream(&self, stream: Arc<NewStream>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
-    fn stream(&self, id: Uuid) -> RepositoryFuture<'_, Stream>;
-    /// The stream, its estimate as it was written down last, and the digest of its last block, in
-    /// one state.
-    fn stream_state(&self, id: Uuid) -> RepositoryFuture<'_, (Stream, Option<StreamState>, Option<[u8; 32]>)>;
-    /// Blocks after the one numbered `after`, in order: at least one where there is one, and no
-    /// more than a few megabytes.
-    fn blocks(&self, id: Uuid, after: u64) -> RepositoryFuture<'_, Vec<Block>>;
-    /// Digest of one block.
-    fn block_sha256(&self, id: Uuid, sequence: u64) -> RepositoryFuture<'_, Option<[u8; 32]>>;
-    /// Adds the block that is expected next, behind the blocks whose chain it names, and no other.
-    fn insert_block(&self, block: Arc<NewBlock>, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
-    /// Makes the stream an iteration, if its last block is the one named.
-    fn finish_stream(&self, finished: FinishedStream, receipt: Option<Receipt>) -> RepositoryFuture<'_, Stored>;
-    /// Deletes the stream with its blocks. An iteration that it has become stays.
-    fn delete_stream(&self, id: Uuid, precondition: Precondition, now: Timestamp) -> RepositoryFuture<'_, ()>;
-
-    /// What happened to a job after the event numbered `after`, at most `limit` events.
-    fn events(&self, job: Uuid, after: u64, limit: u32) -> RepositoryFuture<'_, Vec<JobEvent>>;
-    /// The number of a job's last event, 0 before the first.
-    fn last_event(&self, job: Uuid) -> RepositoryFuture<'_, u64>;
-
-    /// The answer kept under an idempotency key, with the digest of its request.
-    fn answer(&self, key: String, scope: String) -> RepositoryFuture<'_, Option<([u8; 32], Answer)>>;
-
+/// What is done with a store as a whole, for no caller.
+pub trait Upkeep: Send + Sync + 'static {
     /// Forgets kept answers from before a time, the oldest first, at most so many; answers how
     /// many.
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
-
-    /// Stores jobs with their iterations and keeps the receipt, all or nothing.
-    fn insert_runs(&self, runs: Vec<NewRun>, receipt: Option<Receipt>, now: Timestamp) -> RepositoryFuture<'_, Stored>;
 
     /// Whether anything can be written: writes something small, and answers once it is synced.
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()>;
 
     /// Whether the store answers at all.
     fn ping(&self) -> RepositoryFuture<'_, ()>;
+
+    /// Finishes the writes that wait and closes the store. Later writes are refused.
+    fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>>;
 }
+
+/// Every operation of a [`Repository`], said once. The macro `$then` is given its reads and its
+/// writes, each with a name for it as data, the name of its method, what it takes and what it
+/// answers. (Names are looked up where `$then` uses them.)
+#[doc(hidden)]
+#[macro_export]
+macro_rules! repository_operations {
+    ($then:ident) => {
+        $then! {
+            reads {
+                GetJob = job(id: Uuid) -> Job;
+                /// Newest first.
+                ListJobs = jobs(page: PageRequest) -> Page<Job>;
+
+                GetIteration = iteration(job: Uuid, number: u32) -> Iteration;
+                GetNodes = nodes(job: Uuid, number: u32) -> Nodes;
+                /// The nodes if they take at most so many bytes in the store, else how many they
+                /// take.
+                GetNodesUpTo = nodes_up_to(job: Uuid, number: u32, most: usize) -> Result<Nodes, usize>;
+                /// What the nodes of an iteration are of.
+                GetMeasurand = measurand(job: Uuid, number: u32) -> Measurand;
+                /// What was measured after an iteration.
+                GetSuccessors = successors(job: Uuid, number: u32) -> Successors;
+                /// Earlier iterations of the same flank and tooth, oldest first.
+                GetPredecessors = predecessors(job: Uuid, wanted: Predecessors) -> Vec<Predecessor>;
+                /// Iterations by number; a page may hold fewer than its limit where they are big.
+                GetTrace = trace(job: Uuid, page: PageRequest) -> Trace;
+
+                GetFit = fit(job: Uuid, number: u32, fit: Uuid) -> FitRecord;
+                /// Fits of an iteration in the order in which they were made.
+                ListFits = fits(job: Uuid, number: u32, page: PageRequest) -> Page<FitSummary>;
+
+                GetRecord = record(job: Uuid, number: u32, id: Uuid) -> Record;
+                /// Oldest first.
+                ListRecords = records(job: Uuid, number: u32, page: PageRequest) -> Page<RecordSummary>;
+                /// The one of a kind that was kept last.
+                GetLatestRecord = latest_record(job: Uuid, number: u32, kind: RecordKind) -> Option<Record>;
+
+                GetStream = stream(id: Uuid) -> Stream;
+                /// The stream, its estimate as it was written down last, and the digest of its last
+                /// block, in one state.
+                GetStreamState = stream_state(id: Uuid) -> (Stream, Option<StreamState>, Option<[u8; 32]>);
+                /// Blocks after the one numbered `after`, in order: at least one where there is
+                /// one, and no more than a few megabytes.
+                GetBlocks = blocks(id: Uuid, after: u64) -> Vec<Block>;
+                /// Digest of one block.
+                GetBlockSha256 = block_sha256(id: Uuid, sequence: u64) -> Option<[u8; 32]>;
+
+                /// What happened to a job after the event numbered `after`, at most `limit` events.
+                GetEvents = events(job: Uuid, after: u64, limit: u32) -> Vec<JobEvent>;
+                /// The number of a job's last event, 0 before the first.
+                GetLastEvent = last_event(job: Uuid) -> u64;
+
+                /// The answer kept under an idempotency key, with the digest of its request.
+                GetAnswer = answer(key: String, scope: String) -> Option<([u8; 32], Answer)>;
+            }
+            writes {
+                InsertJob = insert_job(job: Job, receipt: Option<Receipt>) -> Stored;
+                PatchJob = patch_job(id: Uuid, patch: JobPatch, precondition: Precondition, now: Timestamp) -> Job;
+                DeleteJob = delete_job(id: Uuid, precondition: Precondition) -> ();
+                /// Stores jobs with their iterations and keeps the receipt, all or nothing.
+                InsertRuns = insert_runs(runs: Vec<NewRun>, receipt: Option<Receipt>, now: Timestamp) -> Stored;
+
+                /// Stores do many of these at once.
+                InsertIteration =
+                    insert_iteration(iteration: Arc<NewIteration>, receipt: Option<Receipt>) -> Stored;
+                InsertFit =
+                    insert_fit(job: Uuid, number: u32, fit: Arc<NewFit>, receipt: Option<Receipt>) -> Stored;
+                /// Records the choice, unless the latest one says the same.
+                Choose = choose(job: Uuid, number: u32, choice: Choice, precondition: Precondition) -> Stored;
+                /// Records the decision, unless the latest one says the same.
+                Decide = decide(job: Uuid, number: u32, decision: DecisionEvent, precondition: Precondition) -> Stored;
+                InsertRecord =
+                    insert_record(job: Uuid, number: u32, record: Arc<Record>, receipt: Option<Receipt>) -> Stored;
+
+                InsertStream = insert_stream(stream: Arc<NewStream>, receipt: Option<Receipt>) -> Stored;
+                /// Adds the block that is expected next, behind the blocks whose chain it names,
+                /// and no other.
+                InsertBlock = insert_block(block: Arc<NewBlock>, receipt: Option<Receipt>) -> Stored;
+                /// Makes the stream an iteration, if its last block is the one named.
+                FinishStream = finish_stream(finished: FinishedStream, receipt: Option<Receipt>) -> Stored;
+                /// Deletes the stream with its blocks. An iteration that it has become stays.
+                DeleteStream = delete_stream(id: Uuid, precondition: Precondition, now: Timestamp) -> ();
+            }
+        }
+    };
+}
+
+/// Makes the trait of the operations.
+macro_rules! declare {
+    (
+        reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
+        writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
+    ) => {
+        /// A store as one caller sees it. Every write is all or nothing, and is durable when its
+        /// future is ready; a write that was begun is finished even if its future is dropped. Reads
+        /// see one consistent state each.
+        pub trait Repository: Send + Sync + 'static {
+            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found>;)*
+            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply>;)*
+        }
+    };
+}
+
+crate::repository_operations!(declare);

@@ -9,7 +9,7 @@ use super::{
     idempotency::{ANSWERS_KEPT, Keyed},
     iteration::NewRun,
     outcome::{RepositoryError, Stored},
-    service::Jobs,
+    service::{JobService, Jobs},
 };
 
 /// Answers forgotten in one transaction, so that no other write waits long.
@@ -23,7 +23,7 @@ impl Jobs {
         drafts: Vec<(JobDraft, Vec<IterationDraft>)>,
         keyed: Option<Keyed<Vec<Uuid>>>,
     ) -> Result<(Arc<Vec<Uuid>>, Stored), RepositoryError> {
-        let now = self.clock.now();
+        let now = self.now();
         let runs: Vec<NewRun> = drafts
             .into_iter()
             .map(|(job, iterations)| {
@@ -38,11 +38,13 @@ impl Jobs {
         let stored = self.repository.insert_runs(runs, receipt, now).await?;
         Ok((ids, stored))
     }
+}
 
+impl JobService {
     /// Forgets answers kept under idempotency keys that are older than any client asks for.
     pub async fn forget_old_answers(&self) -> Result<(), RepositoryError> {
-        let before = self.clock.now() - ANSWERS_KEPT;
-        while self.repository.forget_answers(before, AT_A_TIME).await? == u64::from(AT_A_TIME) {}
+        let before = self.now() - ANSWERS_KEPT;
+        while self.store.forget_answers(before, AT_A_TIME).await? == u64::from(AT_A_TIME) {}
         Ok(())
     }
 

@@ -8,40 +8,38 @@ use uuid::Uuid;
 
 use super::{
     ambient::{Clock, Ids},
+    caller::{Caller, Owned, Tenant},
     draft::JobDraft,
     event::{JobEvent, JobNotifier},
-    idempotency::Keyed,
+    idempotency::{Answer, Keyed},
     iteration::Trace,
     job::{Job, JobPatch},
     known_jobs::KnownJobs,
     outcome::{Precondition, RepositoryError},
     page::{Page, PageRequest},
-    repository::Repository,
+    repository::{Repository, Store},
     streams::StreamCache,
 };
 
-/// Jobs and everything that can be done with them.
-///
-/// Whoever waits for a use case may leave at any time. What the store has taken is then finished
-/// all the same, with what follows from it (`run_to_completion`); what it has not taken yet is not
-/// begun.
-pub struct Jobs {
-    pub(super) repository: Arc<dyn Repository>,
-    pub(super) clock: Arc<dyn Clock>,
-    pub(super) ids: Arc<dyn Ids>,
+/// What the use cases of all callers share.
+pub struct JobService {
+    pub(super) store: Arc<dyn Store>,
+    clock: Arc<dyn Clock>,
+    ids: Arc<dyn Ids>,
     known: KnownJobs,
-    pub(super) cache: Arc<StreamCache>,
-    pub(super) notifier: Arc<JobNotifier>,
+    pub(super) cache: StreamCache,
+    pub(super) notifier: JobNotifier,
 }
 
-impl Jobs {
-    pub fn new(repository: Arc<dyn Repository>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Self {
-        Jobs { repository, clock, ids, known: KnownJobs::default(), cache: Arc::default(), notifier: Arc::default() }
+impl JobService {
+    pub fn new(store: Arc<dyn Store>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Arc<Self> {
+        let (known, cache, notifier) = Default::default();
+        Arc::new(JobService { store, clock, ids, known, cache, notifier })
     }
 
-    /// The store beneath, for what is not about jobs (readiness, kept answers).
-    pub fn repository(&self) -> &Arc<dyn Repository> {
-        &self.repository
+    /// The jobs of a caller's tenant.
+    pub fn of(self: &Arc<Self>, caller: &Caller) -> Jobs {
+        Jobs { repository: self.store.of(caller), tenant: caller.tenant.clone(), service: self.clone() }
     }
 
     /// The time that whatever is written now carries.
@@ -49,19 +47,66 @@ impl Jobs {
         self.clock.now()
     }
 
+    /// Whether the store answers.
+    pub async fn ping(&self) -> Result<(), RepositoryError> {
+        self.store.ping().await
+    }
+
+    /// Whether anything can be written.
+    pub async fn check_writable(&self) -> Result<(), RepositoryError> {
+        self.store.check_writable(self.now()).await
+    }
+}
+
+/// The jobs of one tenant and everything that a caller can do with them.
+///
+/// Whoever waits for a use case may leave at any time. What the store has taken is then finished
+/// all the same, with what follows from it (`run_to_completion`); what it has not taken yet is not
+/// begun.
+#[derive(Clone)]
+pub struct Jobs {
+    pub(super) repository: Arc<dyn Repository>,
+    tenant: Tenant,
+    pub(super) service: Arc<JobService>,
+}
+
+impl Jobs {
+    /// To whom the jobs belong.
+    pub fn tenant(&self) -> &Tenant {
+        &self.tenant
+    }
+
+    /// A job or a stream of the tenant, as it is known in memory.
+    pub(super) fn owned(&self, id: Uuid) -> Owned {
+        Owned { tenant: self.tenant.clone(), id }
+    }
+
+    pub(super) fn now(&self) -> Timestamp {
+        self.service.now()
+    }
+
+    pub(super) fn fresh_id(&self, now: Timestamp) -> Uuid {
+        self.service.ids.fresh(now)
+    }
+
+    /// The answer kept under an idempotency key, with the digest of its request.
+    pub async fn answer(&self, key: &str, scope: &str) -> Result<Option<([u8; 32], Answer)>, RepositoryError> {
+        self.repository.answer(key.to_owned(), scope.to_owned()).await
+    }
+
     pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, RepositoryError> {
         let job = Arc::new(self.new_job(draft));
         let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
         self.repository.insert_job(Job::clone(&job), receipt).await?;
-        self.known.add(job.id);
+        self.service.known.add(self.owned(job.id));
         Ok(job)
     }
 
     /// A job, before it is stored.
     pub(super) fn new_job(&self, draft: JobDraft) -> Job {
-        let now = self.clock.now();
+        let now = self.now();
         Job {
-            id: self.ids.fresh(now),
+            id: self.fresh_id(now),
             name: draft.name,
             part_number: draft.part_number,
             serial_number: draft.serial_number,
@@ -72,11 +117,6 @@ impl Jobs {
             created_at: now,
             updated_at: now,
         }
-    }
-
-    /// Whether anything can be written.
-    pub async fn check_writable(&self) -> Result<(), RepositoryError> {
-        self.repository.check_writable(self.clock.now()).await
     }
 
     /// Newest first.
@@ -94,13 +134,13 @@ impl Jobs {
         patch: JobPatch,
         precondition: Precondition,
     ) -> Result<Job, RepositoryError> {
-        self.repository.patch_job(id, patch, precondition, self.clock.now()).await
+        self.repository.patch_job(id, patch, precondition, self.now()).await
     }
 
     /// Deletes a job that has no iterations.
     pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
         self.repository.delete_job(id, precondition).await?;
-        self.known.remove(id);
+        self.service.known.remove(&self.owned(id));
         Ok(())
     }
 
@@ -121,14 +161,15 @@ impl Jobs {
 
     /// Is woken when something happens to the job.
     pub fn listen(&self, job: Uuid) -> watch::Receiver<()> {
-        self.notifier.subscribe(job)
+        self.service.notifier.subscribe(self.owned(job))
     }
 
     /// Refuses a job that does not exist before a fit is computed for it. (The write looks again.)
     pub async fn check_exists(&self, job: Uuid) -> Result<(), RepositoryError> {
-        if !self.known.contains(job) {
+        let owned = self.owned(job);
+        if !self.service.known.contains(&owned) {
             self.repository.job(job).await?;
-            self.known.add(job);
+            self.service.known.add(owned);
         }
         Ok(())
     }
@@ -143,10 +184,10 @@ impl Jobs {
         T: Send + 'static,
         F: Future<Output = Result<T, RepositoryError>> + Send + 'static,
     {
-        let (writing, notifier) = (write(self.repository.clone()), self.notifier.clone());
+        let (writing, service, job) = (write(self.repository.clone()), self.service.clone(), self.owned(job));
         run_to_completion(async move {
             let written = writing.await?;
-            notifier.notify(job);
+            service.notifier.notify(&job);
             Ok(written)
         })
         .await

@@ -1,10 +1,11 @@
 //! The stores: everything that is SQL. A store implements the repository of [`crate::jobs`].
 //!
-//! `shared/` holds what no store has for itself: the writes as data, the queue in which they wait
-//! for a common transaction, and the rows that are read. A store adds its SQL, and one
-//! `impl Run<Connection> for …` for each write.
+//! `shared/` holds what no store has for itself: operations as data, the handles in which callers
+//! have them, the queue in which writes wait for a common transaction, and the rows that are read.
+//! A store adds its SQL: one `impl Read<Readers> for …` of each read and one
+//! `impl Write<Connection> for …` of each write.
 
 mod shared;
 mod sqlite;
 
-pub use sqlite::{BackupError, OpenError, Store, StoreSettings, backup, migrations};
+pub use sqlite::{BackupError, OpenError, SqliteStore, StoreSettings, backup, migrations};

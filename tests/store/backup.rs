@@ -2,10 +2,7 @@
 
 use std::sync::Arc;
 
-use flankfit::{
-    jobs::Repository,
-    store::{BackupError, Store, StoreSettings, backup},
-};
+use flankfit::store::{BackupError, StoreSettings, backup};
 
 use crate::support::{Place, WHOLE};
 
@@ -13,15 +10,15 @@ use crate::support::{Place, WHOLE};
 async fn a_backup_under_writing_holds_a_whole_prefix() {
     let place = Arc::new(Place::new());
     let store = Arc::new(place.open().await);
-    let job = place.stored_job(&store).await.id;
+    let job = place.stored_job(&*store).await.id;
     for _ in 0..50 {
-        place.stored_iteration(&store, job).await;
+        place.stored_iteration(&*store, job).await;
     }
     let writing = tokio::spawn({
         let (place, store) = (place.clone(), store.clone());
         async move {
             for _ in 0..200 {
-                place.stored_iteration(&store, job).await;
+                place.stored_iteration(&*store, job).await;
             }
         }
     });
@@ -30,7 +27,7 @@ async fn a_backup_under_writing_holds_a_whole_prefix() {
     writing.await.unwrap();
     assert!(!place.beside("copy.db.partial").exists());
 
-    let copy = Store::open(StoreSettings::of_file(&target), place.now()).await.unwrap();
+    let copy = place.open_with(StoreSettings::of_file(&target)).await;
     let trace = copy.trace(job, WHOLE).await.unwrap();
     assert!((50..=250).contains(&trace.iterations.len()));
     for (index, iteration) in trace.iterations.iter().enumerate() {

@@ -1,12 +1,12 @@
 //! Migrations are only ever added, and an older database is brought up to date with what it holds.
 
 use flankfit::{
-    jobs::{Measurand, RecordKind, Repository, Successors},
-    store::{OpenError, Store, StoreSettings, migrations},
+    jobs::{Measurand, RecordKind, RepositoryError, Resource, Successors},
+    store::{OpenError, SqliteStore, StoreSettings, migrations},
 };
 use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
 
-use crate::support::{Place, WHOLE};
+use crate::support::{Place, WHOLE, caller, receipt};
 
 /// The digests of the migrations as they were released. A changed one would leave databases behind
 /// that no version knows: add a migration instead, and its digest here.
@@ -21,6 +21,7 @@ const RELEASED: &[(i64, &str)] = &[
     (8, "a62ee7e7e83f58a9b79d45b5df032fbf"),
     (9, "4f8faf8859177de0c69d524013a19f1a"),
     (10, "617996c25b4a66fdb51262767b542099"),
+    (11, "32d92b45e9d2837cb2e303071e20ce78"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -147,6 +148,63 @@ async fn older_iterations_tell_no_flank() {
     assert_eq!(store.successors(job.id, 3).await.unwrap(), Successors::default());
 }
 
+/// Jobs from before there were tenants are `default`'s, and so are the answers kept.
+#[tokio::test]
+async fn older_jobs_and_answers_belong_to_the_default_tenant() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(10, &mut old).await.unwrap();
+    let (job, fit, stream) = (place.id(), place.fit(0.5), place.id());
+    let at = "2026-11-21T03:04:05.000006Z";
+    for (sql, id) in [
+        (
+            "INSERT INTO jobs (seq, id, name, tags, version, created_at, updated_at)
+             VALUES (1, ?1, 'w', '{}', 1, ?2, ?2)",
+            job,
+        ),
+        ("INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, ?1, 1, 1, ?2)", fit.id),
+        ("INSERT INTO fits (seq, id, iteration, created_at, spec, result) VALUES (1, ?1, 1, ?2, '{}', '{}')", fit.id),
+        ("INSERT INTO fit_choices (iteration, position, fit, created_at) VALUES (1, 1, 1, ?2)", fit.id),
+        ("INSERT INTO nodes (iteration, count, data) VALUES (1, 0, x'00')", fit.id),
+        (
+            "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
+                                  created_at, updated_at)
+             VALUES (?1, 1, '{}', 1.0, 0, 0, zeroblob(32), 1, ?2, ?2)",
+            stream,
+        ),
+        (
+            "INSERT INTO idempotency_keys (key, scope, request_sha256, status, location, etag, body, created_at)
+             VALUES ('k', 'POST /v1/jobs', zeroblob(32), 201, '/v1/jobs/' || hex(?1), '\"1\"', x'7b7d', ?2),
+                    ('k', 'POST /elsewhere', zeroblob(32), 200, NULL, NULL, x'', ?2)",
+            job,
+        ),
+    ] {
+        sqlx::query(sql).bind(id).bind(at).execute(&mut old).await.unwrap();
+    }
+    sqlx::Connection::close(old).await.unwrap();
+
+    let store = place.open().await;
+    assert_eq!(store.jobs(WHOLE).await.unwrap().items.len(), 1);
+    assert_eq!(store.iteration(job, 1).await.unwrap().fits[0].id, fit.id);
+    assert_eq!(store.stream(stream).await.unwrap().job_id, job);
+    assert_eq!(store.last_event(job).await.unwrap(), 2);
+    let (digest, answer) = store.answer("k".into(), "POST /v1/jobs".into()).await.unwrap().unwrap();
+    assert_eq!((digest, answer.status, answer.etag.as_deref()), ([0; 32], 201, Some("\"1\"")));
+    assert_eq!(answer.location, Some(format!("/v1/jobs/{}", job.simple().to_string().to_uppercase())));
+    assert_eq!(answer.body, b"{}");
+    let empty = store.answer("k".into(), "POST /elsewhere".into()).await.unwrap().unwrap().1;
+    assert_eq!((empty.status, empty.location, empty.etag, empty.body), (200, None, None, Vec::new()));
+    let taken = store.insert_job(place.job("again"), Some(receipt("k", "POST /v1/jobs"))).await;
+    assert!(matches!(taken, Err(RepositoryError::KeyTaken)));
+
+    let other = store.store.of(&caller("other"));
+    assert_eq!(other.jobs(WHOLE).await.unwrap().items, []);
+    assert!(matches!(other.stream(stream).await, Err(RepositoryError::NotFound(Resource::Stream))));
+    assert_eq!(other.answer("k".into(), "POST /v1/jobs".into()).await.unwrap(), None);
+    other.insert_job(place.job("theirs"), Some(receipt("k", "POST /v1/jobs"))).await.unwrap();
+    assert_eq!(store.jobs(WHOLE).await.unwrap().items.len(), 1);
+}
+
 #[tokio::test]
 async fn a_newer_database_is_refused_in_words() {
     let place = Place::new();
@@ -159,14 +217,14 @@ async fn a_newer_database_is_refused_in_words() {
     .execute(&mut own)
     .await
     .unwrap();
-    let refused = Store::open(StoreSettings::of_file(place.file()), place.now()).await.err();
+    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), place.now()).await.err();
     assert!(matches!(refused, Some(OpenError::Newer { version: 9999, .. })), "{refused:?}");
 }
 
 #[tokio::test]
 async fn what_cannot_be_opened_is_explained() {
     let place = Place::new();
-    let open = async |settings: StoreSettings| match Store::open(settings, place.now()).await {
+    let open = async |settings: StoreSettings| match SqliteStore::open(settings, place.now()).await {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
     };

@@ -4,8 +4,8 @@
 use std::sync::Arc;
 
 use flankfit::{
-    jobs::{Choice, Decision, DecisionEvent, Event, JobPatch, Precondition, Repository, RepositoryError, Update},
-    store::{Store, StoreSettings},
+    jobs::{Choice, Decision, DecisionEvent, Event, JobPatch, Precondition, RepositoryError, Update},
+    store::StoreSettings,
 };
 use libsqlite3_sys as sqlite;
 use sqlx::{
@@ -14,18 +14,21 @@ use sqlx::{
 };
 use tokio::task::JoinSet;
 
-use crate::{disk, support::Place};
+use crate::{
+    disk,
+    support::{Opened, Place},
+};
 
 /// The store as it comes up after a power loss now.
-async fn after_power_loss(place: &Place, name: &str) -> Store {
+async fn after_power_loss(place: &Place, name: &str) -> Opened {
     let aftermath = place.beside(name);
     disk::lose_power(place.file().parent().unwrap(), &aftermath);
-    Store::open(StoreSettings::of_file(aftermath.join("jobs.db")), place.now()).await.unwrap()
+    place.open_with(StoreSettings::of_file(aftermath.join("jobs.db"))).await
 }
 
-async fn open_watched(place: &Place) -> Store {
+async fn open_watched(place: &Place) -> Opened {
     disk::register();
-    Store::open(StoreSettings::of_file(place.file()).vfs(disk::NAME), place.now()).await.unwrap()
+    place.open_with(StoreSettings::of_file(place.file()).vfs(disk::NAME)).await
 }
 
 #[tokio::test]
@@ -79,13 +82,13 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
 async fn of_concurrent_writes_every_answered_one_survives_a_power_loss() {
     let place = Arc::new(Place::new());
     let store = Arc::new(open_watched(&place).await);
-    let job = place.stored_job(&store).await.id;
+    let job = place.stored_job(&*store).await.id;
     for round in 0..4 {
         let mut writers = JoinSet::new();
         for _ in 0..24 {
             let (place, store) = (place.clone(), store.clone());
             writers.spawn(async move {
-                let (new, stored) = place.stored_iteration(&store, job).await;
+                let (new, stored) = place.stored_iteration(&*store, job).await;
                 (stored.number, new.id)
             });
         }
@@ -135,18 +138,18 @@ async fn a_full_disk_is_told_and_got_over() {
     let place = Place::new();
     let store = open_watched(&place).await;
     let job = place.stored_job(&store).await;
-    store.check_writable(place.now()).await.unwrap();
+    store.store.check_writable(place.now()).await.unwrap();
     for (code, why) in [(sqlite::SQLITE_FULL, "the disk is full"), (sqlite::SQLITE_READONLY, "read-only")] {
         disk::refuse(place.file().parent().unwrap(), Some(code));
         let unavailable = |error: &RepositoryError| {
             assert!(matches!(error, RepositoryError::Unavailable(said) if said.contains(why)), "{error}");
         };
-        unavailable(&store.check_writable(place.now()).await.unwrap_err());
+        unavailable(&store.store.check_writable(place.now()).await.unwrap_err());
         unavailable(&store.insert_iteration(place.iteration(job.id), None).await.unwrap_err());
         assert_eq!(store.job(job.id).await.unwrap(), job, "what is there can be read");
     }
     disk::refuse(place.file().parent().unwrap(), None);
-    store.check_writable(place.now()).await.unwrap();
+    store.store.check_writable(place.now()).await.unwrap();
     let (_, stored) = place.stored_iteration(&store, job.id).await;
     assert_eq!(stored.number, 1, "nothing was half stored");
 }

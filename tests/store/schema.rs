@@ -1,9 +1,12 @@
 //! What the database itself refuses, whoever writes.
 
-use flankfit::jobs::Repository;
-use sqlx::{AssertSqlSafe, Row, SqliteConnection};
+use std::sync::Arc;
 
-use crate::support::Place;
+use flankfit::jobs::{Answer, NewFit, Receipt};
+use sqlx::{AssertSqlSafe, Row, SqliteConnection};
+use uuid::Uuid;
+
+use crate::support::{Place, receipt};
 
 async fn refusal(connection: &mut SqliteConnection, sql: &str) -> String {
     let outcome = sqlx::query(AssertSqlSafe(sql.to_owned())).execute(connection).await;
@@ -43,37 +46,6 @@ async fn every_table_is_strict() {
 }
 
 #[tokio::test]
-async fn the_trace_is_append_only_for_everybody() {
-    let place = Place::new();
-    let store = place.open().await;
-    let job = place.stored_job(&store).await;
-    place.stored_iteration(&store, job.id).await;
-    place.stored_record(&store, job.id).await;
-    let mut own = place.connect().await;
-    for (table, column) in [
-        ("iterations", "note"),
-        ("nodes", "data"),
-        ("fits", "result"),
-        ("fit_choices", "reason"),
-        ("records", "result"),
-    ] {
-        let update = refusal(&mut own, &format!("UPDATE {table} SET {column} = {column}")).await;
-        assert!(update.contains("is append-only"), "{update}");
-        let delete = refusal(&mut own, &format!("DELETE FROM {table}")).await;
-        assert!(delete.contains("is append-only"), "{delete}");
-    }
-    let decision = flankfit::jobs::DecisionEvent {
-        decision: flankfit::jobs::Decision::Accept,
-        event: flankfit::jobs::Event { reason: None, created_at: place.now() },
-    };
-    store.decide(job.id, 1, decision, Default::default()).await.unwrap();
-    assert!(refusal(&mut own, "UPDATE decisions SET decision = 'reject'").await.contains("is append-only"));
-    assert!(refusal(&mut own, "DELETE FROM decisions").await.contains("is append-only"));
-    // A job with iterations cannot be deleted past the foreign key either.
-    assert!(refusal(&mut own, "DELETE FROM jobs").await.contains("FOREIGN KEY constraint failed"));
-}
-
-#[tokio::test]
 async fn a_choice_of_another_iterations_fit_is_refused() {
     let place = Place::new();
     let store = place.open().await;
@@ -84,6 +56,31 @@ async fn a_choice_of_another_iterations_fit_is_refused() {
     let foreign =
         refusal(&mut own, "INSERT INTO fit_choices VALUES (1, 2, 2, NULL, '2026-11-21T08:00:00.000001Z')").await;
     assert!(foreign.contains("FOREIGN KEY constraint failed"), "{foreign}");
+}
+
+/// The answer to a new iteration or fit is kept as what stands around the stored result.
+#[tokio::test]
+async fn a_result_is_stored_once() {
+    let place = Place::new();
+    let store = place.open().await;
+    let job = place.stored_job(&store).await.id;
+    let telling = |key: &str, fit: &NewFit| {
+        let body = format!(r#"{{"fits":[{{"result":{}}}]}}"#, fit.computed.result).into_bytes();
+        let answer = move |_| Answer { status: 201, location: None, etag: None, body: body.clone() };
+        Some(Receipt { answer: Box::new(answer), ..receipt(key, "POST /there") })
+    };
+    let (iteration, fit) = (place.iteration(job), Arc::new(place.fit(0.25)));
+    store.insert_iteration(iteration.clone(), telling("iteration", &iteration.fit)).await.unwrap();
+    store.insert_fit(job, 1, fit.clone(), telling("fit", &fit)).await.unwrap();
+    let mut own = place.connect().await;
+    let kept: Vec<(String, Vec<u8>, Vec<u8>, Uuid)> = sqlx::query_as(
+        "SELECT key, body, body_end, f.id FROM idempotency_keys k JOIN fits f ON f.seq = k.fit ORDER BY k.seq",
+    )
+    .fetch_all(&mut own)
+    .await
+    .unwrap();
+    let around = |key: &str, fit| (key.to_owned(), br#"{"fits":[{"result":"#.to_vec(), b"}]}".to_vec(), fit);
+    assert_eq!(kept, [around("iteration", iteration.fit.id), around("fit", fit.id)]);
 }
 
 #[tokio::test]

@@ -2,6 +2,7 @@
 
 use std::{
     collections::BTreeMap,
+    ops::Deref,
     path::PathBuf,
     sync::{
         Arc,
@@ -11,10 +12,11 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Computed, Figures, Ids, Job, Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream,
-        OrderedIds, PageRequest, Record, RecordDraft, RecordKind, Repository, Stored,
+        Answer, Caller, Computed, Figures, Ids, Job, KeyedRequest, Measurand, MeasurementDetails, NewBlock, NewFit,
+        NewIteration, NewStream, OrderedIds, PageRequest, Receipt, Record, RecordDraft, RecordKind, Repository, Store,
+        Stored, Tenant,
     },
-    store::{Store, StoreSettings},
+    store::{SqliteStore, StoreSettings},
 };
 use flankfit_engine::{estimation::Nodes, gear::Side};
 use jiff::{SignedDuration, Timestamp};
@@ -24,15 +26,45 @@ use uuid::Uuid;
 /// More than any test stores.
 pub const WHOLE: PageRequest = PageRequest { limit: 1000, after: None };
 
+/// A caller of a tenant.
+pub fn caller(tenant: &str) -> Caller {
+    Caller { tenant: Tenant::named(tenant).unwrap(), actor: "test".into() }
+}
+
+/// An open store as a caller of the default tenant sees it.
+pub struct Opened {
+    pub store: Arc<dyn Store>,
+    pub repository: Arc<dyn Repository>,
+}
+
+impl Opened {
+    fn of(store: SqliteStore) -> Self {
+        let repository = store.of(&caller("default"));
+        Opened { store: Arc::new(store), repository }
+    }
+
+    pub async fn close(&self) {
+        self.store.close().await;
+    }
+}
+
+impl Deref for Opened {
+    type Target = dyn Repository;
+
+    fn deref(&self) -> &Self::Target {
+        &*self.repository
+    }
+}
+
+/// A directory of its own for a database, and values to put into it.
 pub struct Place {
     directory: tempfile::TempDir,
-    ids: OrderedIds,
-    ticks: AtomicU64,
+    values: Values,
 }
 
 impl Place {
     pub fn new() -> Self {
-        Place { directory: tempfile::tempdir().unwrap(), ids: OrderedIds::new(), ticks: AtomicU64::new(0) }
+        Place { directory: tempfile::tempdir().unwrap(), values: Values::default() }
     }
 
     pub fn file(&self) -> PathBuf {
@@ -43,15 +75,36 @@ impl Place {
         self.directory.path().join(name)
     }
 
-    pub async fn open(&self) -> Store {
-        Store::open(StoreSettings::of_file(self.file()), self.now()).await.unwrap()
+    pub async fn open(&self) -> Opened {
+        self.open_with(StoreSettings::of_file(self.file())).await
+    }
+
+    pub async fn open_with(&self, settings: StoreSettings) -> Opened {
+        Opened::of(SqliteStore::open(settings, self.now()).await.unwrap())
     }
 
     /// A connection of the test's own, with no more rights than any program has.
     pub async fn connect(&self) -> SqliteConnection {
         SqliteConnectOptions::new().filename(self.file()).foreign_keys(true).connect().await.unwrap()
     }
+}
 
+impl Deref for Place {
+    type Target = Values;
+
+    fn deref(&self) -> &Values {
+        &self.values
+    }
+}
+
+/// Fresh ids, a clock that moves, and what is made with them.
+#[derive(Default)]
+pub struct Values {
+    ids: OrderedIds,
+    ticks: AtomicU64,
+}
+
+impl Values {
     /// Time moves one second with every look.
     pub fn now(&self) -> Timestamp {
         let seconds = self.ticks.fetch_add(1, Ordering::Relaxed);
@@ -79,7 +132,7 @@ impl Place {
         }
     }
 
-    pub async fn stored_job(&self, store: &Store) -> Job {
+    pub async fn stored_job(&self, store: &impl Deref<Target = dyn Repository>) -> Job {
         let job = self.job("wheel");
         store.insert_job(job.clone(), None).await.unwrap();
         job
@@ -124,7 +177,7 @@ impl Place {
     }
 
     /// A curve of the job's first iteration.
-    pub async fn stored_record(&self, store: &Store, job: Uuid) -> Arc<Record> {
+    pub async fn stored_record(&self, store: &impl Deref<Target = dyn Repository>, job: Uuid) -> Arc<Record> {
         let record = self.record(RecordKind::Curve, "lagrange");
         store.insert_record(job, 1, record.clone(), None).await.unwrap();
         record
@@ -146,7 +199,7 @@ impl Place {
                 note: Some("first; cut".to_owned()),
             },
             created_at: self.now(),
-            nodes: Arc::new(nodes()),
+            nodes: Arc::new(nodes()).into(),
             fit: self.fit(1e-4),
             records: Vec::new(),
             expected_gear: None,
@@ -173,16 +226,33 @@ impl Place {
             sha256: [sequence as u8; 32],
             previous_sha256: if sequence == 1 { [1; 32] } else { [99 + sequence as u8; 32] },
             input_sha256: [100 + sequence as u8; 32],
-            nodes: Arc::new(nodes()),
+            nodes: Arc::new(nodes()).into(),
             state: Some(vec![sequence as u8; 5]),
             created_at: self.now(),
         })
     }
 
-    pub async fn stored_iteration(&self, store: &Store, job: Uuid) -> (Arc<NewIteration>, Stored) {
+    pub async fn stored_iteration(
+        &self,
+        store: &impl Deref<Target = dyn Repository>,
+        job: Uuid,
+    ) -> (Arc<NewIteration>, Stored) {
         let iteration = self.iteration(job);
         let stored = store.insert_iteration(iteration.clone(), None).await.unwrap();
         (iteration, stored)
+    }
+}
+
+/// A keyed request whose answer tells what was stored.
+pub fn receipt(key: &str, scope: &str) -> Receipt {
+    Receipt {
+        request: KeyedRequest { key: key.to_owned(), scope: scope.to_owned(), request_sha256: [7; 32], claim: None },
+        answer: Box::new(|stored| Answer {
+            status: 201,
+            location: Some("/there".to_owned()),
+            etag: Some(format!("\"{}\"", stored.version)),
+            body: format!("{{\"number\":{}}}", stored.number).into_bytes(),
+        }),
     }
 }
 

@@ -9,28 +9,25 @@ use std::{
 };
 
 use flankfit::{
-    jobs::{
-        ANSWERS_KEPT, Answer, Clock, Job, JobDraft, Jobs, Keyed, KeyedRequest, NewRun, OrderedIds, PageRequest,
-        Receipt, Repository, RepositoryError,
-    },
-    store::{OpenError, Store, StoreSettings},
+    jobs::{ANSWERS_KEPT, Answer, Clock, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds, PageRequest},
+    store::{OpenError, SqliteStore, StoreSettings},
 };
-use jiff::{SignedDuration, Timestamp};
+use jiff::Timestamp;
 
-use crate::support::{Place, WHOLE};
+use crate::support::{Place, caller};
 
 #[tokio::test]
 async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     let place = Place::new();
     let first = place.open().await;
-    let refused = Store::open(StoreSettings::of_file(place.file()), place.now()).await.err();
+    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), place.now()).await.err();
     assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     assert!(refused.unwrap().to_string().contains("another flankfit writes it"));
     // by another name it is the same database
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(place.file(), place.beside("other.db")).unwrap();
-        let refused = Store::open(StoreSettings::of_file(place.beside("other.db")), place.now()).await.err();
+        let refused = SqliteStore::open(StoreSettings::of_file(place.beside("other.db")), place.now()).await.err();
         assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     }
     first.close().await;
@@ -68,66 +65,29 @@ fn keyed(key: &str) -> Keyed<Job> {
 #[tokio::test]
 async fn kept_answers_are_forgotten_while_the_service_runs() {
     let place = Place::new();
-    let store: Arc<dyn Repository> = Arc::new(place.open().await);
+    let store = place.open().await;
     let hands = Hands(Arc::new(AtomicI64::new(place.now().as_second())));
-    let jobs = Arc::new(Jobs::new(store.clone(), Arc::new(hands.clone()), Arc::new(OrderedIds::new())));
+    let service = JobService::new(store.store.clone(), Arc::new(hands.clone()), Arc::new(OrderedIds::new()));
+    let jobs = service.of(&caller("default"));
     let draft = || JobDraft { name: "wheel".to_owned(), ..JobDraft::default() };
     let kept = async |key: &str| store.answer(key.to_owned(), "POST /v1/jobs".to_owned()).await.unwrap().is_some();
     jobs.create_job(draft(), Some(keyed("old"))).await.unwrap();
     hands.0.fetch_add(ANSWERS_KEPT.as_secs() - 10, Ordering::SeqCst);
     jobs.create_job(draft(), Some(keyed("new"))).await.unwrap();
-    jobs.forget_old_answers().await.unwrap();
+    service.forget_old_answers().await.unwrap();
     assert!(kept("old").await && kept("new").await);
     hands.0.fetch_add(20, Ordering::SeqCst);
-    jobs.forget_old_answers().await.unwrap();
+    service.forget_old_answers().await.unwrap();
     assert!(!kept("old").await && kept("new").await);
     // and by itself, now and then
     hands.0.fetch_add(ANSWERS_KEPT.as_secs(), Ordering::SeqCst);
     let upkeep = tokio::spawn({
-        let jobs = jobs.clone();
-        async move { jobs.upkeep(Duration::from_millis(1)).await }
+        let service = service.clone();
+        async move { service.upkeep(Duration::from_millis(1)).await }
     });
     while kept("new").await {
         tokio::task::yield_now().await;
     }
     upkeep.abort();
     assert_eq!(store.jobs(PageRequest { limit: 10, after: None }).await.unwrap().items.len(), 2, "only answers go");
-}
-
-#[tokio::test]
-async fn runs_are_stored_as_a_whole_or_not_at_all() {
-    let place = Place::new();
-    let store = place.open().await;
-    let run = |iterations: usize| {
-        let job = place.job("run");
-        let iterations = (0..iterations).map(|_| place.iteration(job.id)).collect();
-        NewRun { job, iterations }
-    };
-    let receipt = || Receipt {
-        request: KeyedRequest {
-            key: "k".to_owned(),
-            scope: "POST /v1/simulations/closed-loop".to_owned(),
-            request_sha256: [0; 32],
-            claim: None,
-        },
-        answer: Box::new(|_| Answer { status: 200, location: None, etag: None, body: b"first".to_vec() }),
-    };
-    let runs = [run(2), run(3)];
-    store.insert_runs(runs.to_vec(), Some(receipt()), place.now()).await.unwrap();
-    for run in &runs {
-        let told = store.trace(run.job.id, WHOLE).await.unwrap();
-        assert_eq!(
-            told.iterations.iter().map(|i| i.number).collect::<Vec<_>>(),
-            Vec::from_iter(1..=run.iterations.len() as u32)
-        );
-    }
-    // a key that is taken, or a job that is there already: nothing of it is stored
-    let taken = store.insert_runs(vec![run(1)], Some(receipt()), place.now()).await;
-    assert!(matches!(taken, Err(RepositoryError::KeyTaken)), "{taken:?}");
-    let twice = store.insert_runs(vec![run(1), runs[0].clone()], None, place.now()).await;
-    assert!(twice.is_err());
-    assert_eq!(store.jobs(PageRequest { limit: 10, after: None }).await.unwrap().items.len(), 2);
-    let kept = store.answer("k".to_owned(), "POST /v1/simulations/closed-loop".to_owned()).await.unwrap();
-    assert_eq!(kept.unwrap().1.body, b"first");
-    store.check_writable(place.now() + SignedDuration::from_secs(1)).await.unwrap();
 }

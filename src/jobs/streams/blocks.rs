@@ -51,7 +51,7 @@ impl Jobs {
         block: PostedBlock,
         key: Option<KeyedRequest>,
     ) -> Result<Answer, H::Error> {
-        let mut slot = self.cache.slot(id).await;
+        let mut slot = self.slot(id).await.map_err(StreamError::from)?;
         let mut live = self.loaded(host, id, &mut slot).await?;
         if !expects(&live.stream, &block) {
             live = self.caught_up(host, id, &mut slot).await?;
@@ -66,7 +66,7 @@ impl Jobs {
                     if attempt < ATTEMPTS =>
                 {
                     attempt += 1;
-                    slot = self.cache.slot(id).await;
+                    slot = self.slot(id).await.map_err(StreamError::from)?;
                     live = self.caught_up(host, id, &mut slot).await?;
                 }
                 Err(error) => return Err(StreamError::from(error).into()),
@@ -95,15 +95,15 @@ impl Jobs {
             sha256: block.sha256,
             previous_sha256: before.stream.input_sha256,
             input_sha256: after.input_sha256,
-            nodes: block.nodes,
+            nodes: block.nodes.into(),
             state,
-            created_at: self.clock.now(),
+            created_at: self.now(),
         });
         let keyed = key.map(|key| key.answered_by(move |_: &NewBlock, _| answer.clone()));
         let receipt = keyed.map(|keyed| keyed.receipt(block.clone()));
-        let (repository, notifier, cache) = (self.repository.clone(), self.notifier.clone(), self.cache.clone());
+        let (repository, service) = (self.repository.clone(), self.service.clone());
+        let (id, job) = (self.owned(after.id), self.owned(after.job_id));
         run_to_completion(async move {
-            let (id, job) = (after.id, after.job_id);
             let outcome = match repository.insert_block(block.clone(), receipt).await {
                 Ok(stored) => {
                     *slot = Some(CachedStream {
@@ -112,7 +112,7 @@ impl Jobs {
                         estimate,
                         unsaved,
                     });
-                    notifier.notify(job);
+                    service.notifier.notify(&job);
                     Ok(())
                 }
                 Err(error @ (RepositoryError::Overloaded | RepositoryError::UnexpectedBlock { .. })) => {
@@ -121,7 +121,7 @@ impl Jobs {
                 }
                 Err(error) => Err(error),
             };
-            cache.set_size(id, slot.as_ref());
+            service.cache.set_size(&id, slot.as_ref());
             outcome
         })
         .await

@@ -10,9 +10,9 @@ use std::{
 };
 
 use tokio::sync::{OwnedMutexGuard, watch};
-use uuid::Uuid;
 
 use super::stream::Stream;
+use crate::jobs::caller::Owned;
 use flankfit_engine::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
@@ -31,7 +31,7 @@ pub type Slot = OwnedMutexGuard<Option<CachedStream>>;
 
 /// See the module's documentation.
 pub struct StreamCache {
-    slots: Mutex<HashMap<Uuid, Entry>>,
+    slots: Mutex<HashMap<Owned, Entry>>,
     ended: watch::Sender<()>,
 }
 
@@ -47,12 +47,17 @@ impl StreamCache {
     /// Bytes of estimates kept, roughly.
     const MOST_BYTES: usize = 128 << 20;
 
+    /// Whether the stream has a slot: then it was asked for, and found, by its tenant.
+    pub fn knows(&self, stream: &Owned) -> bool {
+        self.slots.lock().unwrap_or_else(PoisonError::into_inner).contains_key(stream)
+    }
+
     /// The stream's slot, once nobody else has it. Empty when the stream is not in memory.
-    pub async fn slot(&self, id: Uuid) -> Slot {
+    pub async fn slot(&self, stream: Owned) -> Slot {
         let slot = {
             let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
             let used = slots.values().map(|entry| entry.used).max().map_or(0, |last| last + 1);
-            let entry = slots.entry(id).or_insert_with(|| Entry { slot: Arc::default(), used, bytes: 0 });
+            let entry = slots.entry(stream).or_insert_with(|| Entry { slot: Arc::default(), used, bytes: 0 });
             entry.used = used;
             let slot = entry.slot.clone();
             shrink(&mut slots);
@@ -62,9 +67,9 @@ impl StreamCache {
     }
 
     /// Notes how large a stream's estimate has become, and lets others go where there are too many.
-    pub fn set_size(&self, id: Uuid, live: Option<&CachedStream>) {
+    pub fn set_size(&self, stream: &Owned, live: Option<&CachedStream>) {
         let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
-        if let Some(entry) = slots.get_mut(&id) {
+        if let Some(entry) = slots.get_mut(stream) {
             let n = live.and_then(|live| live.estimate.size()).unwrap_or(0);
             entry.bytes = live.map_or(0, |live| live.stream.spec.len()) + 8 * n * (n + 64);
         }
@@ -89,32 +94,36 @@ impl Default for StreamCache {
 }
 
 /// Drops the streams not used for longest, of those that nobody holds.
-fn shrink(slots: &mut HashMap<Uuid, Entry>) {
-    let over = |slots: &HashMap<Uuid, Entry>| {
+fn shrink(slots: &mut HashMap<Owned, Entry>) {
+    let over = |slots: &HashMap<Owned, Entry>| {
         slots.len() > StreamCache::MOST
             || slots.values().map(|entry| entry.bytes).sum::<usize>() > StreamCache::MOST_BYTES
     };
     while over(slots) {
         let idle = slots.iter().filter(|(_, entry)| Arc::strong_count(&entry.slot) == 1);
-        let Some(oldest) = idle.min_by_key(|(_, entry)| entry.used).map(|(id, _)| *id) else { return };
+        let Some(oldest) = idle.min_by_key(|(_, entry)| entry.used).map(|(stream, _)| stream.clone()) else { return };
         slots.remove(&oldest);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use uuid::Uuid;
+
     use super::*;
+    use crate::jobs::caller::Tenant;
 
     #[tokio::test]
     async fn idle_streams_go_first_and_held_ones_stay() {
         let live = StreamCache::default();
-        let held = live.slot(Uuid::from_u128(0)).await;
+        let stream = |id| Owned { tenant: Tenant::default(), id: Uuid::from_u128(id) };
+        let held = live.slot(stream(0)).await;
         for id in 1..=2 * StreamCache::MOST as u128 {
-            drop(live.slot(Uuid::from_u128(id)).await);
+            drop(live.slot(stream(id)).await);
         }
         let slots = live.slots.lock().unwrap();
         assert!(slots.len() <= StreamCache::MOST + 1);
-        assert!(slots.contains_key(&Uuid::from_u128(0)) && !slots.contains_key(&Uuid::from_u128(1)));
+        assert!(slots.contains_key(&stream(0)) && !slots.contains_key(&stream(1)));
         drop(held);
     }
 }

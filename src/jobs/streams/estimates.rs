@@ -25,7 +25,7 @@ impl Jobs {
             Some(live) => Ok(live),
             empty => {
                 let live = self.load(host, id).await?;
-                self.cache.set_size(id, Some(&live));
+                self.service.cache.set_size(&self.owned(id), Some(&live));
                 Ok(empty.insert(live))
             }
         }
@@ -42,7 +42,7 @@ impl Jobs {
             let stored = self.repository.stream(id).await.map_err(StreamError::from)?;
             if let Some(live) = slot.take() {
                 **slot = self.followed(host, live, stored).await?;
-                self.cache.set_size(id, slot.as_ref());
+                self.service.cache.set_size(&self.owned(id), slot.as_ref());
             }
         }
         self.loaded(host, id, slot).await

@@ -6,6 +6,7 @@ use tokio::sync::watch;
 use uuid::Uuid;
 
 use super::{
+    cache::Slot,
     error::StreamError,
     host::StreamHost,
     stream::{FinishedStream, NewStream, Stream},
@@ -29,9 +30,9 @@ impl Jobs {
         draft: StreamDraft,
         keyed: Option<Keyed<NewStream>>,
     ) -> Result<(Arc<NewStream>, Stored), RepositoryError> {
-        let now = self.clock.now();
+        let now = self.now();
         let stream = Arc::new(NewStream {
-            id: self.ids.fresh(now),
+            id: self.fresh_id(now),
             job_id,
             spec: draft.spec,
             forgetting_factor: draft.forgetting_factor,
@@ -62,7 +63,7 @@ impl Jobs {
         if stored.iteration.is_some() {
             return Ok((stored, None));
         }
-        let mut slot = self.cache.slot(id).await;
+        let mut slot = self.slot(id).await.map_err(StreamError::from)?;
         let mut live = self.loaded(host, id, &mut slot).await?;
         if live.stream.version < stored.version {
             live = self.caught_up(host, id, &mut slot).await?;
@@ -81,7 +82,7 @@ impl Jobs {
         fit: impl FnOnce(&Nodes, &FitSpec) -> Result<Computed, H::Error> + Send + 'static,
         keyed: Option<Keyed<NewIteration>>,
     ) -> Result<(Arc<NewIteration>, Stored), H::Error> {
-        let mut slot = self.cache.slot(id).await;
+        let mut slot = self.slot(id).await.map_err(StreamError::from)?;
         let stream = self.repository.stream(id).await.map_err(StreamError::from)?;
         stream.check_open().map_err(StreamError::from)?;
         let nodes = Arc::new(self.all_nodes(host, &stream).await?);
@@ -99,12 +100,12 @@ impl Jobs {
         let iteration = Arc::new(self.new_iteration(stream.job_id, draft));
         let receipt = keyed.map(|keyed| keyed.receipt(iteration.clone()));
         let finished = FinishedStream { stream: id, sequence: stream.sequence, iteration: iteration.clone() };
-        let cache = self.cache.clone();
+        let service = self.service.clone();
         let stored = self.write(stream.job_id, |repository| async move {
             // stored or not: what is in memory is no longer sure
             *slot = None;
             let stored = repository.finish_stream(finished, receipt).await?;
-            cache.announce_end();
+            service.cache.announce_end();
             Ok((iteration, stored))
         });
         stored.await.map_err(|error| StreamError::from(error).into())
@@ -112,13 +113,13 @@ impl Jobs {
 
     /// Deletes a stream with its blocks; an iteration that it has become stays.
     pub async fn delete_stream(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
-        let mut slot = self.cache.slot(id).await;
+        let mut slot = self.slot(id).await?;
         let stream = self.repository.stream(id).await?;
-        let (cache, now) = (self.cache.clone(), self.clock.now());
+        let (service, now) = (self.service.clone(), self.now());
         self.write(stream.job_id, |repository| async move {
             *slot = None;
             repository.delete_stream(id, precondition, now).await?;
-            cache.announce_end();
+            service.cache.announce_end();
             Ok(())
         })
         .await
@@ -126,6 +127,16 @@ impl Jobs {
 
     /// Is woken when some stream has been finished or deleted.
     pub fn listen_for_stream_ends(&self) -> watch::Receiver<()> {
-        self.cache.ends()
+        self.service.cache.ends()
+    }
+
+    /// A stream's slot. Whether there is such a stream is asked before: for one of another tenant,
+    /// or none at all, nothing is kept.
+    pub(super) async fn slot(&self, id: Uuid) -> Result<Slot, RepositoryError> {
+        let stream = self.owned(id);
+        if !self.service.cache.knows(&stream) {
+            self.repository.stream(id).await?;
+        }
+        Ok(self.service.cache.slot(stream).await)
     }
 }

@@ -6,7 +6,9 @@ use jiff::Timestamp;
 use sha2::{Digest, Sha256};
 use uuid::Uuid;
 
-use crate::jobs::{iteration::NewIteration, measurand::Measurand, outcome::RepositoryError};
+use crate::jobs::{
+    encoded_nodes::EncodedNodes, iteration::NewIteration, measurand::Measurand, outcome::RepositoryError,
+};
 use flankfit_engine::estimation::Nodes;
 
 /// A stream about to be stored.
@@ -91,7 +93,7 @@ pub struct NewBlock {
     pub previous_sha256: [u8; 32],
     /// The stream's chain after this block.
     pub input_sha256: [u8; 32],
-    pub nodes: Arc<Nodes>,
+    pub nodes: EncodedNodes,
     /// The estimate's numbers after this block, when it is time to write them down.
     pub state: Option<Vec<u8>>,
     pub created_at: Timestamp,

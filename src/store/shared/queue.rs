@@ -10,15 +10,28 @@ use sqlx::Error;
 use tokio::sync::{mpsc, oneshot};
 
 use super::{
-    error::StoreError,
-    operation::{InsertIteration, Operation, Run},
+    error::{Outcome, StoreError},
+    operation::{Asked, InsertIteration, Operation},
 };
-use crate::jobs::{RepositoryError, Stored};
+use crate::jobs::RepositoryError;
 
 /// Writes in one transaction.
 const MOST_WRITES: usize = 128;
 /// Bytes of nodes and answers in one transaction, roughly: big node sets do not pile up in one.
 const MOST_BYTES: usize = 32 << 20;
+
+/// How an operation is done on a connection of some database, inside a transaction.
+pub trait Run<C: Send>: Operation {
+    fn run(&self, db: &mut C) -> impl Future<Output = Outcome<Self::Reply>> + Send;
+
+    /// How it waits.
+    fn queued(pending: Pending<Self>) -> Queued<C>
+    where
+        Self: Sized,
+    {
+        Queued::Single(Box::new(pending))
+    }
+}
 
 /// An operation with what came of it and the place of its reply.
 pub struct Pending<O: Operation> {
@@ -77,17 +90,17 @@ impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
 }
 
 /// A write that waits, on its way through a transaction.
-pub enum Write<C> {
+pub enum Queued<C> {
     /// Done together with the others of its group.
-    Iteration(Pending<InsertIteration>),
+    Iteration(Pending<Asked<InsertIteration>>),
     Single(Box<dyn AnyPending<C>>),
 }
 
-impl<C> Write<C> {
+impl<C> Queued<C> {
     fn bytes(&self) -> usize {
         match self {
-            Write::Iteration(pending) => pending.operation.bytes(),
-            Write::Single(pending) => pending.bytes(),
+            Queued::Iteration(pending) => pending.operation.bytes(),
+            Queued::Single(pending) => pending.bytes(),
         }
     }
 
@@ -95,14 +108,14 @@ impl<C> Write<C> {
     /// nothing.
     pub fn end(self, failure: Option<RepositoryError>) {
         match self {
-            Write::Iteration(pending) => pending.end(failure),
-            Write::Single(pending) => pending.end(failure),
+            Queued::Iteration(pending) => pending.end(failure),
+            Queued::Single(pending) => pending.end(failure),
         }
     }
 }
 
 enum Message<C> {
-    Write(Write<C>),
+    Write(Queued<C>),
     /// Finish what was sent before, close the database, answer.
     Close(oneshot::Sender<()>),
 }
@@ -132,26 +145,10 @@ impl<C: Send> Queue<C> {
         &self,
         operation: O,
     ) -> impl Future<Output = Result<O::Reply, RepositoryError>> + use<C, O> {
-        self.put(operation, |pending| Write::Single(Box::new(pending)))
-    }
-
-    /// The same of what stores do many of at once.
-    pub fn write_iteration(
-        &self,
-        operation: InsertIteration,
-    ) -> impl Future<Output = Result<Stored, RepositoryError>> + use<C> {
-        self.put(operation, Write::Iteration)
-    }
-
-    fn put<O: Operation, F: FnOnce(Pending<O>) -> Write<C>>(
-        &self,
-        operation: O,
-        form: F,
-    ) -> impl Future<Output = Result<O::Reply, RepositoryError>> + use<C, O, F> {
         let begun = Instant::now();
         let seconds = self.seconds.clone();
         let (reply, outcome) = oneshot::channel();
-        let write = form(Pending { operation, outcome: None, reply });
+        let write = O::queued(Pending { operation, outcome: None, reply });
         let sent = self.sender.try_send(Message::Write(write)).map_err(|error| match error {
             mpsc::error::TrySendError::Full(_) => RepositoryError::Overloaded,
             mpsc::error::TrySendError::Closed(_) => closed(),
@@ -175,7 +172,7 @@ impl<C: Send> Queue<C> {
 
 impl<C> Waiting<C> {
     /// Everything that waits, up to the limits, at least one; `None` when nothing more can come.
-    pub async fn next_group(&mut self) -> Option<Vec<Write<C>>> {
+    pub async fn next_group(&mut self) -> Option<Vec<Queued<C>>> {
         let mut group = Vec::new();
         let mut bytes = 0;
         while group.is_empty() {

@@ -1,12 +1,13 @@
 //! Blocks of an open stream, and the estimate's numbers after some of them.
 
 use sqlx::{FromRow, SqliteConnection, SqlitePool};
-use uuid::Uuid;
 
 use super::{answers, locate::signed, streams, time};
 use crate::{
-    jobs::{Block, RepositoryError, Stored, Stream, StreamState},
-    store::shared::{BlockRow, Digest, InsertBlock, Integer, Outcome, Run},
+    jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState},
+    store::shared::{
+        BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Integer, Outcome, Read, Write,
+    },
 };
 
 /// Bytes of blocks that are read at a time, beyond the first block.
@@ -20,64 +21,78 @@ struct StateRow {
     data: Vec<u8>,
 }
 
-pub async fn stream_state(db: &SqlitePool, id: Uuid) -> Outcome<(Stream, Option<StreamState>, Option<[u8; 32]>)> {
-    let mut db = db.begin().await?;
-    let (seq, stream) = streams::located(&mut db, id).await?;
-    let state: Option<StateRow> = sqlx::query_as("SELECT sequence, data FROM stream_states WHERE stream = ?")
-        .bind(seq)
-        .fetch_optional(&mut *db)
-        .await?;
-    let state = state.map(|StateRow { sequence, data }| StreamState { sequence: sequence.0, data });
-    let last: Option<Digest> = sqlx::query_scalar("SELECT sha256 FROM stream_blocks WHERE stream = ? AND sequence = ?")
-        .bind(seq)
-        .bind(signed(stream.sequence))
-        .fetch_optional(&mut *db)
-        .await?;
-    Ok((stream, state, last.map(|digest| digest.0)))
+impl Read<SqlitePool> for GetStreamState {
+    async fn read(
+        &self,
+        caller: &Caller,
+        from: &SqlitePool,
+    ) -> Outcome<(Stream, Option<StreamState>, Option<[u8; 32]>)> {
+        let mut db = from.begin().await?;
+        let (seq, stream) = streams::located(&mut db, &caller.tenant, self.id).await?;
+        let state: Option<StateRow> = sqlx::query_as("SELECT sequence, data FROM stream_states WHERE stream = ?")
+            .bind(seq)
+            .fetch_optional(&mut *db)
+            .await?;
+        let state = state.map(|StateRow { sequence, data }| StreamState { sequence: sequence.0, data });
+        let last: Option<Digest> =
+            sqlx::query_scalar("SELECT sha256 FROM stream_blocks WHERE stream = ? AND sequence = ?")
+                .bind(seq)
+                .bind(signed(stream.sequence))
+                .fetch_optional(&mut *db)
+                .await?;
+        Ok((stream, state, last.map(|digest| digest.0)))
+    }
 }
 
-pub async fn blocks(db: &SqlitePool, id: Uuid, after: u64) -> Outcome<Vec<Block>> {
-    let mut db = db.begin().await?;
-    // the running total is that of the blocks before, so the first one always comes
-    let rows: Vec<BlockRow> = sqlx::query_as(
-        "SELECT sequence, sha256, data FROM (
+impl Read<SqlitePool> for GetBlocks {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Vec<Block>> {
+        let mut db = from.begin().await?;
+        // the running total is that of the blocks before, so the first one always comes
+        let rows: Vec<BlockRow> = sqlx::query_as(
+            "SELECT sequence, sha256, data FROM (
              SELECT b.sequence AS sequence, b.sha256 AS sha256, b.data AS data,
                     coalesce(sum(length(b.data)) OVER
                         (ORDER BY b.sequence ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING), 0) AS before
-             FROM stream_blocks b JOIN streams s ON s.seq = b.stream
-             WHERE s.id = ? AND b.sequence > ? AND b.sequence <= ?
+             FROM stream_blocks b JOIN streams s ON s.seq = b.stream JOIN jobs j ON j.seq = s.job
+             WHERE s.id = ? AND j.tenant = ? AND b.sequence > ? AND b.sequence <= ?
          ) WHERE before < ? ORDER BY sequence",
-    )
-    .bind(id)
-    .bind(signed(after))
-    .bind(signed(after).saturating_add(BLOCKS_AT_A_TIME))
-    .bind(BYTES_AT_A_TIME)
-    .fetch_all(&mut *db)
-    .await?;
-    Ok(rows.into_iter().map(Into::into).collect())
+        )
+        .bind(self.id)
+        .bind(caller.tenant.as_str())
+        .bind(signed(self.after))
+        .bind(signed(self.after).saturating_add(BLOCKS_AT_A_TIME))
+        .bind(BYTES_AT_A_TIME)
+        .fetch_all(&mut *db)
+        .await?;
+        Ok(rows.into_iter().map(Into::into).collect())
+    }
 }
 
-pub async fn block_sha256(db: &SqlitePool, id: Uuid, sequence: u64) -> Outcome<Option<[u8; 32]>> {
-    let digest: Option<Digest> = sqlx::query_scalar(
-        "SELECT b.sha256 FROM stream_blocks b JOIN streams s ON s.seq = b.stream WHERE s.id = ? AND b.sequence = ?",
-    )
-    .bind(id)
-    .bind(signed(sequence))
-    .fetch_optional(db)
-    .await?;
-    Ok(digest.map(|digest| digest.0))
+impl Read<SqlitePool> for GetBlockSha256 {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Option<[u8; 32]>> {
+        let digest: Option<Digest> = sqlx::query_scalar(
+            "SELECT b.sha256 FROM stream_blocks b JOIN streams s ON s.seq = b.stream JOIN jobs j ON j.seq = s.job
+         WHERE s.id = ? AND j.tenant = ? AND b.sequence = ?",
+        )
+        .bind(self.id)
+        .bind(caller.tenant.as_str())
+        .bind(signed(self.sequence))
+        .fetch_optional(from)
+        .await?;
+        Ok(digest.map(|digest| digest.0))
+    }
 }
 
-impl Run<SqliteConnection> for InsertBlock {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertBlock { block, nodes, receipt } = self;
-        let (seq, stream) = streams::located(db, block.stream).await?;
+impl Write<SqliteConnection> for InsertBlock {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let InsertBlock { block, receipt } = self;
+        let (seq, stream) = streams::located(db, tenant, block.stream).await?;
         stream.check_open()?;
         let expected = stream.expected();
         if (block.sequence, block.previous_sha256) != (expected, stream.input_sha256) {
             return Err(RepositoryError::UnexpectedBlock { expected }.into());
         }
-        answers::refuse_taken(db, receipt.as_ref()).await?;
+        answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         let posted = block.nodes.posted() as u64;
         let at = time::to_text(block.created_at);
         sqlx::query(
@@ -87,7 +102,7 @@ impl Run<SqliteConnection> for InsertBlock {
         .bind(signed(block.sequence))
         .bind(block.sha256.as_slice())
         .bind(signed(posted))
-        .bind(nodes.as_slice())
+        .bind(block.nodes.bytes())
         .bind(at.as_str())
         .execute(&mut *db)
         .await?;
@@ -115,7 +130,7 @@ impl Run<SqliteConnection> for InsertBlock {
             .await?;
         }
         let stored = Stored { number: 0, version: stream.version + 1 };
-        answers::keep(db, receipt.as_ref(), stored, block.created_at).await?;
+        answers::keep(db, tenant, receipt.as_ref(), stored, block.created_at, None).await?;
         Ok(stored)
     }
 }

@@ -7,8 +7,8 @@ use super::{
     time,
 };
 use crate::{
-    jobs::{Decision, DecisionEvent, Stored},
-    store::shared::{Decide, DecisionRow, Outcome, Run},
+    jobs::{Caller, Decision, DecisionEvent, Stored},
+    store::shared::{Decide, DecisionRow, Outcome, Write},
 };
 
 /// The latest decision on an iteration.
@@ -29,10 +29,10 @@ struct LatestDecision {
     reason: Option<String>,
 }
 
-impl Run<SqliteConnection> for Decide {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+impl Write<SqliteConnection> for Decide {
+    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let Decide { job, number, decision, precondition } = self;
-        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, &caller.tenant, *job, *number).await?;
         precondition.check(version)?;
         let latest: Option<LatestDecision> = sqlx::query_as(
             "SELECT position, decision, reason FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",

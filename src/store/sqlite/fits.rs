@@ -2,21 +2,21 @@
 
 use futures_util::TryStreamExt as _;
 use sqlx::{FromRow, Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments};
-use uuid::Uuid;
 
 use super::{
-    answers,
+    answers::{self, StoredFit},
     lists::{Counted, in_order},
     locate::{self, IterationVersion, iteration_seq},
     time,
 };
 use crate::{
     jobs::{
-        Choice, Computed, Cursor, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
-        Resource, Stored, TracedFit,
+        Caller, Choice, Computed, Cursor, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
+        RepositoryError, Resource, Stored, TracedFit,
     },
     store::shared::{
-        ChoiceRow, Choose, FitRow, FitSummaryRow, InsertFit, Integer, Outcome, Run, TracedFitRow, figure_columns,
+        ChoiceRow, Choose, FitRow, FitSummaryRow, GetFit, InsertFit, Integer, ListFits, Outcome, Read, TracedFitRow,
+        Write, figure_columns,
     },
 };
 
@@ -132,51 +132,56 @@ struct ListedFitRow {
     row: FitSummaryRow,
 }
 
-/// Fits in the order in which they were made; one row more than asked for tells whether there is a
-/// next page.
-pub async fn fits(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) -> Outcome<Page<FitSummary>> {
-    let mut db = db.begin().await?;
-    let iteration = iteration_seq(&mut db, job, number).await?;
-    let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
-    let rows: Vec<ListedFitRow> = sqlx::query_as(concat!(
-        "SELECT seq, ",
-        summary_columns!(),
-        " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
-    ))
-    .bind(iteration)
-    .bind(after)
-    .bind(i64::from(page.limit) + 1)
-    .fetch_all(&mut *db)
-    .await?;
-    let page = Page::of(rows, page.limit, |row| Cursor::after_number(row.seq.0));
-    Ok(page.map(|row| row.row.into()))
+impl Read<SqlitePool> for ListFits {
+    /// One row more than asked for tells whether there is a next page.
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<FitSummary>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = from.begin().await?;
+        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
+        let rows: Vec<ListedFitRow> = sqlx::query_as(concat!(
+            "SELECT seq, ",
+            summary_columns!(),
+            " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
+        ))
+        .bind(iteration)
+        .bind(after)
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        let page = Page::of(rows, limit, |row| Cursor::after_number(row.seq.0));
+        Ok(page.map(|row| row.row.into()))
+    }
 }
 
-pub async fn fit(db: &SqlitePool, job: Uuid, number: u32, fit: Uuid) -> Outcome<FitRecord> {
-    let mut db = db.begin().await?;
-    let iteration = iteration_seq(&mut db, job, number).await?;
-    let row: Option<FitRow> = sqlx::query_as(concat!(
-        "SELECT id, reason, created_at, seq = ",
-        chosen_fit!(),
-        " AS chosen, spec, result FROM fits WHERE iteration = ?1 AND id = ?2"
-    ))
-    .bind(iteration)
-    .bind(fit)
-    .fetch_optional(&mut *db)
-    .await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Fit))?.into())
+impl Read<SqlitePool> for GetFit {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<FitRecord> {
+        let mut db = from.begin().await?;
+        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let row: Option<FitRow> = sqlx::query_as(concat!(
+            "SELECT id, reason, created_at, seq = ",
+            chosen_fit!(),
+            " AS chosen, spec, result FROM fits WHERE iteration = ?1 AND id = ?2"
+        ))
+        .bind(iteration)
+        .bind(self.fit)
+        .fetch_optional(&mut *db)
+        .await?;
+        Ok(row.ok_or(RepositoryError::NotFound(Resource::Fit))?.into())
+    }
 }
 
-impl Run<SqliteConnection> for InsertFit {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+impl Write<SqliteConnection> for InsertFit {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let InsertFit { job, number, fit, receipt } = self;
-        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
-        answers::refuse_taken(db, receipt.as_ref()).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
+        answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         let insert =
             concat!("INSERT INTO fits (", fit_columns!(), ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
-        bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?;
+        let seq = bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?.last_insert_rowid();
         let stored = Stored { number: *number, version: version + 1 };
-        answers::keep(db, receipt.as_ref(), stored, fit.created_at).await?;
+        let stored_fit = StoredFit { seq, result: &fit.computed.result };
+        answers::keep(db, tenant, receipt.as_ref(), stored, fit.created_at, Some(stored_fit)).await?;
         Ok(stored)
     }
 }
@@ -188,10 +193,10 @@ struct LatestChoice {
     reason: Option<String>,
 }
 
-impl Run<SqliteConnection> for Choose {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+impl Write<SqliteConnection> for Choose {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let Choose { job, number, choice, precondition } = self;
-        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
         precondition.check(version)?;
         let fit: i64 = sqlx::query_scalar("SELECT seq FROM fits WHERE iteration = ? AND id = ?")
             .bind(seq)

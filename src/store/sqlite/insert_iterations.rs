@@ -13,20 +13,59 @@ use std::{
 use sqlx::{AssertSqlSafe, FromRow, SqliteConnection};
 use uuid::Uuid;
 
-use super::{answers, fits, locate::signed, records, time};
+use super::{
+    answers::{self, StoredFit},
+    fits,
+    locate::signed,
+    records, time,
+};
 use crate::{
-    jobs::{ExpectedGear, JobGear, NewIteration, RepositoryError, Resource, Stored},
-    store::shared::{InsertIteration, Integer, Outcome, StoreError, figure_columns},
+    jobs::{Caller, ExpectedGear, JobGear, NewIteration, Receipt, RepositoryError, Resource, Stored, Tenant},
+    store::shared::{Asked, InsertIteration, Integer, Outcome, Pending, Queued, StoreError, Write, figure_columns},
 };
 
 /// Rows of one statement: 35 variables each, far below SQLite's 32,766.
 const MOST_ROWS: usize = 64;
 
+/// An iteration about to be stored, with the tenant whose job it names.
+#[derive(Clone, Copy)]
+pub struct Incoming<'a> {
+    pub tenant: &'a Tenant,
+    pub iteration: &'a NewIteration,
+    pub receipt: Option<&'a Receipt>,
+}
+
+impl<'a> Incoming<'a> {
+    pub fn of(Asked { caller, write: InsertIteration { iteration, receipt } }: &'a Asked<InsertIteration>) -> Self {
+        Incoming { tenant: &caller.tenant, iteration, receipt: receipt.as_ref() }
+    }
+
+    fn key(&self) -> Option<Key<'a>> {
+        self.receipt.map(|receipt| (self.tenant.as_str(), receipt.request.key.as_str(), receipt.request.scope.as_str()))
+    }
+}
+
+/// Tenant, key and scope.
+type Key<'a> = (&'a str, &'a str, &'a str);
+
+impl Write<SqliteConnection> for InsertIteration {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let InsertIteration { iteration, receipt } = self;
+        let incoming = Incoming { tenant, iteration, receipt: receipt.as_ref() };
+        let stored = insert(db, &[incoming]).await?.pop();
+        Ok(stored.unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?)
+    }
+
+    fn queued(pending: Pending<Asked<Self>>) -> Queued<SqliteConnection> {
+        Queued::Iteration(pending)
+    }
+}
+
 /// Stores what can be stored and refuses the rest, in the order given. It is refused as a whole
 /// only before anything was changed.
 pub async fn insert(
     db: &mut SqliteConnection,
-    incoming: &[&InsertIteration],
+    incoming: &[Incoming<'_>],
 ) -> Outcome<Vec<Result<Stored, RepositoryError>>> {
     let mut last = last_numbers(db, incoming).await?;
     let taken = taken_keys(db, incoming).await?;
@@ -52,16 +91,18 @@ async fn change(db: &mut SqliteConnection, accepted: &[Numbered<'_>]) -> Outcome
             records::insert_row(db, row.seq, record).await?;
         }
     }
-    for row in accepted.iter().filter(|row| row.new.receipt.is_some()) {
+    for row in accepted {
+        let Incoming { tenant, iteration, receipt } = row.new;
         let stored = Stored { number: row.number, version: 1 };
-        answers::keep(db, row.new.receipt.as_ref(), stored, row.new.iteration.created_at).await?;
+        let fit = StoredFit { seq: row.fit, result: &iteration.fit.computed.result };
+        answers::keep(db, tenant, receipt, stored, iteration.created_at, Some(fit)).await?;
     }
     Ok(())
 }
 
 /// An iteration with everything that the database must know of it.
 struct Numbered<'a> {
-    new: &'a InsertIteration,
+    new: Incoming<'a>,
     job: i64,
     number: u32,
     seq: i64,
@@ -77,6 +118,7 @@ struct LastNumbers {
 
 #[derive(FromRow)]
 struct JobCounters {
+    tenant: String,
     seq: i64,
     last_number: Integer<u32>,
     gear: Option<String>,
@@ -93,17 +135,13 @@ struct CountersRow {
 
 impl LastNumbers {
     /// Gives an iteration its numbers, or says why it is not stored.
-    fn number<'a>(
-        &mut self,
-        new: &'a InsertIteration,
-        taken: &HashSet<(String, String)>,
-    ) -> Result<Numbered<'a>, RepositoryError> {
-        let job = self.jobs.get_mut(&new.iteration.job_id).ok_or(RepositoryError::NotFound(Resource::Job))?;
-        let key = new.receipt.as_ref().map(|receipt| (receipt.request.key.clone(), receipt.request.scope.clone()));
-        if key.is_some_and(|key| taken.contains(&key)) {
+    fn number<'a>(&mut self, new: Incoming<'a>, taken: &HashSet<Key<'_>>) -> Result<Numbered<'a>, RepositoryError> {
+        let job = self.jobs.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant.as_str());
+        let job = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
+        if new.key().is_some_and(|key| taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
         }
-        job.check(&new.iteration)?;
+        job.check(new.iteration)?;
         job.last_number.0 += 1;
         self.iteration += 1;
         self.fit += 1;
@@ -127,14 +165,14 @@ impl JobCounters {
 }
 
 /// The jobs named, their last numbers, and the last row of each table.
-async fn last_numbers(db: &mut SqliteConnection, incoming: &[&InsertIteration]) -> Outcome<LastNumbers> {
+async fn last_numbers(db: &mut SqliteConnection, incoming: &[Incoming<'_>]) -> Outcome<LastNumbers> {
     let mut ids: Vec<Uuid> = incoming.iter().map(|new| new.iteration.job_id).collect();
     ids.sort_unstable();
     ids.dedup();
     let mut last = LastNumbers { jobs: HashMap::with_capacity(ids.len()), iteration: 0, fit: 0 };
     for ids in ids.chunks(MOST_ROWS) {
         let sql = format!(
-            "SELECT j.id AS id, j.seq AS seq, j.gear AS gear,
+            "SELECT j.id AS id, j.tenant AS tenant, j.seq AS seq, j.gear AS gear,
                     coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0) AS last_number,
                     coalesce((SELECT max(seq) FROM iterations), 0) AS last_iteration,
                     coalesce((SELECT max(seq) FROM fits), 0) AS last_fit
@@ -155,11 +193,13 @@ async fn last_numbers(db: &mut SqliteConnection, incoming: &[&InsertIteration]) 
 
 /// Which of the keys named have an answer already. (Two requests of a group with one key break the
 /// index of keys; each is then tried alone.)
-async fn taken_keys(db: &mut SqliteConnection, incoming: &[&InsertIteration]) -> Outcome<HashSet<(String, String)>> {
+async fn taken_keys<'a>(db: &mut SqliteConnection, incoming: &[Incoming<'a>]) -> Outcome<HashSet<Key<'a>>> {
     let mut taken = HashSet::new();
-    for receipt in incoming.iter().filter_map(|new| new.receipt.as_ref()) {
-        if answers::is_taken(db, receipt).await? {
-            taken.insert((receipt.request.key.clone(), receipt.request.scope.clone()));
+    for new in incoming {
+        if let Some(receipt) = new.receipt
+            && answers::is_taken(db, new.tenant, receipt).await?
+        {
+            taken.extend(new.key());
         }
     }
     Ok(taken)
@@ -186,7 +226,7 @@ async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcom
     }
     for row in rows {
         let count = signed(row.new.iteration.nodes.posted() as u64);
-        query = query.bind(row.seq).bind(count).bind(row.new.nodes.as_slice());
+        query = query.bind(row.seq).bind(count).bind(row.new.iteration.nodes.bytes());
     }
     for row in rows {
         query = fits::bind(query.bind(row.fit), row.seq, &row.new.iteration.fit);

@@ -9,44 +9,58 @@ use super::{
     streams, time,
 };
 use crate::{
-    jobs::{Cursor, Job, JobGear, Page, PageRequest, Receipt, RepositoryError, Resource, Stored, has_no_tooth},
-    store::shared::{DeleteJob, InsertJob, Integer, JobRow, Outcome, PatchJob, Run, Tags, job_columns},
+    jobs::{Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant, has_no_tooth},
+    store::shared::{
+        DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, Outcome, PatchJob, Read, Tags, Write, job_columns,
+    },
 };
 
 /// A job with its row.
-pub async fn located(db: &mut SqliteConnection, id: Uuid) -> Outcome<(i64, Job)> {
+pub async fn located(db: &mut SqliteConnection, tenant: &Tenant, id: Uuid) -> Outcome<(i64, Job)> {
     let found: Option<WithSeq<JobRow>> =
-        sqlx::query_as(concat!("SELECT seq, ", job_columns!(), " FROM jobs WHERE id = ?"))
+        sqlx::query_as(concat!("SELECT seq, ", job_columns!(), " FROM jobs WHERE id = ? AND tenant = ?"))
             .bind(id)
+            .bind(tenant.as_str())
             .fetch_optional(db)
             .await?;
     let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Job))?;
     Ok((seq, row.into()))
 }
 
-pub async fn job(db: &SqlitePool, id: Uuid) -> Outcome<Job> {
-    let mut db = db.acquire().await?;
-    Ok(located(&mut db, id).await?.1)
+impl Read<SqlitePool> for GetJob {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Job> {
+        let mut db = from.acquire().await?;
+        Ok(located(&mut db, &caller.tenant, self.id).await?.1)
+    }
 }
 
-/// Newest first; one row more than asked for tells whether there is a next page.
-pub async fn jobs(db: &SqlitePool, page: PageRequest) -> Outcome<Page<Job>> {
-    let after = page.after.map_or([0xff; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
-    let rows: Vec<JobRow> =
-        sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id < ? ORDER BY id DESC LIMIT ?"))
-            .bind(after)
-            .bind(i64::from(page.limit) + 1)
-            .fetch_all(db)
-            .await?;
-    Ok(Page::of(rows.into_iter().map(Job::from).collect(), page.limit, |job: &Job| Cursor(job.id)))
+impl Read<SqlitePool> for ListJobs {
+    /// One row more than asked for tells whether there is a next page.
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<Job>> {
+        let PageRequest { limit, after } = self.page;
+        let after = after.map_or([0xff; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
+        let rows: Vec<JobRow> = sqlx::query_as(concat!(
+            "SELECT ",
+            job_columns!(),
+            " FROM jobs WHERE tenant = ? AND id < ? ORDER BY id DESC LIMIT ?"
+        ))
+        .bind(caller.tenant.as_str())
+        .bind(after)
+        .bind(i64::from(limit) + 1)
+        .fetch_all(from)
+        .await?;
+        Ok(Page::of(rows.into_iter().map(Job::from).collect(), limit, |job: &Job| Cursor(job.id)))
+    }
 }
 
-pub async fn insert(db: &mut SqliteConnection, job: &Job, receipt: Option<&Receipt>) -> Outcome<Stored> {
-    answers::refuse_taken(db, receipt).await?;
+/// Stores a job of a tenant.
+pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, job: &Job) -> Outcome<()> {
     sqlx::query(
-        "INSERT INTO jobs (id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO jobs
+             (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
+    .bind(tenant.as_str())
     .bind(job.id)
     .bind(job.name.as_str())
     .bind(job.part_number.as_deref())
@@ -57,22 +71,25 @@ pub async fn insert(db: &mut SqliteConnection, job: &Job, receipt: Option<&Recei
     .bind(signed(job.version))
     .bind(time::to_text(job.created_at))
     .bind(time::to_text(job.updated_at))
-    .execute(&mut *db)
+    .execute(db)
     .await?;
-    let stored = Stored { number: 0, version: job.version };
-    answers::keep(db, receipt, stored, job.created_at).await?;
-    Ok(stored)
+    Ok(())
 }
 
-impl Run<SqliteConnection> for InsertJob {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
-        insert(db, &self.job, self.receipt.as_ref()).await
+impl Write<SqliteConnection> for InsertJob {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let InsertJob { job, receipt } = self;
+        answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
+        insert(db, tenant, job).await?;
+        let stored = Stored { number: 0, version: job.version };
+        answers::keep(db, tenant, receipt.as_ref(), stored, job.created_at, None).await?;
+        Ok(stored)
     }
 }
 
-impl Run<SqliteConnection> for PatchJob {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Job> {
-        let (seq, before) = located(db, self.id).await?;
+impl Write<SqliteConnection> for PatchJob {
+    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<Job> {
+        let (seq, before) = located(db, &caller.tenant, self.id).await?;
         self.precondition.check(before.version)?;
         let after = before.patched(self.patch.clone(), self.now);
         if after.gear != before.gear {
@@ -127,9 +144,9 @@ async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&J
     }
 }
 
-impl Run<SqliteConnection> for DeleteJob {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<()> {
-        let (seq, job) = located(db, self.id).await?;
+impl Write<SqliteConnection> for DeleteJob {
+    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<()> {
+        let (seq, job) = located(db, &caller.tenant, self.id).await?;
         self.precondition.check(job.version)?;
         let iterations: Integer<u64> =
             sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = ?").bind(seq).fetch_one(&mut *db).await?;

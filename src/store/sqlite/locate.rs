@@ -4,7 +4,7 @@ use sqlx::{FromRow, SqliteConnection};
 use uuid::Uuid;
 
 use crate::{
-    jobs::{RepositoryError, Resource},
+    jobs::{RepositoryError, Resource, Tenant},
     store::shared::{Integer, Outcome, StoreError},
 };
 
@@ -17,23 +17,25 @@ pub struct WithSeq<T> {
 }
 
 /// The row of an iteration.
-pub async fn iteration_seq(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<i64> {
+pub async fn iteration_seq(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid, number: u32) -> Outcome<i64> {
     let seq = sqlx::query_scalar(
-        "SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND i.number = ?",
+        "SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
     )
     .bind(job)
+    .bind(tenant.as_str())
     .bind(number)
     .fetch_optional(&mut *db)
     .await?;
     match seq {
         Some(seq) => Ok(seq),
-        None => Err(which_is_missing(db, job).await),
+        None => Err(which_is_missing(db, tenant, job).await),
     }
 }
 
 /// Whether the job or only its iteration does not exist.
-pub async fn which_is_missing(db: &mut SqliteConnection, job: Uuid) -> StoreError {
-    match sqlx::query("SELECT 1 FROM jobs WHERE id = ?").bind(job).fetch_optional(db).await {
+pub async fn which_is_missing(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid) -> StoreError {
+    let job = sqlx::query("SELECT 1 FROM jobs WHERE id = ? AND tenant = ?").bind(job).bind(tenant.as_str());
+    match job.fetch_optional(db).await {
         Ok(Some(_)) => RepositoryError::NotFound(Resource::Iteration).into(),
         Ok(None) => RepositoryError::NotFound(Resource::Job).into(),
         Err(error) => error.into(),
@@ -54,7 +56,12 @@ struct IterationVersionRow {
     version: Option<Integer<u64>>,
 }
 
-pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Outcome<IterationVersion> {
+pub async fn iteration(
+    db: &mut SqliteConnection,
+    tenant: &Tenant,
+    job: Uuid,
+    number: u32,
+) -> Outcome<IterationVersion> {
     let row: IterationVersionRow = sqlx::query_as(
         "SELECT i.seq AS seq,
                 CASE WHEN i.seq NOTNULL THEN
@@ -62,10 +69,11 @@ pub async fn iteration(db: &mut SqliteConnection, job: Uuid, number: u32) -> Out
                     + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
                     + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1
                 END AS version
-         FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ? WHERE j.id = ?",
+         FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ? WHERE j.id = ? AND j.tenant = ?",
     )
     .bind(number)
     .bind(job)
+    .bind(tenant.as_str())
     .fetch_optional(&mut *db)
     .await?
     .ok_or(RepositoryError::NotFound(Resource::Job))?;

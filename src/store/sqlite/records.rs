@@ -1,7 +1,6 @@
 //! What is kept with an iteration beside its fits.
 
 use sqlx::{SqliteConnection, SqlitePool};
-use uuid::Uuid;
 
 use super::{
     answers,
@@ -11,21 +10,23 @@ use super::{
 };
 use crate::{
     jobs::{
-        Cursor, MAX_LISTED, Page, PageRequest, Record, RecordDraft, RecordKind, RecordSummary, RepositoryError,
-        Resource, Stored,
+        Caller, Cursor, MAX_LISTED, Page, PageRequest, Record, RecordDraft, RecordSummary, RepositoryError, Resource,
+        Stored,
     },
-    store::shared::{InsertRecord, Outcome, RecordRow, RecordSummaryRow, Run},
+    store::shared::{
+        GetLatestRecord, GetRecord, InsertRecord, ListRecords, Outcome, Read, RecordRow, RecordSummaryRow, Write,
+    },
 };
 
-impl Run<SqliteConnection> for InsertRecord {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+impl Write<SqliteConnection> for InsertRecord {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let InsertRecord { job, number, record, receipt } = self;
-        let IterationVersion { seq, version } = locate::iteration(db, *job, *number).await?;
-        answers::refuse_taken(db, receipt.as_ref()).await?;
+        let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
+        answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         insert_row(db, seq, record).await?;
         // Records are beside the iteration: its version stays.
         let stored = Stored { number: *number, version };
-        answers::keep(db, receipt.as_ref(), stored, record.created_at).await?;
+        answers::keep(db, tenant, receipt.as_ref(), stored, record.created_at, None).await?;
         Ok(stored)
     }
 }
@@ -50,34 +51,39 @@ pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Reco
     Ok(())
 }
 
-pub async fn record(db: &SqlitePool, job: Uuid, number: u32, id: Uuid) -> Outcome<Record> {
-    let mut db = db.begin().await?;
-    let iteration = iteration_seq(&mut db, job, number).await?;
-    let row: Option<RecordRow> = sqlx::query_as(
-        "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND id = ?",
-    )
-    .bind(iteration)
-    .bind(id)
-    .fetch_optional(&mut *db)
-    .await?;
-    Ok(row.ok_or(RepositoryError::NotFound(Resource::Record))?.into())
+impl Read<SqlitePool> for GetRecord {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Record> {
+        let mut db = from.begin().await?;
+        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let row: Option<RecordRow> = sqlx::query_as(
+            "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND id = ?",
+        )
+        .bind(iteration)
+        .bind(self.id)
+        .fetch_optional(&mut *db)
+        .await?;
+        Ok(row.ok_or(RepositoryError::NotFound(Resource::Record))?.into())
+    }
 }
 
-/// Oldest first; one row more than asked for tells whether there is a next page.
-pub async fn list(db: &SqlitePool, job: Uuid, number: u32, page: PageRequest) -> Outcome<Page<RecordSummary>> {
-    let mut db = db.begin().await?;
-    let iteration = iteration_seq(&mut db, job, number).await?;
-    let after = page.after.map_or([0; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
-    let rows: Vec<RecordSummaryRow> = sqlx::query_as(
-        "SELECT id, kind, method, created_at FROM records WHERE iteration = ? AND id > ? ORDER BY id LIMIT ?",
-    )
-    .bind(iteration)
-    .bind(after)
-    .bind(i64::from(page.limit) + 1)
-    .fetch_all(&mut *db)
-    .await?;
-    let records = rows.into_iter().map(RecordSummary::from).collect();
-    Ok(Page::of(records, page.limit, |record: &RecordSummary| Cursor(record.id)))
+impl Read<SqlitePool> for ListRecords {
+    /// One row more than asked for tells whether there is a next page.
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<RecordSummary>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = from.begin().await?;
+        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let after = after.map_or([0; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
+        let rows: Vec<RecordSummaryRow> = sqlx::query_as(
+            "SELECT id, kind, method, created_at FROM records WHERE iteration = ? AND id > ? ORDER BY id LIMIT ?",
+        )
+        .bind(iteration)
+        .bind(after)
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        let records = rows.into_iter().map(RecordSummary::from).collect();
+        Ok(Page::of(records, limit, |record: &RecordSummary| Cursor(record.id)))
+    }
 }
 
 /// The last of an iteration, oldest first, and how many stand before them.
@@ -93,17 +99,18 @@ pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<Rec
     Ok(in_order(rows))
 }
 
-/// The one of a kind that was kept last.
-pub async fn latest(db: &SqlitePool, job: Uuid, number: u32, kind: RecordKind) -> Outcome<Option<Record>> {
-    let mut db = db.begin().await?;
-    let iteration = iteration_seq(&mut db, job, number).await?;
-    let row: Option<RecordRow> = sqlx::query_as(
-        "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND kind = ?
+impl Read<SqlitePool> for GetLatestRecord {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Option<Record>> {
+        let mut db = from.begin().await?;
+        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let row: Option<RecordRow> = sqlx::query_as(
+            "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND kind = ?
          ORDER BY id DESC LIMIT 1",
-    )
-    .bind(iteration)
-    .bind(kind.name())
-    .fetch_optional(&mut *db)
-    .await?;
-    Ok(row.map(Into::into))
+        )
+        .bind(iteration)
+        .bind(self.kind.name())
+        .fetch_optional(&mut *db)
+        .await?;
+        Ok(row.map(Into::into))
+    }
 }

@@ -2,18 +2,23 @@
 
 use sqlx::SqliteConnection;
 
-use super::{answers, insert_iterations, jobs};
+use super::{
+    answers,
+    insert_iterations::{self, Incoming},
+    jobs,
+};
 use crate::{
-    jobs::Stored,
-    store::shared::{InsertIteration, InsertRuns, Outcome, Run, StoreError},
+    jobs::{Caller, NewRun, Stored},
+    store::shared::{InsertRuns, Outcome, StoreError, Write},
 };
 
-impl Run<SqliteConnection> for InsertRuns {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
-        answers::refuse_taken(db, self.receipt.as_ref()).await?;
-        for (job, iterations) in &self.runs {
-            jobs::insert(db, job, None).await?;
-            let iterations: Vec<&InsertIteration> = iterations.iter().collect();
+impl Write<SqliteConnection> for InsertRuns {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
+        answers::refuse_taken(db, tenant, self.receipt.as_ref()).await?;
+        for NewRun { job, iterations } in &self.runs {
+            jobs::insert(db, tenant, job).await?;
+            let incoming = |iteration| Incoming { tenant, iteration, receipt: None };
+            let iterations: Vec<Incoming<'_>> = iterations.iter().map(|iteration| incoming(iteration)).collect();
             // of a job that is there and without a key none is refused; were one, all would be
             // undone
             for stored in insert_iterations::insert(db, &iterations).await.map_err(StoreError::too_late)? {
@@ -21,7 +26,7 @@ impl Run<SqliteConnection> for InsertRuns {
             }
         }
         let stored = Stored { number: 0, version: 1 };
-        answers::keep(db, self.receipt.as_ref(), stored, self.now).await?;
+        answers::keep(db, tenant, self.receipt.as_ref(), stored, self.now, None).await?;
         Ok(stored)
     }
 }

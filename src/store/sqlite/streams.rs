@@ -4,34 +4,39 @@ use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers, insert_iterations,
+    answers,
+    insert_iterations::{self, Incoming},
     locate::{WithSeq, signed},
     time,
 };
 use crate::{
-    jobs::{JobGear, RepositoryError, Resource, Stored, Stream},
-    store::shared::{DeleteStream, FinishStream, InsertStream, Integer, Outcome, Run, StreamRow},
+    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant},
+    store::shared::{DeleteStream, FinishStream, GetStream, InsertStream, Integer, Outcome, Read, StreamRow, Write},
 };
 
 /// A stream with its row.
-pub async fn located(db: &mut SqliteConnection, id: Uuid) -> Outcome<(i64, Stream)> {
+pub async fn located(db: &mut SqliteConnection, tenant: &Tenant, id: Uuid) -> Outcome<(i64, Stream)> {
     let found: Option<WithSeq<StreamRow>> = sqlx::query_as(
         "SELECT s.seq AS seq, s.id AS id, j.id AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
                 s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256,
                 s.flank AS flank, s.tooth AS tooth, s.axes AS axes, i.number AS iteration, s.version AS version,
                 s.created_at AS created_at, s.updated_at AS updated_at
-         FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration WHERE s.id = ?",
+         FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration
+         WHERE s.id = ? AND j.tenant = ?",
     )
     .bind(id)
+    .bind(tenant.as_str())
     .fetch_optional(db)
     .await?;
     let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Stream))?;
     Ok((seq, row.into()))
 }
 
-pub async fn stream(db: &SqlitePool, id: Uuid) -> Outcome<Stream> {
-    let mut db = db.acquire().await?;
-    Ok(located(&mut db, id).await?.1)
+impl Read<SqlitePool> for GetStream {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Stream> {
+        let mut db = from.acquire().await?;
+        Ok(located(&mut db, &caller.tenant, self.id).await?.1)
+    }
 }
 
 #[derive(FromRow)]
@@ -40,15 +45,16 @@ struct JobOfStream {
     gear: Option<String>,
 }
 
-impl Run<SqliteConnection> for InsertStream {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
+impl Write<SqliteConnection> for InsertStream {
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let InsertStream { stream, receipt } = self;
-        let job: JobOfStream = sqlx::query_as("SELECT seq, gear FROM jobs WHERE id = ?")
+        let job: JobOfStream = sqlx::query_as("SELECT seq, gear FROM jobs WHERE id = ? AND tenant = ?")
             .bind(stream.job_id)
+            .bind(tenant.as_str())
             .fetch_optional(&mut *db)
             .await?
             .ok_or(RepositoryError::NotFound(Resource::Job))?;
-        answers::refuse_taken(db, receipt.as_ref()).await?;
+        answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         stream.measurand.check_tooth(job.gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
         let at = time::to_text(stream.created_at);
         sqlx::query(
@@ -69,27 +75,29 @@ impl Run<SqliteConnection> for InsertStream {
         .execute(&mut *db)
         .await?;
         let stored = Stored { number: 0, version: 1 };
-        answers::keep(db, receipt.as_ref(), stored, stream.created_at).await?;
+        answers::keep(db, tenant, receipt.as_ref(), stored, stream.created_at, None).await?;
         Ok(stored)
     }
 }
 
-impl Run<SqliteConnection> for FinishStream {
+impl Write<SqliteConnection> for FinishStream {
     /// The iteration is inserted as any other; the blocks go, since the iteration holds the nodes.
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let (seq, stream) = located(db, self.stream).await?;
+    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let FinishStream { finished, receipt } = self;
+        let (seq, stream) = located(db, tenant, finished.stream).await?;
         stream.check_open()?;
-        if self.sequence != stream.sequence {
+        if finished.sequence != stream.sequence {
             return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
         }
-        let mut stored = insert_iterations::insert(db, &[&self.iteration]).await?;
+        let incoming = Incoming { tenant, iteration: &finished.iteration, receipt: receipt.as_ref() };
+        let mut stored = insert_iterations::insert(db, &[incoming]).await?;
         let stored = stored.pop().unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?;
         sqlx::query(
             "UPDATE streams SET version = ?, updated_at = ?, iteration =
              (SELECT i.seq FROM iterations i WHERE i.job = streams.job AND i.number = ?) WHERE seq = ?",
         )
         .bind(signed(stream.version + 1))
-        .bind(time::to_text(self.iteration.iteration.created_at))
+        .bind(time::to_text(finished.iteration.created_at))
         .bind(stored.number)
         .bind(seq)
         .execute(&mut *db)
@@ -99,9 +107,9 @@ impl Run<SqliteConnection> for FinishStream {
     }
 }
 
-impl Run<SqliteConnection> for DeleteStream {
-    async fn run(&self, db: &mut SqliteConnection) -> Outcome<()> {
-        let (seq, stream) = located(db, self.id).await?;
+impl Write<SqliteConnection> for DeleteStream {
+    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<()> {
+        let (seq, stream) = located(db, &caller.tenant, self.id).await?;
         self.precondition.check(stream.version)?;
         delete_blocks(db, seq).await?;
         // the event of the deletion carries this time

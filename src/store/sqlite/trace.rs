@@ -1,7 +1,6 @@
 //! The trace of a job.
 
 use sqlx::{SqliteConnection, SqlitePool};
-use uuid::Uuid;
 
 use super::{
     fits, jobs,
@@ -10,41 +9,44 @@ use super::{
     records,
 };
 use crate::{
-    jobs::{Cursor, DecisionEvent, Earlier, MAX_LISTED, PageRequest, Trace, TracedIteration},
-    store::shared::{DecisionRow, Outcome, TracedIterationRow},
+    jobs::{Caller, Cursor, DecisionEvent, Earlier, MAX_LISTED, PageRequest, Trace, TracedIteration},
+    store::shared::{DecisionRow, GetTrace, Outcome, Read, TracedIterationRow},
 };
 
 /// Text of coefficients on a page of the trace, beyond the first iteration.
 const MOST_TEXT: usize = 4 << 20;
 
-/// Iterations by number, each with four ordered lists: its fits, choices, decisions and records as
-/// they were made.
-pub async fn trace(db: &SqlitePool, id: Uuid, page: PageRequest) -> Outcome<Trace> {
-    let mut db = db.begin().await?;
-    let (seq, job) = jobs::located(&mut db, id).await?;
-    let after = page.after.map_or(0, |cursor| locate::signed(cursor.number()));
-    let rows: Vec<WithSeq<TracedIterationRow>> = sqlx::query_as(
-        "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations
+impl Read<SqlitePool> for GetTrace {
+    /// Iterations by number, each with four ordered lists: its fits, choices, decisions and
+    /// records as they were made.
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Trace> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = from.begin().await?;
+        let (seq, job) = jobs::located(&mut db, &caller.tenant, self.job).await?;
+        let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
+        let rows: Vec<WithSeq<TracedIterationRow>> = sqlx::query_as(
+            "SELECT seq, id, number, measured_at, created_at, flank, tooth, axes FROM iterations
          WHERE job = ? AND number > ? ORDER BY number LIMIT ?",
-    )
-    .bind(seq)
-    .bind(after)
-    .bind(i64::from(page.limit) + 1)
-    .fetch_all(&mut *db)
-    .await?;
-    let (mut iterations, mut text) = (Vec::new(), 0);
-    let mut next = None;
-    for row in rows {
-        let last: Option<&TracedIteration> = iterations.last();
-        if let Some(last) = last.filter(|_| iterations.len() == page.limit as usize || text >= MOST_TEXT) {
-            next = Some(Cursor::after_number(last.number.into()));
-            break;
+        )
+        .bind(seq)
+        .bind(after)
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        let (mut iterations, mut text) = (Vec::new(), 0);
+        let mut next = None;
+        for row in rows {
+            let last: Option<&TracedIteration> = iterations.last();
+            if let Some(last) = last.filter(|_| iterations.len() == limit as usize || text >= MOST_TEXT) {
+                next = Some(Cursor::after_number(last.number.into()));
+                break;
+            }
+            let iteration = iteration(&mut db, row, MOST_TEXT.saturating_sub(text)).await?;
+            text += iteration.fits.iter().map(|fit| fit.coefficients.len()).sum::<usize>();
+            iterations.push(iteration);
         }
-        let iteration = iteration(&mut db, row, MOST_TEXT.saturating_sub(text)).await?;
-        text += iteration.fits.iter().map(|fit| fit.coefficients.len()).sum::<usize>();
-        iterations.push(iteration);
+        Ok(Trace { job, iterations, next })
     }
-    Ok(Trace { job, iterations, next })
 }
 
 /// `text` is what is left of the page for coefficients.

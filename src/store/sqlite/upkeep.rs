@@ -5,7 +5,7 @@ use sqlx::{SqliteConnection, SqlitePool};
 use super::time;
 use crate::store::shared::{Outcome, Probe, Run};
 
-pub async fn ping(db: &SqlitePool) -> Outcome<()> {
+pub async fn ping(db: &SqlitePool) -> Result<(), sqlx::Error> {
     let _tables: i64 = sqlx::query_scalar("SELECT count(*) FROM sqlite_schema").fetch_one(db).await?;
     Ok(())
 }

@@ -11,11 +11,11 @@ use sqlx::SqliteConnection;
 
 use super::{
     error::{code, failure},
-    insert_iterations,
+    insert_iterations::{self, Incoming},
     open::StoreSettings,
 };
 use crate::{
-    store::shared::{InsertIteration, Pending, StoreError, Waiting, Write},
+    store::shared::{Asked, InsertIteration, Pending, Queued, StoreError, Waiting},
     telemetry,
 };
 
@@ -56,7 +56,7 @@ impl Writer {
         self.waiting.closed();
     }
 
-    async fn serve(&mut self, mut group: Vec<Write<SqliteConnection>>) {
+    async fn serve(&mut self, mut group: Vec<Queued<SqliteConnection>>) {
         match self.transact(&mut group).await {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
             Err(error) if group.len() > 1 && code(&error).is_some_and(|code| REFUSING_CODES.contains(&code)) => {
@@ -74,7 +74,7 @@ impl Writer {
     }
 
     /// One transaction. Afterwards it is committed or undone, whatever happened.
-    async fn transact(&mut self, group: &mut [Write<SqliteConnection>]) -> Result<(), sqlx::Error> {
+    async fn transact(&mut self, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
         let result = run_group(&mut self.connection, group).await;
         if let Err(error) = &result {
             // SQLite undoes some failed transactions itself and then says that there is none: both
@@ -92,13 +92,13 @@ impl Writer {
     }
 }
 
-async fn run_group(db: &mut SqliteConnection, group: &mut [Write<SqliteConnection>]) -> Result<(), sqlx::Error> {
+async fn run_group(db: &mut SqliteConnection, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
     sqlx::query("BEGIN IMMEDIATE").execute(&mut *db).await?;
     let mut iterations = Vec::new();
     for write in group {
         match write {
-            Write::Iteration(pending) => iterations.push(pending),
-            Write::Single(pending) => pending.run(&mut *db).await?,
+            Queued::Iteration(pending) => iterations.push(pending),
+            Queued::Single(pending) => pending.run(&mut *db).await?,
         }
     }
     if !iterations.is_empty() {
@@ -110,9 +110,12 @@ async fn run_group(db: &mut SqliteConnection, group: &mut [Write<SqliteConnectio
 
 /// Inserts iterations together. Where they are refused together, because the row of one job does
 /// not read, each is tried by itself.
-async fn insert(db: &mut SqliteConnection, iterations: Vec<&mut Pending<InsertIteration>>) -> Result<(), sqlx::Error> {
-    let operations: Vec<&InsertIteration> = iterations.iter().map(|pending| &pending.operation).collect();
-    match insert_iterations::insert(db, &operations).await {
+async fn insert(
+    db: &mut SqliteConnection,
+    iterations: Vec<&mut Pending<Asked<InsertIteration>>>,
+) -> Result<(), sqlx::Error> {
+    let incoming: Vec<Incoming<'_>> = iterations.iter().map(|pending| Incoming::of(&pending.operation)).collect();
+    match insert_iterations::insert(db, &incoming).await {
         Ok(replies) => {
             iterations.into_iter().zip(replies).for_each(|(pending, reply)| pending.note(reply));
             Ok(())
@@ -120,7 +123,7 @@ async fn insert(db: &mut SqliteConnection, iterations: Vec<&mut Pending<InsertIt
         Err(StoreError::Broken(error)) => Err(error),
         Err(StoreError::Refused(_)) => {
             for pending in iterations {
-                match insert_iterations::insert(db, &[&pending.operation]).await {
+                match insert_iterations::insert(db, &[Incoming::of(&pending.operation)]).await {
                     Ok(replies) => replies.into_iter().for_each(|reply| pending.note(reply)),
                     Err(StoreError::Refused(error)) => pending.note(Err(error)),
                     Err(StoreError::Broken(error)) => return Err(error),

@@ -3,8 +3,8 @@
 use std::{path::Path, process::Command};
 
 use flankfit::{
-    jobs::PageRequest,
-    store::{Store, StoreSettings},
+    jobs::{Caller, PageRequest, Store, Tenant, Upkeep},
+    store::{SqliteStore, StoreSettings},
 };
 
 use super::app::TestApp;
@@ -33,9 +33,10 @@ async fn a_backup_is_made_while_the_service_runs() {
     assert!(!done && said.contains("overwrites nothing"), "{said}");
     app.iteration(&job).await;
 
-    let store = Store::open(StoreSettings::of_file(&copy), jiff::Timestamp::UNIX_EPOCH).await.unwrap();
+    let store = SqliteStore::open(StoreSettings::of_file(&copy), jiff::Timestamp::UNIX_EPOCH).await.unwrap();
+    let caller = Caller { tenant: Tenant::default(), actor: "test".into() };
     let id = job.rsplit('/').next().unwrap().parse().unwrap();
-    let trace = flankfit::jobs::Repository::trace(&store, id, PageRequest { limit: 50, after: None }).await.unwrap();
+    let trace = store.of(&caller).trace(id, PageRequest { limit: 50, after: None }).await.unwrap();
     assert_eq!(trace.iterations.len(), 1);
     store.close().await;
     app.stop().await;

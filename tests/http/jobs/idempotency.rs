@@ -19,6 +19,11 @@ async fn a_repeated_request_gets_the_first_answer_also_after_a_restart() {
     let refit = json!({"model": {"type": "polynomial", "degree": 1}, "reason": "coarser"});
     let fits = format!("{add}/1/fits");
     let fitted = app.post_keyed(&fits, "one", &refit).await.expect(201);
+    // whatever is chosen and decided afterwards
+    let chosen = json!({"fit_id": fitted.json()["id"], "reason": "smoother"});
+    send(app.request(Method::PUT, &format!("{add}/1/chosen_fit")).json(&chosen)).await.expect(200);
+    let decided = json!({"decision": "accept"});
+    send(app.request(Method::PATCH, &format!("{add}/1")).json(&decided)).await.expect(200);
     for _ in 0..2 {
         for (path, body, first) in [
             ("/v1/jobs", json!({"name": "wheel"}), &created),

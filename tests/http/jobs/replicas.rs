@@ -1,20 +1,20 @@
 //! Two services on one store, each with a memory of its own: whichever gets the next block of a
 //! stream, the answers are those of one service.
 
-use std::sync::Arc;
+use std::sync::{Arc, mpsc};
 
 use flankfit::{
     config::ServeSettings,
     http::{self, AppState},
-    jobs::{Clock, Jobs, OrderedIds, SystemClock},
-    store::{Store, StoreSettings},
+    jobs::{Clock, JobService, OrderedIds, SystemClock},
+    store::{SqliteStore, StoreSettings},
 };
 use serde_json::json;
 use tempfile::TempDir;
-use tokio::net::TcpListener;
+use tokio::{net::TcpListener, sync::oneshot};
 
 use super::{
-    app::{Answer, TestApp, send},
+    app::{Answer, TestApp, iteration, send},
     streams::{block, spec},
 };
 
@@ -22,6 +22,7 @@ use super::{
 struct Replicas {
     client: reqwest::Client,
     bases: Vec<String>,
+    states: Vec<AppState>,
     _directory: TempDir,
 }
 
@@ -29,22 +30,27 @@ impl Replicas {
     async fn start(count: usize) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
-        let store = Arc::new(Store::open(settings, SystemClock.now()).await.unwrap());
-        let mut bases = Vec::new();
+        let store = Arc::new(SqliteStore::open(settings, SystemClock.now()).await.unwrap());
+        let (mut bases, mut states) = (Vec::new(), Vec::new());
         for _ in 0..count {
-            let jobs = Jobs::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
+            let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
             let settings = ServeSettings { workers: 2, ..ServeSettings::default() };
             let state = AppState::new(settings, jobs).unwrap();
             let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
             bases.push(format!("http://{}", listener.local_addr().unwrap()));
+            states.push(state.clone());
             tokio::spawn(async move { axum::serve(listener, http::router(state)).await });
         }
         let client = reqwest::Client::builder().no_proxy().no_gzip().build().unwrap();
-        Replicas { client, bases, _directory: directory }
+        Replicas { client, bases, states, _directory: directory }
     }
 
     async fn post(&self, replica: usize, path: &str, body: &serde_json::Value) -> Answer {
         send(self.client.post(format!("{}{path}", self.bases[replica])).json(body)).await
+    }
+
+    fn keyed(&self, replica: usize, path: &str, key: &str, body: &serde_json::Value) -> reqwest::RequestBuilder {
+        self.client.post(format!("{}{path}", self.bases[replica])).header("Idempotency-Key", key).json(body)
     }
 
     async fn get(&self, replica: usize, path: &str) -> Answer {
@@ -125,4 +131,50 @@ async fn of_two_blocks_of_one_number_one_counts_wherever_they_come() {
         let seen = replicas.get(replica, &stream).await.expect(200).json();
         assert_eq!((seen["sequence"].as_u64(), seen["node_count"].as_u64()), (Some(12), Some(count)));
     }
+}
+
+/// A key whose first request runs at another replica: both compute, one stores, and the other gives
+/// that answer, or says that the key was used for another request.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn one_of_two_replicas_stores_under_a_key() {
+    let replicas = Replicas::start(2).await;
+    let job = replicas.post(0, "/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
+    let path = format!("{}/iterations", job.header("location").unwrap());
+    let mut another = iteration();
+    another["note"] = json!("another request");
+    for (key, body) in [("same", iteration()), ("other", another)] {
+        // the second replica has looked for the key and waits for a worker
+        let second = &replicas.states[1];
+        let mut gates = Vec::new();
+        for _ in 0..2 {
+            let (open, gate) = mpsc::channel::<()>();
+            let (begun, busy) = oneshot::channel();
+            let state = second.clone();
+            tokio::spawn(async move {
+                let held = move || {
+                    let _ = begun.send(());
+                    let _ = gate.recv();
+                };
+                state.pool.run(held).await
+            });
+            busy.await.unwrap();
+            gates.push(open);
+        }
+        let late = tokio::spawn(send(replicas.keyed(1, &path, key, &body)));
+        while second.pool.waiting() == 0 {
+            tokio::task::yield_now().await;
+        }
+        let first = send(replicas.keyed(0, &path, key, &iteration())).await.expect(201);
+        drop(gates);
+        let late = late.await.unwrap();
+        if key == "same" {
+            let late = late.expect(201);
+            assert_eq!((late.header("idempotency-replayed"), &late.text), (Some("true"), &first.text));
+            assert_eq!(late.header("etag"), first.header("etag"));
+        } else {
+            late.problem(422, "idempotency_key_reused");
+        }
+    }
+    let trace = replicas.get(0, &path.replace("iterations", "trace")).await.json();
+    assert_eq!(trace["iterations"].as_array().unwrap().len(), 2);
 }

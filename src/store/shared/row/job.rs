@@ -47,7 +47,7 @@ impl From<JobRow> for Job {
     }
 }
 
-/// An answer kept under an idempotency key.
+/// An answer kept under an idempotency key: whole, or around the result of a fit.
 #[derive(FromRow)]
 pub struct AnswerRow {
     request_sha256: Digest,
@@ -55,11 +55,16 @@ pub struct AnswerRow {
     location: Option<String>,
     etag: Option<String>,
     body: Vec<u8>,
+    result: Option<String>,
+    body_end: Option<Vec<u8>>,
 }
 
 impl From<AnswerRow> for ([u8; 32], Answer) {
     fn from(row: AnswerRow) -> Self {
-        let answer = Answer { status: row.status.0, location: row.location, etag: row.etag, body: row.body };
+        let mut body = row.body;
+        body.extend(row.result.unwrap_or_default().into_bytes());
+        body.extend(row.body_end.unwrap_or_default());
+        let answer = Answer { status: row.status.0, location: row.location, etag: row.etag, body };
         (row.request_sha256.0, answer)
     }
 }

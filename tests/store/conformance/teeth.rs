@@ -2,27 +2,25 @@
 
 use std::sync::Arc;
 
-use flankfit::{
-    jobs::{
-        ExpectedGear, JobGear, JobPatch, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind,
-        Repository, RepositoryError, Successors, Update,
-    },
-    store::Store,
+use flankfit::jobs::{
+    ExpectedGear, JobGear, JobPatch, Measurand, NewIteration, NewStream, Precondition, Record, RecordKind, Repository,
+    RepositoryError, Successors, Update,
 };
 use flankfit_engine::gear::Side;
 use uuid::Uuid;
 
-use crate::support::Place;
+use super::pair::Pair;
+use crate::support::Values;
 
 fn of(tooth: &str) -> Measurand {
     Measurand { flank: Some(Side::Left), tooth: Some(tooth.to_owned()), axes: None }
 }
 
-fn iteration(place: &Place, job: Uuid, tooth: &str) -> Arc<NewIteration> {
+fn iteration(place: &Values, job: Uuid, tooth: &str) -> Arc<NewIteration> {
     Arc::new(NewIteration { measurand: of(tooth), ..NewIteration::clone(&place.iteration(job)) })
 }
 
-async fn patched(place: &Place, store: &Store, job: Uuid, teeth: u32) -> Result<(), RepositoryError> {
+async fn patched(place: &Values, store: &Arc<dyn Repository>, job: Uuid, teeth: u32) -> Result<(), RepositoryError> {
     let gear = Update::Set(JobGear::from(format!(r#"{{"teeth":{teeth},"normal_module_mm":1.0}}"#)));
     let patch = JobPatch { gear, ..JobPatch::default() };
     store.patch_job(job, patch, Precondition::None, place.now()).await.map(drop)
@@ -30,10 +28,8 @@ async fn patched(place: &Place, store: &Store, job: Uuid, teeth: u32) -> Result<
 
 /// No check before the write can know what another request writes meanwhile: here the write itself
 /// is asked.
-#[tokio::test]
-async fn a_tooth_that_the_gear_has_not_got_is_not_written() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn a_tooth_that_the_gear_has_not_got_is_not_written(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     patched(&place, &store, job, 30).await.unwrap();
     let refused = store.insert_iteration(iteration(&place, job, "40"), None).await;
@@ -57,10 +53,8 @@ async fn a_tooth_that_the_gear_has_not_got_is_not_written() {
 
 /// An import is read by the gear that the job had when it began; nothing may have changed by its
 /// end.
-#[tokio::test]
-async fn what_was_made_by_another_gear_is_not_written() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn what_was_made_by_another_gear_is_not_written(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let made_with = |gear: Option<&str>| {
         let expected_gear = Some(ExpectedGear(gear.map(|text| JobGear::from(text.to_owned()))));
@@ -77,10 +71,8 @@ async fn what_was_made_by_another_gear_is_not_written() {
 }
 
 /// Names of teeth that were stored before there was one way to write them.
-#[tokio::test]
-async fn an_older_name_of_a_tooth_is_that_tooth() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn an_older_name_of_a_tooth_is_that_tooth(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
     for tooth in ["01", "2", "B", " 1"] {
         store.insert_iteration(iteration(&place, job, tooth), None).await.unwrap();
@@ -90,10 +82,8 @@ async fn an_older_name_of_a_tooth_is_that_tooth() {
     assert_eq!(store.successors(job, 4).await.unwrap(), Successors::default());
 }
 
-#[tokio::test]
-async fn a_record_keeps_the_gear_that_it_is_of() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn a_record_keeps_the_gear_that_it_is_of(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     place.stored_iteration(&store, job.id).await;
     let mut record = Record::clone(&place.record(RecordKind::Correction, "form_grinding"));

@@ -1,13 +1,11 @@
 //! Pages neither repeat nor skip, whatever comes and goes meanwhile.
 
-use flankfit::jobs::{PageRequest, Precondition, Repository};
+use flankfit::jobs::{PageRequest, Precondition};
 
-use crate::support::Place;
+use super::pair::Pair;
 
-#[tokio::test]
-async fn pages_are_stable_while_jobs_come_and_go() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn pages_are_stable_while_jobs_come_and_go(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let mut created = Vec::new();
     for _ in 0..10 {
         created.push(place.stored_job(&store).await.id);
@@ -27,10 +25,8 @@ async fn pages_are_stable_while_jobs_come_and_go() {
     assert_eq!(seen, created);
 }
 
-#[tokio::test]
-async fn a_full_last_page_has_no_next() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn a_full_last_page_has_no_next(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     for _ in 0..4 {
         place.stored_job(&store).await;
     }

@@ -4,16 +4,15 @@ use std::sync::Arc;
 
 use flankfit::jobs::{
     Choice, Cursor, Decision, DecisionEvent, Earlier, Event, JobPatch, MAX_LISTED, PageRequest, Precondition,
-    Repository, RepositoryError, Resource, Update,
+    RepositoryError, Resource, Update,
 };
 use uuid::Uuid;
 
-use crate::support::{Place, WHOLE, nodes};
+use super::pair::Pair;
+use crate::support::{Values, WHOLE, nodes};
 
-#[tokio::test]
-async fn a_job_comes_back_and_counts_its_changes() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn a_job_comes_back_and_counts_its_changes(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     assert_eq!(store.job(job.id).await.unwrap(), job);
 
@@ -28,10 +27,8 @@ async fn a_job_comes_back_and_counts_its_changes() {
     assert!(matches!(store.job(Uuid::nil()).await, Err(RepositoryError::NotFound(Resource::Job))));
 }
 
-#[tokio::test]
-async fn only_an_empty_job_is_deleted() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn only_an_empty_job_is_deleted(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let (empty, full) = (place.stored_job(&store).await, place.stored_job(&store).await);
     place.stored_iteration(&store, full.id).await;
     store.delete_job(empty.id, Precondition::None).await.unwrap();
@@ -41,10 +38,8 @@ async fn only_an_empty_job_is_deleted() {
     assert_eq!(store.trace(full.id, WHOLE).await.unwrap().iterations.len(), 1);
 }
 
-#[tokio::test]
-async fn an_iteration_comes_back_bit_for_bit() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn an_iteration_comes_back_bit_for_bit(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let (new, stored) = place.stored_iteration(&store, job.id).await;
     assert_eq!((stored.number, stored.version), (1, 1));
@@ -68,10 +63,8 @@ async fn an_iteration_comes_back_bit_for_bit() {
     assert!(matches!(store.trace(Uuid::nil(), WHOLE).await, Err(RepositoryError::NotFound(Resource::Job))));
 }
 
-#[tokio::test]
-async fn the_trace_keeps_every_choice_and_ruling_in_order() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let (first, _) = place.stored_iteration(&store, job.id).await;
     let mut second = place.fit(0.25);
@@ -115,10 +108,8 @@ async fn the_trace_keeps_every_choice_and_ruling_in_order() {
 }
 
 /// A job with many iterations and an iteration with many fits are read page by page.
-#[tokio::test]
-async fn the_trace_and_the_fits_come_in_pages() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     for _ in 0..7 {
         place.stored_iteration(&store, job.id).await;
@@ -168,12 +159,10 @@ async fn the_trace_and_the_fits_come_in_pages() {
 }
 
 /// However long the answers of fits are, a page of the trace is not.
-#[tokio::test]
-async fn a_page_of_the_trace_is_bounded_in_bytes_too() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn a_page_of_the_trace_is_bounded_in_bytes_too(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
-    let long = |place: &Place| {
+    let long = |place: &Values| {
         let mut fit = place.fit(0.5);
         let coefficients = format!(r#"[{{"term":"{}","value":1.50}}]"#, "u".repeat(3 << 20));
         fit.computed.result = Arc::from(format!(r#"{{"coefficients":{coefficients},"residuals":{{"values":[1,2]}}}}"#));

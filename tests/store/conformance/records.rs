@@ -1,23 +1,20 @@
 //! Curves and surfaces kept with an iteration.
 
-use flankfit::{
-    jobs::{PageRequest, RecordKind, Repository, RepositoryError, Resource},
-    store::Store,
-};
+use std::sync::Arc;
+
+use flankfit::jobs::{PageRequest, RecordKind, Repository, RepositoryError, Resource};
 use uuid::Uuid;
 
-use crate::support::Place;
+use super::pair::Pair;
 
-async fn page(store: &Store, job: Uuid, request: PageRequest) -> (Vec<Uuid>, PageRequest, bool) {
+async fn page(store: &Arc<dyn Repository>, job: Uuid, request: PageRequest) -> (Vec<Uuid>, PageRequest, bool) {
     let page = store.records(job, 1, request).await.unwrap();
     let last = page.next.is_none();
     (page.items.iter().map(|item| item.id).collect(), PageRequest { after: page.next, ..request }, last)
 }
 
-#[tokio::test]
-async fn records_come_back_as_they_were_kept_and_page_by_page() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn records_come_back_as_they_were_kept_and_page_by_page(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     place.stored_iteration(&store, job.id).await;
     let before = store.iteration(job.id, 1).await.unwrap();
@@ -31,9 +28,9 @@ async fn records_come_back_as_they_were_kept_and_page_by_page() {
         kept.push(record);
     }
     assert_eq!(store.iteration(job.id, 1).await.unwrap(), before, "the iteration is as it was");
-    store.close().await;
+    pair.reopen().await;
 
-    let store = place.open().await;
+    let store = pair.store.clone();
     for record in &kept {
         assert_eq!(&store.record(job.id, 1, record.id).await.unwrap(), &**record);
     }
@@ -47,10 +44,8 @@ async fn records_come_back_as_they_were_kept_and_page_by_page() {
     assert_eq!((all.items[1].kind, all.items[1].method.as_str()), (RecordKind::Surface, "coons_bilinear"));
 }
 
-#[tokio::test]
-async fn a_record_belongs_to_one_iteration() {
-    let place = Place::new();
-    let store = place.open().await;
+pub async fn a_record_belongs_to_one_iteration(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let other = place.stored_job(&store).await;
     for job in [job.id, other.id] {

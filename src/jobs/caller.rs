@@ -1,0 +1,66 @@
+//! Who asks: the tenant whose jobs they see, and the name under which they act.
+
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+/// A plant. Each job belongs to one, and for callers of another it does not exist.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Tenant(Arc<str>);
+
+impl Tenant {
+    /// Longest name: that of a label of a host name, which a tenant may become.
+    pub const LONGEST: usize = 63;
+
+    /// The tenant of that name: lower-case letters, digits and hyphens, a hyphen neither first nor
+    /// last.
+    pub fn named(name: &str) -> Option<Self> {
+        let within = (1..=Self::LONGEST).contains(&name.len());
+        let letters = name.bytes().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-');
+        let ends = name.starts_with('-') || name.ends_with('-');
+        (within && letters && !ends).then(|| Tenant(name.into()))
+    }
+
+    pub fn as_str(&self) -> &str {
+        &self.0
+    }
+}
+
+impl Default for Tenant {
+    /// The tenant of callers that no tenant is known of, and of jobs from before there were any.
+    fn default() -> Self {
+        Tenant("default".into())
+    }
+}
+
+/// A caller.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Caller {
+    pub tenant: Tenant,
+    /// The name under which the caller acts: of a key, a certificate or a person.
+    pub actor: Arc<str>,
+}
+
+/// A job or a stream by its id, with the tenant to whom it belongs: what is kept in memory is kept
+/// under both.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct Owned {
+    pub tenant: Tenant,
+    pub id: Uuid,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tenant_is_named_as_a_host_is() {
+        for name in ["default", "a", "plant-7", "0", &"x".repeat(63)] {
+            assert_eq!(Tenant::named(name).unwrap().as_str(), name);
+        }
+        for name in ["", "-a", "a-", "Plant", "a.b", "a b", "é", &"x".repeat(64)] {
+            assert_eq!(Tenant::named(name), None, "{name}");
+        }
+        assert_eq!(Tenant::named("default"), Some(Tenant::default()));
+    }
+}

@@ -1,0 +1,98 @@
+//! A store as one caller sees it: reads go to the readers, writes into the queue, each with its
+//! caller.
+
+use std::{sync::Arc, time::Instant};
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::{
+    access::{Read, Write},
+    error::StoreError,
+    operation::{
+        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetBlockSha256, GetBlocks, GetEvents,
+        GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
+        GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
+        InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob,
+    },
+    queue::Queue,
+};
+use crate::{
+    jobs::{
+        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
+        JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
+        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
+        RepositoryFuture, Stored, Stream, StreamState, Successors, Trace,
+    },
+    repository_operations,
+};
+use flankfit_engine::estimation::Nodes;
+
+/// An open database.
+pub trait Backend: Send + Sync + 'static {
+    /// Where reads take a connection from.
+    type Readers: Sync;
+    /// What writes are done on.
+    type Connection: Send + 'static;
+
+    fn readers(&self) -> &Self::Readers;
+    fn queue(&self) -> &Queue<Self::Connection>;
+    /// Hears how long each read took.
+    fn read_seconds(&self) -> &metrics::Histogram;
+    /// An error of the database as the callers see it.
+    fn failure(error: &sqlx::Error) -> RepositoryError;
+}
+
+/// See the module's documentation.
+pub struct Handle<B> {
+    backend: Arc<B>,
+    caller: Caller,
+}
+
+impl<B: Backend> Handle<B> {
+    pub fn new(backend: Arc<B>, caller: Caller) -> Self {
+        Handle { backend, caller }
+    }
+
+    fn read<O: Read<B::Readers>>(&self, operation: O) -> RepositoryFuture<'_, O::Reply> {
+        Box::pin(async move {
+            let begun = Instant::now();
+            let found = operation.read(&self.caller, self.backend.readers()).await.map_err(|error| match error {
+                StoreError::Refused(error) => error,
+                StoreError::Broken(error) => B::failure(&error),
+            });
+            self.backend.read_seconds().record(begun.elapsed());
+            found
+        })
+    }
+
+    /// The operation is in the queue before this returns its future: dropping the future changes
+    /// nothing.
+    fn write<O: Write<B::Connection>>(&self, write: O) -> RepositoryFuture<'_, O::Reply> {
+        Box::pin(self.backend.queue().write(Asked { caller: self.caller.clone(), write }))
+    }
+}
+
+/// Makes a repository of every store that knows how to do each operation.
+macro_rules! declare {
+    (
+        reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
+        writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
+    ) => {
+        impl<B: Backend> Repository for Handle<B>
+        where
+            $($Read: Read<B::Readers>,)*
+            $($Write: Write<B::Connection>,)*
+        {
+            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+                self.read($Read { $($of),* })
+            })*
+
+            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply> {
+                self.write($Write { $($with),* })
+            })*
+        }
+    };
+}
+
+repository_operations!(declare);

@@ -1,0 +1,70 @@
+//! How much a write adds to the log of a database, roughly: nodes, answers and what is as long.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use crate::jobs::{
+    Choice, DecisionEvent, FinishedStream, Job, JobPatch, NewBlock, NewFit, NewIteration, NewRun, NewStream,
+    Precondition, Receipt, Record,
+};
+
+/// Part of a write.
+pub trait Weight {
+    /// Little, unless it is said.
+    fn bytes(&self) -> usize {
+        0
+    }
+}
+
+/// Parts that are little.
+macro_rules! light {
+    ($($part:ty),* $(,)?) => {
+        $(impl Weight for $part {})*
+    };
+}
+
+light!(Choice, DecisionEvent, Job, JobPatch, NewStream, Option<Receipt>, Precondition, Timestamp, Uuid, u32);
+
+impl<T: Weight> Weight for Arc<T> {
+    fn bytes(&self) -> usize {
+        T::bytes(self)
+    }
+}
+
+impl Weight for NewFit {
+    fn bytes(&self) -> usize {
+        self.computed.result.len()
+    }
+}
+
+impl Weight for NewIteration {
+    fn bytes(&self) -> usize {
+        self.nodes.bytes().len() + self.fit.bytes()
+    }
+}
+
+impl Weight for Vec<NewRun> {
+    fn bytes(&self) -> usize {
+        self.iter().flat_map(|run| &run.iterations).map(Weight::bytes).sum()
+    }
+}
+
+impl Weight for Record {
+    fn bytes(&self) -> usize {
+        self.draft.request.len() + self.draft.result.len()
+    }
+}
+
+impl Weight for NewBlock {
+    fn bytes(&self) -> usize {
+        self.nodes.bytes().len() + self.state.as_ref().map_or(0, Vec::len)
+    }
+}
+
+impl Weight for FinishedStream {
+    fn bytes(&self) -> usize {
+        self.iteration.bytes()
+    }
+}

@@ -1,0 +1,96 @@
+//! The store: an open database with its writer and its readers.
+
+use std::{pin::Pin, sync::Arc};
+
+use jiff::Timestamp;
+use sqlx::{SqliteConnection, SqlitePool};
+
+use super::{
+    error::{OpenError, failure},
+    lock,
+    open::StoreSettings,
+    upkeep,
+    writer::Writer,
+};
+use crate::{
+    jobs::{self, ANSWERS_KEPT, Caller, Repository, RepositoryError, RepositoryFuture, Upkeep},
+    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, queue},
+    telemetry,
+};
+
+/// Jobs of every tenant in one database file.
+pub struct SqliteStore(Arc<Database>);
+
+/// An open database: writes go to the writer, reads to the pool.
+struct Database {
+    readers: SqlitePool,
+    queue: Queue<SqliteConnection>,
+    read_seconds: metrics::Histogram,
+}
+
+impl SqliteStore {
+    /// Opens the database (making it where there is none), brings it up to date and starts the
+    /// writer.
+    pub async fn open(settings: StoreSettings, now: Timestamp) -> Result<Self, OpenError> {
+        // What is measured before there is a recorder is lost.
+        telemetry::metrics();
+        let path = settings.path();
+        let lock = lock::take(&path).await?;
+        let mut connection = settings.open_writer().await?;
+        let old = ForgetAnswers { before: now - ANSWERS_KEPT, most: u32::MAX };
+        old.run(&mut connection).await.map_err(|error| OpenError::from_store(path, error))?;
+        let readers = settings.open_readers().await?;
+        let seconds = |operation| metrics::histogram!(telemetry::STORE_SECONDS, "operation" => operation);
+        let (queue, waiting) = queue(settings.queue, seconds("write"));
+        tokio::spawn(Writer::new(settings, connection, lock, waiting).run());
+        Ok(SqliteStore(Arc::new(Database { readers, queue, read_seconds: seconds("read") })))
+    }
+}
+
+impl Backend for Database {
+    type Readers = SqlitePool;
+    type Connection = SqliteConnection;
+
+    fn readers(&self) -> &SqlitePool {
+        &self.readers
+    }
+
+    fn queue(&self) -> &Queue<SqliteConnection> {
+        &self.queue
+    }
+
+    fn read_seconds(&self) -> &metrics::Histogram {
+        &self.read_seconds
+    }
+
+    fn failure(error: &sqlx::Error) -> RepositoryError {
+        failure(error)
+    }
+}
+
+impl jobs::Store for SqliteStore {
+    fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
+        Arc::new(Handle::new(self.0.clone(), caller.clone()))
+    }
+}
+
+impl Upkeep for SqliteStore {
+    fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        Box::pin(self.0.queue.write(ForgetAnswers { before, most }))
+    }
+
+    fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
+        Box::pin(self.0.queue.write(Probe { now }))
+    }
+
+    fn ping(&self) -> RepositoryFuture<'_, ()> {
+        Box::pin(async { upkeep::ping(&self.0.readers).await.map_err(|error| failure(&error)) })
+    }
+
+    fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
+        Box::pin(async {
+            self.0.readers.close().await;
+            self.0.queue.close().await;
+        })
+    }
+}

@@ -1,0 +1,41 @@
+//! The trace is append-only, whoever holds the connection.
+
+use flankfit::jobs::{Decision, DecisionEvent, Event, Precondition, RecordKind};
+
+use super::pair::Pair;
+
+/// What must be refused, of every table of the trace.
+const CHANGES: [&str; 14] = [
+    "UPDATE iterations SET note = note",
+    "DELETE FROM iterations",
+    "UPDATE nodes SET data = data",
+    "DELETE FROM nodes",
+    "UPDATE fits SET result = result",
+    "DELETE FROM fits",
+    "UPDATE fit_choices SET reason = reason",
+    "DELETE FROM fit_choices",
+    "UPDATE decisions SET reason = reason",
+    "DELETE FROM decisions",
+    "UPDATE records SET result = result",
+    "DELETE FROM records",
+    "UPDATE events SET kind = kind",
+    "DELETE FROM events",
+];
+
+pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    place.stored_iteration(&store, job).await;
+    store.insert_record(job, 1, place.record(RecordKind::Curve, "lagrange"), None).await.unwrap();
+    let event = Event { reason: Some("slope".to_owned()), created_at: place.now() };
+    let decision = DecisionEvent { decision: Decision::Remachine, event };
+    store.decide(job, 1, decision, Precondition::None).await.unwrap();
+    for sql in CHANGES {
+        let refusal = pair.ground.refusal(sql).await;
+        assert!(refusal.as_deref().is_some_and(|why| why.contains("append-only")), "{sql}: {refusal:?}");
+    }
+    // a job that has a trace stays, and stays with its tenant
+    assert!(pair.ground.refusal("DELETE FROM jobs").await.is_some());
+    assert!(pair.ground.refusal("UPDATE jobs SET tenant = 'other'").await.is_some());
+    assert_eq!(pair.ground.refusal("UPDATE jobs SET name = name").await, None);
+}

@@ -1,0 +1,3 @@
+//! The stores that there are.
+
+pub mod sqlite;

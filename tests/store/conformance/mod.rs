@@ -1,0 +1,103 @@
+//! What every store does, written against the traits alone: a store conforms if it passes all of
+//! it. Each case has a new store with two handles, which have turns.
+
+mod answers;
+mod append_only;
+mod extremes;
+mod grounds;
+mod paging;
+mod pair;
+mod recorder;
+mod records;
+mod runs;
+pub mod streams;
+mod teeth;
+mod tenants;
+mod trace;
+mod upkeep;
+mod writers;
+
+/// Makes a test of each case on each store, and one that the cases leave nothing out.
+macro_rules! conformance {
+    (stores: $($store:ident),+; cases: $cases:tt) => {
+        $(conformance!(@store $store $cases);)+
+    };
+    (@store $store:ident { $($group:ident: $($case:ident),+;)+ }) => {
+        mod $store {
+            use std::sync::Arc;
+
+            use super::{grounds::$store::$store, pair::Pair, recorder::Exercised};
+
+            $($(
+                #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+                async fn $case() {
+                    super::$group::$case(&mut Pair::on($store(), Arc::default()).await).await;
+                }
+            )+)+
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn every_operation_and_every_refusal_is_met() {
+                let exercised = Arc::<Exercised>::default();
+                $($(
+                    Box::pin(async {
+                        super::$group::$case(&mut Pair::on($store(), exercised.clone()).await).await;
+                    })
+                    .await;
+                )+)+
+                assert_eq!(exercised.missed(), Vec::<&str>::new());
+            }
+        }
+    };
+}
+
+conformance! {
+    stores: sqlite;
+    cases: {
+        answers:
+            a_key_stores_once_and_its_answer_outlives_the_store,
+            the_first_answer_comes_again_byte_for_byte,
+            a_taken_key_stores_nothing,
+            a_refused_request_leaves_its_key_free;
+        append_only:
+            the_trace_is_changed_by_nobody;
+        extremes:
+            nodes_keep_their_bits,
+            figures_keep_their_bits_or_are_none,
+            texts_of_any_letters_and_length_come_back;
+        paging:
+            pages_are_stable_while_jobs_come_and_go,
+            a_full_last_page_has_no_next;
+        records:
+            records_come_back_as_they_were_kept_and_page_by_page,
+            a_record_belongs_to_one_iteration;
+        runs:
+            runs_are_stored_as_a_whole_or_not_at_all;
+        streams:
+            blocks_are_taken_in_their_turn_by_whoever_comes_first,
+            a_job_lets_go_of_its_events_only_with_everything_else;
+        teeth:
+            a_tooth_that_the_gear_has_not_got_is_not_written,
+            what_was_made_by_another_gear_is_not_written,
+            an_older_name_of_a_tooth_is_that_tooth,
+            a_record_keeps_the_gear_that_it_is_of;
+        tenants:
+            another_tenants_reads_find_nothing,
+            another_tenants_writes_change_nothing,
+            tenants_do_not_meet;
+        trace:
+            a_job_comes_back_and_counts_its_changes,
+            only_an_empty_job_is_deleted,
+            an_iteration_comes_back_bit_for_bit,
+            the_trace_keeps_every_choice_and_ruling_in_order,
+            the_trace_and_the_fits_come_in_pages,
+            a_page_of_the_trace_is_bounded_in_bytes_too;
+        upkeep:
+            kept_answers_are_forgotten_by_their_age,
+            a_store_answers_until_it_is_closed;
+        writers:
+            three_hundred_writers_leave_no_gaps,
+            versions_and_events_count_every_change_once,
+            one_request_that_the_store_refuses_does_not_take_others_along,
+            a_dropped_request_is_stored_all_the_same;
+    }
+}

@@ -1,0 +1,78 @@
+//! Two handles on one new store, and values to put into it.
+
+use std::{
+    pin::Pin,
+    sync::{
+        Arc,
+        atomic::{AtomicUsize, Ordering},
+    },
+};
+
+use flankfit::jobs::{Repository, RepositoryFuture, Store};
+
+use super::recorder::{Exercised, Turns};
+use crate::support::{Values, caller};
+
+pub type Soon<'a, T> = Pin<Box<dyn Future<Output = T> + 'a>>;
+
+/// A kind of store, with a new and empty one of it.
+pub trait Ground {
+    /// A handle on the store: another with each call, where a store takes several at a time.
+    fn open(&self) -> Soon<'_, Arc<dyn Store>>;
+
+    /// Closes all handles.
+    fn close(&self) -> Soon<'_, ()>;
+
+    /// Does something behind the handles' backs, as whoever owns the database; what the database
+    /// says against it.
+    fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>>;
+}
+
+/// See the module's documentation.
+pub struct Pair {
+    pub ground: Box<dyn Ground>,
+    pub handles: [Arc<dyn Store>; 2],
+    /// The store as callers of one tenant see it, who have turns at the two handles.
+    pub store: Arc<dyn Repository>,
+    pub values: Arc<Values>,
+    exercised: Arc<Exercised>,
+}
+
+impl Pair {
+    pub async fn on(ground: impl Ground + 'static, exercised: Arc<Exercised>) -> Self {
+        let handles = [ground.open().await, ground.open().await];
+        let store = seen_by(&handles, "default", &exercised);
+        Pair { ground: Box::new(ground), handles, store, values: Arc::default(), exercised }
+    }
+
+    /// The store as callers of a tenant see it.
+    pub fn seen_by(&self, tenant: &str) -> Arc<dyn Repository> {
+        seen_by(&self.handles, tenant, &self.exercised)
+    }
+
+    /// Closes the store and opens it again.
+    pub async fn reopen(&mut self) {
+        self.ground.close().await;
+        self.handles = [self.ground.open().await, self.ground.open().await];
+        self.store = self.seen_by("default");
+    }
+}
+
+fn seen_by(handles: &[Arc<dyn Store>; 2], tenant: &str, exercised: &Arc<Exercised>) -> Arc<dyn Repository> {
+    let handles = handles.each_ref().map(|handle| handle.of(&caller(tenant)));
+    Arc::new(Turns { handles, next: AtomicUsize::new(0), exercised: exercised.clone() })
+}
+
+impl Turns {
+    /// Asks whichever handle has its turn.
+    pub fn ask<'a, T: Send + 'a>(
+        &'a self,
+        operation: &'static str,
+        ask: impl FnOnce(&'a dyn Repository) -> RepositoryFuture<'a, T>,
+    ) -> RepositoryFuture<'a, T> {
+        self.exercised.operation(operation);
+        let turn = self.next.fetch_add(1, Ordering::Relaxed);
+        let asked = ask(&*self.handles[turn % 2]);
+        Box::pin(async move { asked.await.inspect_err(|error| self.exercised.error(error)) })
+    }
+}

@@ -1,0 +1,117 @@
+//! Which operations and which refusals the suite has met: one that it never meets is not held to
+//! anything.
+
+use std::{
+    collections::BTreeSet,
+    sync::{Arc, Mutex, atomic::AtomicUsize},
+};
+
+use flankfit::{
+    jobs::{
+        Answer, Block, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
+        JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
+        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
+        RepositoryFuture, Resource, Stored, Stream, StreamState, Successors, Trace,
+    },
+    repository_operations,
+};
+use flankfit_engine::estimation::Nodes;
+use jiff::Timestamp;
+use uuid::Uuid;
+
+/// What was met.
+#[derive(Default)]
+pub struct Exercised {
+    operations: Mutex<BTreeSet<&'static str>>,
+    errors: Mutex<BTreeSet<&'static str>>,
+}
+
+impl Exercised {
+    pub fn operation(&self, name: &'static str) {
+        self.operations.lock().unwrap().insert(name);
+    }
+
+    pub fn error(&self, error: &RepositoryError) {
+        self.errors.lock().unwrap().insert(name_of(error));
+    }
+
+    /// The operations and the refusals that there are and that were not met.
+    pub fn missed(&self) -> Vec<&'static str> {
+        let (operations, errors) = (self.operations.lock().unwrap(), self.errors.lock().unwrap());
+        let operations = OPERATIONS.iter().filter(|name| !operations.contains(*name));
+        operations.chain(ERRORS.iter().filter(|name| !errors.contains(*name))).copied().collect()
+    }
+}
+
+/// Every refusal that a caller can bring about. A full queue is brought about by stores of their
+/// own kind.
+const ERRORS: [&str; 17] = [
+    "no job",
+    "no iteration",
+    "no fit",
+    "no stream",
+    "no record",
+    "iterations",
+    "streams",
+    "no such tooth",
+    "tooth measured",
+    "gear changed",
+    "stream finished",
+    "unexpected block",
+    "version",
+    "foreign fit",
+    "key taken",
+    "unavailable",
+    "failed",
+];
+
+fn name_of(error: &RepositoryError) -> &'static str {
+    match error {
+        RepositoryError::NotFound(Resource::Job) => "no job",
+        RepositoryError::NotFound(Resource::Iteration) => "no iteration",
+        RepositoryError::NotFound(Resource::Fit) => "no fit",
+        RepositoryError::NotFound(Resource::Stream) => "no stream",
+        RepositoryError::NotFound(Resource::Record) => "no record",
+        RepositoryError::HasIterations(_) => "iterations",
+        RepositoryError::HasStreams(_) => "streams",
+        RepositoryError::NoSuchTooth { .. } => "no such tooth",
+        RepositoryError::ToothMeasured { .. } => "tooth measured",
+        RepositoryError::GearChanged => "gear changed",
+        RepositoryError::StreamFinished { .. } => "stream finished",
+        RepositoryError::UnexpectedBlock { .. } => "unexpected block",
+        RepositoryError::VersionMismatch { .. } => "version",
+        RepositoryError::ForeignFit(_) => "foreign fit",
+        RepositoryError::KeyTaken => "key taken",
+        RepositoryError::Unavailable(_) => "unavailable",
+        RepositoryError::Failed(_) => "failed",
+        RepositoryError::Overloaded => "overloaded",
+    }
+}
+
+/// A repository of which each call goes to the other of two handles.
+pub struct Turns {
+    pub handles: [Arc<dyn Repository>; 2],
+    pub next: AtomicUsize,
+    pub exercised: Arc<Exercised>,
+}
+
+macro_rules! take_turns {
+    (
+        reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
+        writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
+    ) => {
+        /// The name of every operation.
+        const OPERATIONS: &[&str] = &[$(stringify!($read),)* $(stringify!($write),)*];
+
+        impl Repository for Turns {
+            $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
+                self.ask(stringify!($read), |handle| handle.$read($($of),*))
+            })*
+            $(fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply> {
+                self.ask(stringify!($write), |handle| handle.$write($($with),*))
+            })*
+        }
+    };
+}
+
+repository_operations!(take_turns);

@@ -1,0 +1,64 @@
+//! What is done for no caller, and what a closed store says.
+
+use flankfit::jobs::RepositoryError;
+use jiff::SignedDuration;
+
+use super::pair::Pair;
+use crate::support::receipt;
+
+/// The oldest go first, of every tenant, and what they told of stays.
+pub async fn kept_answers_are_forgotten_by_their_age(pair: &mut Pair) {
+    let place = pair.values.clone();
+    let tenants = ["default", "other"];
+    let mut jobs = Vec::new();
+    for key in ["1", "2", "3"] {
+        for tenant in tenants {
+            let job = place.job("wheel");
+            pair.seen_by(tenant).insert_job(job.clone(), Some(receipt(key, "POST /v1/jobs"))).await.unwrap();
+            jobs.push((tenant, key, job));
+        }
+    }
+    let left = async |pair: &Pair| {
+        let mut left = Vec::new();
+        for (tenant, key, job) in &jobs {
+            let store = pair.seen_by(tenant);
+            assert_eq!(store.job(job.id).await.unwrap(), *job);
+            if store.answer(key.to_string(), "POST /v1/jobs".to_owned()).await.unwrap().is_some() {
+                left.push((*tenant, *key));
+            }
+        }
+        left
+    };
+    let [one, two] = &pair.handles;
+    // what is as old as the time given is not from before it
+    let before = jobs[4].2.created_at;
+    assert_eq!(one.forget_answers(jobs[0].2.created_at, 10).await.unwrap(), 0);
+    assert_eq!(two.forget_answers(before, 3).await.unwrap(), 3);
+    assert_eq!(left(pair).await, [("other", "2"), ("default", "3"), ("other", "3")]);
+    assert_eq!(one.forget_answers(before, 3).await.unwrap(), 1);
+    assert_eq!(two.forget_answers(before, 3).await.unwrap(), 0);
+    assert_eq!(one.forget_answers(place.now() + SignedDuration::from_hours(1), 10).await.unwrap(), 2);
+    assert_eq!(left(pair).await, []);
+    // and the keys are free
+    pair.store.insert_job(place.job("again"), Some(receipt("1", "POST /v1/jobs"))).await.unwrap();
+}
+
+pub async fn a_store_answers_until_it_is_closed(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    for handle in &pair.handles {
+        handle.ping().await.unwrap();
+        handle.check_writable(place.now()).await.unwrap();
+    }
+    let job = place.stored_job(&store).await;
+    let handles = pair.handles.clone();
+    pair.ground.close().await;
+    for handle in &handles {
+        assert!(matches!(handle.ping().await, Err(RepositoryError::Unavailable(_))));
+        assert!(matches!(handle.check_writable(place.now()).await, Err(RepositoryError::Unavailable(_))));
+        assert!(matches!(handle.forget_answers(place.now(), 1).await, Err(RepositoryError::Unavailable(_))));
+    }
+    assert!(matches!(store.job(job.id).await, Err(RepositoryError::Unavailable(_))));
+    assert!(matches!(store.insert_job(place.job("late"), None).await, Err(RepositoryError::Unavailable(_))));
+    pair.reopen().await;
+    assert_eq!(pair.store.job(job.id).await.unwrap(), job);
+}
