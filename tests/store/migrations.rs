@@ -22,6 +22,7 @@ const RELEASED: &[(i64, &str)] = &[
     (9, "4f8faf8859177de0c69d524013a19f1a"),
     (10, "617996c25b4a66fdb51262767b542099"),
     (11, "32d92b45e9d2837cb2e303071e20ce78"),
+    (12, "d754e3ab5a82d11c5d71424d831ceb47"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -81,7 +82,7 @@ async fn shapes_become_records() {
     place.stored_iteration(&store, job.id).await;
     store.close().await;
     let mut own = place.connect().await;
-    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version IN (8, 10)")
+    sqlx::raw_sql("DROP TABLE records; DELETE FROM _sqlx_migrations WHERE version IN (8, 10, 12)")
         .execute(&mut own)
         .await
         .unwrap();

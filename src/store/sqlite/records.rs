@@ -1,6 +1,6 @@
 //! What is kept with an iteration beside its fits.
 
-use sqlx::{SqliteConnection, SqlitePool};
+use sqlx::{FromRow, SqliteConnection, SqlitePool};
 
 use super::{
     answers,
@@ -14,7 +14,8 @@ use crate::{
         Stored,
     },
     store::shared::{
-        GetLatestRecord, GetRecord, InsertRecord, ListRecords, Outcome, Read, RecordRow, RecordSummaryRow, Write,
+        GetLatestRecord, GetRecord, InsertRecord, Integer, ListRecords, Outcome, Read, RecordRow, RecordSummaryRow,
+        Write,
     },
 };
 
@@ -66,23 +67,30 @@ impl Read<SqlitePool> for GetRecord {
     }
 }
 
+#[derive(FromRow)]
+struct ListedRecordRow {
+    seq: Integer<u64>,
+    #[sqlx(flatten)]
+    row: RecordSummaryRow,
+}
+
 impl Read<SqlitePool> for ListRecords {
     /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<RecordSummary>> {
         let PageRequest { limit, after } = self.page;
         let mut db = from.begin().await?;
         let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
-        let after = after.map_or([0; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
-        let rows: Vec<RecordSummaryRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at FROM records WHERE iteration = ? AND id > ? ORDER BY id LIMIT ?",
+        let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
+        let rows: Vec<ListedRecordRow> = sqlx::query_as(
+            "SELECT seq, id, kind, method, created_at FROM records WHERE iteration = ? AND seq > ? ORDER BY seq LIMIT ?",
         )
         .bind(iteration)
         .bind(after)
         .bind(i64::from(limit) + 1)
         .fetch_all(&mut *db)
         .await?;
-        let records = rows.into_iter().map(RecordSummary::from).collect();
-        Ok(Page::of(records, limit, |record: &RecordSummary| Cursor(record.id)))
+        let page = Page::of(rows, limit, |row| Cursor::after_number(row.seq.0));
+        Ok(page.map(|row| row.row.into()))
     }
 }
 
@@ -90,7 +98,7 @@ impl Read<SqlitePool> for ListRecords {
 pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
     let rows: Vec<Counted<RecordSummaryRow>> = sqlx::query_as(
         "SELECT id, kind, method, created_at, (SELECT count(*) FROM records WHERE iteration = ?1) AS total
-         FROM records WHERE iteration = ?1 ORDER BY id DESC LIMIT ?2",
+         FROM records WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2",
     )
     .bind(iteration)
     .bind(MAX_LISTED)
@@ -105,7 +113,7 @@ impl Read<SqlitePool> for GetLatestRecord {
         let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
             "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND kind = ?
-         ORDER BY id DESC LIMIT 1",
+         ORDER BY seq DESC LIMIT 1",
         )
         .bind(iteration)
         .bind(self.kind.name())

@@ -18,3 +18,4 @@ mod socket;
 mod stream_kill;
 mod stream_opening;
 mod streams;
+mod tenants;

@@ -66,7 +66,9 @@ conformance! {
             texts_of_any_letters_and_length_come_back;
         paging:
             pages_are_stable_while_jobs_come_and_go,
-            a_full_last_page_has_no_next;
+            a_full_last_page_has_no_next,
+            lists_that_grow_are_read_without_gaps_or_repeats,
+            the_order_is_that_of_storing_not_of_ids;
         records:
             records_come_back_as_they_were_kept_and_page_by_page,
             a_record_belongs_to_one_iteration;
@@ -74,7 +76,8 @@ conformance! {
             runs_are_stored_as_a_whole_or_not_at_all;
         streams:
             blocks_are_taken_in_their_turn_by_whoever_comes_first,
-            a_job_lets_go_of_its_events_only_with_everything_else;
+            a_job_lets_go_of_its_events_only_with_everything_else,
+            a_stream_ends_once;
         teeth:
             a_tooth_that_the_gear_has_not_got_is_not_written,
             what_was_made_by_another_gear_is_not_written,
@@ -98,6 +101,9 @@ conformance! {
             three_hundred_writers_leave_no_gaps,
             versions_and_events_count_every_change_once,
             one_request_that_the_store_refuses_does_not_take_others_along,
-            a_dropped_request_is_stored_all_the_same;
+            a_dropped_request_is_stored_all_the_same,
+            a_job_is_changed_once_from_each_version,
+            a_job_is_deleted_or_gets_something,
+            a_key_is_used_once_whoever_comes_first;
     }
 }

@@ -3,7 +3,8 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    EventKind, FinishedStream, JobEvent, NewBlock, Precondition, Repository, RepositoryError, Resource, StreamEvent,
+    EventKind, FinishedStream, JobEvent, NewBlock, PageRequest, Precondition, Repository, RepositoryError, Resource,
+    StreamEvent,
 };
 use tokio::task::JoinSet;
 use uuid::Uuid;
@@ -104,4 +105,45 @@ pub async fn a_job_lets_go_of_its_events_only_with_everything_else(pair: &mut Pa
     assert!(matches!(store.stream(stream.id).await, Err(RepositoryError::NotFound(Resource::Stream))));
     store.delete_job(job, Precondition::None).await.unwrap();
     assert!(matches!(store.last_event(job).await, Err(RepositoryError::NotFound(Resource::Job))));
+}
+
+/// Of those that finish or delete a stream at the same time one does.
+pub async fn a_stream_ends_once(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    let mut iterations = 0;
+    for _ in 0..10 {
+        let stream = Arc::new(place.stream(job));
+        store.insert_stream(stream.clone(), None).await.unwrap();
+        store.insert_block(place.block(stream.id, 1), None).await.unwrap();
+        let finish = || {
+            let iteration = place.iteration(job);
+            store.finish_stream(FinishedStream { stream: stream.id, sequence: 1, iteration }, None)
+        };
+        let seen = || Precondition::AnyOf(vec![2]);
+        let (one, two, deleted, block) = tokio::join!(
+            finish(),
+            finish(),
+            store.delete_stream(stream.id, seen(), place.now()),
+            store.insert_block(place.block(stream.id, 2), None),
+        );
+        let finished = u32::from(one.is_ok()) + u32::from(two.is_ok());
+        let changes = finished + u32::from(deleted.is_ok()) + u32::from(block.is_ok());
+        assert_eq!(changes, 1, "{one:?} {two:?} {deleted:?} {block:?}");
+        iterations += finished;
+        assert_eq!(
+            store.trace(job, PageRequest { limit: 200, after: None }).await.unwrap().iterations.len(),
+            iterations as usize
+        );
+        let open = store.stream(stream.id).await;
+        match open {
+            Ok(open) => {
+                assert_eq!((open.iteration.is_some(), open.sequence), (finished == 1, 1 + u64::from(block.is_ok())))
+            }
+            Err(_) => assert!(deleted.is_ok()),
+        }
+    }
+    let events = events(&store, job).await;
+    let told = events.iter().filter(|event| matches!(event.kind, EventKind::Iteration { .. })).count();
+    assert_eq!(told, iterations as usize);
 }

@@ -2,11 +2,14 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
-use flankfit::jobs::{Choice, Decision, DecisionEvent, Event, Precondition, RepositoryError, Resource};
+use flankfit::jobs::{
+    Choice, Decision, DecisionEvent, Event, JobPatch, Precondition, RepositoryError, RepositoryFuture, Resource, Stored,
+};
+use futures_util::future::join_all;
 use tokio::task::JoinSet;
 
 use super::pair::Pair;
-use crate::support::WHOLE;
+use crate::support::{WHOLE, receipt};
 
 pub async fn three_hundred_writers_leave_no_gaps(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
@@ -111,4 +114,77 @@ pub async fn a_dropped_request_is_stored_all_the_same(pair: &mut Pair) {
     // after them.
     let (_, stored) = place.stored_iteration(&store, job).await;
     assert_eq!(stored.number, 6);
+}
+
+/// Of changes that stand on one version of a job one is made; changes that stand on none are all
+/// counted.
+pub async fn a_job_is_changed_once_from_each_version(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    let change = |i: u32, precondition| {
+        let (store, place) = (store.clone(), place.clone());
+        let patch = JobPatch { name: Some(format!("wheel {i}")), ..JobPatch::default() };
+        async move { store.patch_job(job, patch, precondition, place.now()).await }
+    };
+    let outcomes = join_all((0..20).map(|i| change(i, Precondition::AnyOf(vec![1])))).await;
+    let (made, late): (Vec<_>, Vec<_>) = outcomes.into_iter().partition(Result::is_ok);
+    assert_eq!(made.len(), 1);
+    let mismatch = |late: &Result<_, _>| matches!(late, Err(RepositoryError::VersionMismatch { current: 2 }));
+    assert!(late.iter().all(mismatch));
+    let outcomes = join_all((20..40).map(|i| change(i, Precondition::None))).await;
+    let versions: BTreeSet<u64> = outcomes.into_iter().map(|outcome| outcome.unwrap().version).collect();
+    assert!(versions.into_iter().eq(3..=22));
+    assert_eq!(store.job(job).await.unwrap().version, 22);
+}
+
+/// A job is deleted, or it has got something: never both, and nothing is left of a deleted one.
+pub async fn a_job_is_deleted_or_gets_something(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    for i in 0..20 {
+        let job = place.stored_job(&store).await.id;
+        let stream = Arc::new(place.stream(job));
+        let (added, deleted) = match i % 2 {
+            0 => tokio::join!(
+                store.insert_iteration(place.iteration(job), None),
+                store.delete_job(job, Precondition::None)
+            ),
+            _ => tokio::join!(store.insert_stream(stream, None), store.delete_job(job, Precondition::None)),
+        };
+        match (added, deleted) {
+            (Ok(_), Err(RepositoryError::HasIterations(1) | RepositoryError::HasStreams(1))) => {
+                assert_eq!(store.last_event(job).await.unwrap(), 1);
+            }
+            (Err(RepositoryError::NotFound(Resource::Job)), Ok(())) => {
+                assert_eq!(store.events(job, 0, 10).await.unwrap(), []);
+            }
+            both => panic!("{both:?}"),
+        }
+    }
+}
+
+/// Writes of one key at the same time, also where they are of different kinds and jobs: one stores.
+pub async fn a_key_is_used_once_whoever_comes_first(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let jobs = [place.stored_job(&store).await.id, place.stored_job(&store).await.id];
+    for round in 0..5 {
+        let key = format!("key {round}");
+        let keyed = || Some(receipt(&key, "POST /there"));
+        let writes: Vec<RepositoryFuture<'_, Stored>> = (0..24)
+            .map(|i| match i % 4 {
+                0 => store.insert_job(place.job("new"), keyed()),
+                1 => store.insert_stream(Arc::new(place.stream(jobs[0])), keyed()),
+                2 => store.insert_runs(Vec::new(), keyed(), place.now()),
+                _ => store.insert_iteration(place.iteration(jobs[i % 8 / 4]), keyed()),
+            })
+            .collect();
+        let outcomes = join_all(writes).await;
+        assert_eq!(outcomes.iter().filter(|outcome| outcome.is_ok()).count(), 1, "{outcomes:?}");
+        let taken = |outcome: &&Result<_, _>| matches!(outcome, Err(RepositoryError::KeyTaken));
+        assert_eq!(outcomes.iter().filter(taken).count(), 23, "{outcomes:?}");
+    }
+    let mut stored = store.jobs(WHOLE).await.unwrap().items.len() - 2;
+    for job in jobs {
+        stored += store.events(job, 0, 1000).await.unwrap().len();
+    }
+    assert!(stored <= 5, "{stored} things were stored under five keys");
 }
