@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use flankfit::jobs::{
     Answer, Choice, Decision, DecisionEvent, Event, FinishedStream, NewFit, NewRun, Precondition, Receipt, RecordKind,
-    RepositoryError, Resource, Stored,
+    RepositoryError, Resource, RunningKeys, Stored, Tenant,
 };
 use tokio::task::JoinSet;
 
@@ -135,4 +135,19 @@ pub async fn a_refused_request_leaves_its_key_free(pair: &mut Pair) {
     assert!(matches!(refused, Err(RepositoryError::NotFound(Resource::Iteration))));
     assert_eq!(store.answer("k".to_owned(), "POST /there".to_owned()).await.unwrap(), None);
     assert_eq!(store.insert_iteration(place.iteration(job), keyed()).await.unwrap().number, 1);
+}
+
+/// Whoever hears the outcome may ask again at once: the key that was claimed for the request is
+/// given back before.
+pub async fn a_claimed_key_is_given_back_with_the_outcome(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    let (keys, tenant) = (RunningKeys::default(), Tenant::default());
+    for of in [job, place.id(), job] {
+        let claim = keys.claim(&tenant, "k", "POST /there").expect("the key is free");
+        let mut keyed = receipt("k", "POST /there");
+        keyed.request.claim = Some(Arc::new(claim));
+        let _stored_or_refused = store.insert_iteration(place.iteration(of), Some(keyed)).await;
+    }
+    assert!(keys.claim(&tenant, "k", "POST /there").is_some());
 }

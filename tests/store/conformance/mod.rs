@@ -57,7 +57,8 @@ conformance! {
             a_key_stores_once_and_its_answer_outlives_the_store,
             the_first_answer_comes_again_byte_for_byte,
             a_taken_key_stores_nothing,
-            a_refused_request_leaves_its_key_free;
+            a_refused_request_leaves_its_key_free,
+            a_claimed_key_is_given_back_with_the_outcome;
         append_only:
             the_trace_is_changed_by_nobody;
         extremes:
@@ -96,7 +97,8 @@ conformance! {
             a_page_of_the_trace_is_bounded_in_bytes_too;
         upkeep:
             kept_answers_are_forgotten_by_their_age,
-            a_store_answers_until_it_is_closed;
+            a_store_answers_until_it_is_closed,
+            a_full_queue_refuses_what_it_cannot_take;
         writers:
             three_hundred_writers_leave_no_gaps,
             versions_and_events_count_every_change_once,

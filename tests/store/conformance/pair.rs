@@ -10,7 +10,7 @@ use std::{
 
 use flankfit::jobs::{Repository, RepositoryFuture, Store};
 
-use super::recorder::{Exercised, Turns};
+use super::recorder::{Exercised, Turns, Watched};
 use crate::support::{Values, caller};
 
 pub type Soon<'a, T> = Pin<Box<dyn Future<Output = T> + 'a>>;
@@ -20,8 +20,11 @@ pub trait Ground {
     /// A handle on the store: another with each call, where a store takes several at a time.
     fn open(&self) -> Soon<'_, Arc<dyn Store>>;
 
-    /// Closes all handles.
-    fn close(&self) -> Soon<'_, ()>;
+    /// The same of a store that was closed, in which no more than so many writes may wait.
+    fn open_narrow(&self, places: usize) -> Soon<'_, Arc<dyn Store>>;
+
+    /// What comes after all handles were closed: the store may be opened again.
+    fn closed(&self) -> Soon<'_, ()>;
 
     /// Does something behind the handles' backs, as whoever owns the database; what the database
     /// says against it.
@@ -40,7 +43,7 @@ pub struct Pair {
 
 impl Pair {
     pub async fn on(ground: impl Ground + 'static, exercised: Arc<Exercised>) -> Self {
-        let handles = [ground.open().await, ground.open().await];
+        let handles = [ground.open().await, ground.open().await].map(|store| watched(store, &exercised));
         let store = seen_by(&handles, "default", &exercised);
         Pair { ground: Box::new(ground), handles, store, values: Arc::default(), exercised }
     }
@@ -50,12 +53,34 @@ impl Pair {
         seen_by(&self.handles, tenant, &self.exercised)
     }
 
+    pub async fn close(&self) {
+        for handle in &self.handles {
+            handle.close().await;
+        }
+        self.ground.closed().await;
+    }
+
     /// Closes the store and opens it again.
     pub async fn reopen(&mut self) {
-        self.ground.close().await;
-        self.handles = [self.ground.open().await, self.ground.open().await];
+        self.close().await;
+        self.begin([self.ground.open().await, self.ground.open().await]);
+    }
+
+    /// The same with one handle, in whose queue there are so many places.
+    pub async fn reopen_narrow(&mut self, places: usize) {
+        self.close().await;
+        let handle = self.ground.open_narrow(places).await;
+        self.begin([handle.clone(), handle]);
+    }
+
+    fn begin(&mut self, handles: [Arc<dyn Store>; 2]) {
+        self.handles = handles.map(|store| watched(store, &self.exercised));
         self.store = self.seen_by("default");
     }
+}
+
+fn watched(store: Arc<dyn Store>, exercised: &Arc<Exercised>) -> Arc<dyn Store> {
+    Arc::new(Watched { store, exercised: exercised.clone() })
 }
 
 fn seen_by(handles: &[Arc<dyn Store>; 2], tenant: &str, exercised: &Arc<Exercised>) -> Arc<dyn Repository> {

@@ -3,15 +3,16 @@
 
 use std::{
     collections::BTreeSet,
+    pin::Pin,
     sync::{Arc, Mutex, atomic::AtomicUsize},
 };
 
 use flankfit::{
     jobs::{
-        Answer, Block, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
+        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
         JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
-        RepositoryFuture, Resource, Stored, Stream, StreamState, Successors, Trace,
+        RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep,
     },
     repository_operations,
 };
@@ -38,14 +39,13 @@ impl Exercised {
     /// The operations and the refusals that there are and that were not met.
     pub fn missed(&self) -> Vec<&'static str> {
         let (operations, errors) = (self.operations.lock().unwrap(), self.errors.lock().unwrap());
-        let operations = OPERATIONS.iter().filter(|name| !operations.contains(*name));
+        let operations = OPERATIONS.iter().chain(&UPKEEP).filter(|name| !operations.contains(*name));
         operations.chain(ERRORS.iter().filter(|name| !errors.contains(*name))).copied().collect()
     }
 }
 
-/// Every refusal that a caller can bring about. A full queue is brought about by stores of their
-/// own kind.
-const ERRORS: [&str; 17] = [
+/// Every refusal.
+const ERRORS: [&str; 18] = [
     "no job",
     "no iteration",
     "no fit",
@@ -61,6 +61,7 @@ const ERRORS: [&str; 17] = [
     "version",
     "foreign fit",
     "key taken",
+    "overloaded",
     "unavailable",
     "failed",
 ];
@@ -83,8 +84,45 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::ForeignFit(_) => "foreign fit",
         RepositoryError::KeyTaken => "key taken",
         RepositoryError::Unavailable(_) => "unavailable",
-        RepositoryError::Failed(_) => "failed",
         RepositoryError::Overloaded => "overloaded",
+        RepositoryError::Failed(_) => "failed",
+    }
+}
+
+/// What is done for no caller.
+const UPKEEP: [&str; 4] = ["forget_answers", "check_writable", "ping", "close"];
+
+/// A handle of which it is noted what is done for no caller.
+pub struct Watched {
+    pub store: Arc<dyn Store>,
+    pub exercised: Arc<Exercised>,
+}
+
+impl Store for Watched {
+    fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
+        self.store.of(caller)
+    }
+}
+
+impl Upkeep for Watched {
+    fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.exercised.operation("forget_answers");
+        self.store.forget_answers(before, most)
+    }
+
+    fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
+        self.exercised.operation("check_writable");
+        self.store.check_writable(now)
+    }
+
+    fn ping(&self) -> RepositoryFuture<'_, ()> {
+        self.exercised.operation("ping");
+        self.store.ping()
+    }
+
+    fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
+        self.exercised.operation("close");
+        self.store.close()
     }
 }
 

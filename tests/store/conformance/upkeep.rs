@@ -1,6 +1,9 @@
 //! What is done for no caller, and what a closed store says.
 
+use std::collections::BTreeSet;
+
 use flankfit::jobs::RepositoryError;
+use futures_util::future::join_all;
 use jiff::SignedDuration;
 
 use super::pair::Pair;
@@ -51,7 +54,7 @@ pub async fn a_store_answers_until_it_is_closed(pair: &mut Pair) {
     }
     let job = place.stored_job(&store).await;
     let handles = pair.handles.clone();
-    pair.ground.close().await;
+    pair.close().await;
     for handle in &handles {
         assert!(matches!(handle.ping().await, Err(RepositoryError::Unavailable(_))));
         assert!(matches!(handle.check_writable(place.now()).await, Err(RepositoryError::Unavailable(_))));
@@ -61,4 +64,25 @@ pub async fn a_store_answers_until_it_is_closed(pair: &mut Pair) {
     assert!(matches!(store.insert_job(place.job("late"), None).await, Err(RepositoryError::Unavailable(_))));
     pair.reopen().await;
     assert_eq!(pair.store.job(job.id).await.unwrap(), job);
+}
+
+/// What finds no place in the queue is not stored, and nothing else is refused for it.
+pub async fn a_full_queue_refuses_what_it_cannot_take(pair: &mut Pair) {
+    pair.reopen_narrow(4).await;
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    // all of them are in the queue, or refused, before the first is waited for
+    let writes: Vec<_> = (0..500).map(|_| store.insert_iteration(place.iteration(job), None)).collect();
+    let (mut numbers, mut refused) = (BTreeSet::new(), 0);
+    for outcome in join_all(writes).await {
+        match outcome {
+            Ok(stored) => assert!(numbers.insert(stored.number)),
+            Err(RepositoryError::Overloaded) => refused += 1,
+            Err(error) => panic!("{error}"),
+        }
+    }
+    let stored = numbers.len() as u32;
+    assert!(refused > 0 && stored >= 4, "{refused} refused, {stored} stored");
+    assert!(numbers.into_iter().eq(1..=stored));
+    assert_eq!(store.last_event(job).await.unwrap(), u64::from(stored));
 }

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use flankfit::{
-    jobs::{Store, Upkeep},
+    jobs::Store,
     store::{SqliteStore, StoreSettings},
 };
 use sqlx::{AssertSqlSafe, Connection};
@@ -16,33 +16,38 @@ use crate::{
 
 pub struct Sqlite {
     place: Place,
-    store: Mutex<Option<Arc<SqliteStore>>>,
+    store: Mutex<Option<Arc<dyn Store>>>,
 }
 
 pub fn sqlite() -> Sqlite {
     Sqlite { place: Place::new(), store: Mutex::default() }
 }
 
+impl Sqlite {
+    async fn opened(&self, settings: StoreSettings) -> Arc<dyn Store> {
+        let mut open = self.store.lock().await;
+        if let Some(store) = &*open {
+            return store.clone();
+        }
+        let store: Arc<dyn Store> = Arc::new(SqliteStore::open(settings, self.place.now()).await.unwrap());
+        *open = Some(store.clone());
+        store
+    }
+}
+
 impl Ground for Sqlite {
     fn open(&self) -> Soon<'_, Arc<dyn Store>> {
-        Box::pin(async {
-            let mut open = self.store.lock().await;
-            if let Some(store) = &*open {
-                return store.clone() as Arc<dyn Store>;
-            }
-            let settings = StoreSettings::of_file(self.place.file());
-            let store = Arc::new(SqliteStore::open(settings, self.place.now()).await.unwrap());
-            *open = Some(store.clone());
-            store
-        })
+        Box::pin(self.opened(StoreSettings::of_file(self.place.file())))
     }
 
-    fn close(&self) -> Soon<'_, ()> {
-        Box::pin(async {
-            if let Some(store) = self.store.lock().await.take() {
-                store.close().await;
-            }
-        })
+    fn open_narrow(&self, places: usize) -> Soon<'_, Arc<dyn Store>> {
+        let mut settings = StoreSettings::of_file(self.place.file());
+        settings.queue = places;
+        Box::pin(self.opened(settings))
+    }
+
+    fn closed(&self) -> Soon<'_, ()> {
+        Box::pin(async { *self.store.lock().await = None })
     }
 
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {
