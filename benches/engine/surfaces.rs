@@ -1,5 +1,5 @@
 //! Surfaces: `cargo xtask bench surfaces`. A million places of a bicubic surface, least squares
-//! on 100 × 100 nodes, closest points.
+//! on 100 × 100 nodes, closest points, sections by planes.
 
 use divan::{Bencher, counter::ItemsCount};
 use flankfit_engine::geometry::{
@@ -9,6 +9,7 @@ use flankfit_engine::geometry::{
         BSplineSurface, ClosestPoint, Evaluator, NodeGrid, SurfaceShape,
         interpolate::interpolate,
         least_squares::{AxisKnots, least_squares},
+        section::{Description, Plane, Sections},
     },
 };
 
@@ -96,4 +97,15 @@ fn a_thousand_closest_points(bencher: Bencher) {
     let closest = ClosestPoint::on(&shape);
     let nodes: Vec<Vector> = places(1000).iter().map(|[u, v]| Vector::new(*u, *v, height(*u, *v) + 0.1)).collect();
     bencher.counter(ItemsCount::new(nodes.len())).bench_local(|| closest.to_each(divan::black_box(&nodes)));
+}
+
+#[divan::bench(args = [1, 20], sample_count = 20)]
+fn sections_by_fifty_planes(bencher: Bencher, spans: usize) {
+    let shape = surface(spans, Dimension::Space);
+    let how = Description { tolerance: 1e-9, chords: false, most: 1_000_000 };
+    bencher.bench_local(|| {
+        let sections = Sections::of(divan::black_box(&shape));
+        let by = |k: u32| sections.by(&Plane { normal: Vector::x(), offset: (f64::from(k) + 0.5) / 50.0 }, how);
+        (0..50).map(by).collect::<Result<Vec<_>, _>>()
+    });
 }

@@ -17,11 +17,16 @@ pub(crate) fn blossom<T: Real, const N: usize>(
     span: usize,
     arguments: &[f64],
 ) -> [T; N] {
-    let (p, knots) = (basis.degree(), basis.knots());
-    let mut d = controls[span - p..=span].to_vec();
+    let p = basis.degree();
+    local_blossom(&basis.knots()[span + 1 - p..=span + p], controls[span - p..=span].to_vec(), arguments)
+}
+
+/// The same of a span's own p + 1 control points `d` and the 2p `knots` about it.
+pub(crate) fn local_blossom<T: Real, const N: usize>(knots: &[f64], mut d: Vec<[T; N]>, arguments: &[f64]) -> [T; N] {
+    let p = d.len() - 1;
     for (r, &u) in arguments.iter().enumerate() {
         for i in (r + 1..=p).rev() {
-            let (low, high) = (knots[span - p + i], knots[span + i - r]);
+            let (low, high) = (knots[i - 1], knots[p + i - r - 1]);
             let width = T::of_dd(Dd::diff(high, low));
             let (left, right) = (T::of_dd(Dd::diff(high, u)) / width, T::of_dd(Dd::diff(u, low)) / width);
             for k in 0..N {

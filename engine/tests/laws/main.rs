@@ -62,6 +62,8 @@ mod nodes;
 mod opening;
 mod penalised;
 mod perturbation;
+mod plane_sections;
+mod plane_sections_hard;
 mod plans;
 mod positions;
 mod predictions;

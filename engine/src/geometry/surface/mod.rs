@@ -38,6 +38,7 @@ mod mesh_fault;
 mod method;
 pub mod patchwork;
 mod refine;
+pub mod section;
 pub mod shape;
 pub mod to_b_spline;
 pub mod triangle;

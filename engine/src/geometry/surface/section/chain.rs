@@ -1,0 +1,24 @@
+//! Lines of the section as they come from cells: places in a row.
+
+use super::field::Kind;
+
+/// Places in a row on one line of the section.
+#[derive(Clone, Debug)]
+pub(super) struct Chain {
+    pub places: Vec<([f64; 2], Kind)>,
+    /// Whether the last place is followed by the first.
+    pub closed: bool,
+}
+
+/// What a rectangle of parameters holds of the section.
+#[derive(Default)]
+pub(super) struct Pieces {
+    pub chains: Vec<Chain>,
+    /// Where branches cross.
+    pub branches: Vec<[f64; 2]>,
+    /// Where the plane touches in a point.
+    pub contacts: Vec<[f64; 2]>,
+    pub coincident: bool,
+    /// Parts too small to be told apart.
+    pub unresolved: Vec<[f64; 2]>,
+}
