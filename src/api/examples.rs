@@ -103,6 +103,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_surface", "surface_scattered", "A B-spline surface near scattered nodes, smoothed"),
     example!("evaluate_surface", "surface_evaluate", "A Bézier patch with normals, curvatures and area"),
     example!("closest_points_of_surface", "surface_closest", "Orthogonal distances of three nodes from a patch"),
+    example!("sections_of_surface", "surface_sections", "A patch cut by two families of planes, and their mesh"),
     example!("export_surface", "surface_export", "A patch as binary STL"),
     example!("create_iteration_curve", "iteration_curve", "A smoothing spline of a measured profile, kept with it"),
     example!(

@@ -20,6 +20,7 @@ use crate::api::{
         evaluate,
         request::SurfaceRequest,
         result::BuiltSurfaceBody,
+        sections::{self, SectionsBody, SectionsRequest},
         values::{EvaluateSurfaceBody, SurfaceValuesBody},
     },
 };
@@ -29,6 +30,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(create_surface))
         .routes(routes!(evaluate_surface))
         .routes(routes!(closest_points_of_surface))
+        .routes(routes!(sections_of_surface))
         .routes(routes!(export_surface))
 }
 
@@ -75,6 +77,22 @@ async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Re
 )]
 async fn closest_points_of_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     Ok(json(read_json(&state, payload, closest::answer).await?))
+}
+
+/// Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
+/// families of planes make.
+///
+/// Curves are cubic B-splines in space or polylines, joined where they go on in the next patch,
+/// across a seam or through a pole. Where the plane touches the surface, or the section cannot be
+/// told, the answer says so. The mesh can be sent as it is to `POST /v1/surfaces`, which fills it
+/// with patches.
+#[utoipa::path(
+    post, path = "/v1/surfaces/sections", operation_id = "sections_of_surface", tag = "surfaces",
+    request_body(content = SectionsRequest, description = "A surface and planes."),
+    responses((status = 200, description = "Sections in the order of the planes.", body = SectionsBody))
+)]
+async fn sections_of_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
+    Ok(json_held(read_json_in_room(&state, payload, sections::answer).await?))
 }
 
 /// Writes a surface as a file: IGES 128 or STEP AP242 for CAD systems, OBJ, STL or VTK for looking,

@@ -52,9 +52,12 @@ async fn degrees_of_shapes() {
             let answer = sent(&app, &format!("/v1/curves/{path}"), &request).await;
             assert_eq!(answer.pointers(), ["/curve/degree"], "{path} {count}");
         }
-        for (path, name) in
-            [("evaluate", "surface_evaluate"), ("export", "surface_export"), ("closest-points", "surface_closest")]
-        {
+        for (path, name) in [
+            ("evaluate", "surface_evaluate"),
+            ("export", "surface_export"),
+            ("closest-points", "surface_closest"),
+            ("sections", "surface_sections"),
+        ] {
             for (degree, pointer) in [(json!(count), "/surface/degree"), (json!([1, count]), "/surface/degree/1")] {
                 let request = with(name, &[("/surface", surface(degree))]);
                 let answer = sent(&app, &format!("/v1/surfaces/{path}"), &request).await;

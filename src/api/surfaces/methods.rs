@@ -43,6 +43,7 @@ pub enum SurfaceMethodBody {
 
 request! {
     /// Curves along the lines of a mesh, from two families of planes u = const and v = const.
+    #[derive(Deserialize)]
     #[schema(as = CurveMesh)]
     pub struct MeshBody as MeshMembers {
         /// Where the curves over v stand, ascending.

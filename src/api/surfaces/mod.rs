@@ -1,5 +1,5 @@
-//! Surfaces of grids, points, boundaries, meshes and nodes: requests, readers, answers, evaluation
-//! and closest points.
+//! Surfaces of grids, points, boundaries, meshes and nodes: requests, readers, answers, evaluation,
+//! closest points and sections by planes.
 
 pub mod closest;
 pub mod evaluate;
@@ -9,6 +9,7 @@ pub mod methods;
 pub mod near;
 pub mod request;
 pub mod result;
+pub mod sections;
 pub mod source;
 pub mod values;
 

@@ -161,6 +161,12 @@ pub fn closest_on_surface() -> Body {
     of(&json!({"surface": surface(), "points": points}))
 }
 
+/// Planes in all of which the hills have contours.
+pub fn sections_of_surface() -> Body {
+    let offsets = list(1_000, |k| 1.0 + 3e-3 * k as f64);
+    of(&json!({"surface": surface(), "families": [{"normal": [0, 0, 1], "offsets": offsets}], "tolerance": 1e-4}))
+}
+
 pub fn surface_file() -> Body {
     of(&json!({"surface": surface(), "format": "obj", "samples": [1_000, 1_000]}))
 }

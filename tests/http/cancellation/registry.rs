@@ -45,6 +45,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("create_surface", Dear("/v1/surfaces", dear::big_surface)),
     ("evaluate_surface", Dear("/v1/surfaces/evaluate", dear::surface_values)),
     ("closest_points_of_surface", Dear("/v1/surfaces/closest-points", dear::closest_on_surface)),
+    ("sections_of_surface", Dear("/v1/surfaces/sections", dear::sections_of_surface)),
     ("export_surface", Bounded("/v1/surfaces/export", dear::surface_file)),
     ("create_job", Trivial("texts of bounded lengths")),
     ("create_iteration", Dear("{job}/iterations", dear::lp)),

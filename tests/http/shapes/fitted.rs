@@ -36,6 +36,31 @@ async fn a_fitted_polynomial_feeds_evaluation_closest_points_and_export() {
     assert!(answer.text.contains("B_SPLINE_SURFACE_WITH_KNOTS"));
 }
 
+/// From nodes to a fit, from the fit to sections, from their mesh to patches: a polynomial of
+/// second degree comes back as it is.
+#[tokio::test]
+async fn a_fit_is_cut_and_its_mesh_filled() {
+    let app = TestApp::start().await;
+    let fit = app.fit(&example().to_string()).await.json();
+    let families =
+        json!([{"normal": [1, 0, 0], "offsets": [30, 31, 34]}, {"normal": [0, 1, 0], "offsets": [0, 8, 20]}]);
+    let cut = json!({"surface": fit["surface"], "families": families, "mesh": true});
+    let answer = send(app.post("/v1/surfaces/sections", cut.to_string())).await;
+    assert_eq!(answer.status, 200, "{}", answer.text);
+    let cut = answer.json();
+    assert!(cut["mesh_error"].as_f64().unwrap() <= 1e-9, "{cut}");
+    let fill = json!({"mesh": cut["mesh"], "method": {"type": "gregory"}});
+    let filled = send(app.post("/v1/surfaces", fill.to_string())).await;
+    assert_eq!(filled.status, 200, "{}", filled.text);
+    let evaluate = json!({"surface": filled.json()["surface"], "grid": example()["predict"]["at"]["grid"]});
+    let answer = send(app.post("/v1/surfaces/evaluate", evaluate.to_string())).await;
+    let (found, heights) = (numbers(&answer.json()["values"]), numbers(&fit["predictions"]["value"]));
+    assert_eq!(found.len(), heights.len());
+    for (found, height) in found.into_iter().zip(&heights) {
+        close(found, *height, 1e-9);
+    }
+}
+
 #[tokio::test]
 async fn shapes_are_answered_when_asked_for() {
     let app = TestApp::start().await;

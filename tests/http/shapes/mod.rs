@@ -5,6 +5,7 @@ mod evaluate;
 mod export;
 mod fitted;
 mod kept;
+mod sections;
 mod surfaces;
 
 use flankfit::api::examples::REQUEST_EXAMPLES;

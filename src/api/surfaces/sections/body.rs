@@ -1,0 +1,114 @@
+//! Sections of a surface by planes as they are answered.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{shapes::curve_shape::CurveBody, surfaces::methods::MeshBody, warning::WarningBody};
+use flankfit_engine::geometry::{
+    space::Vector,
+    surface::section::{Section, SectionCurve},
+};
+
+/// Sections in the order of the planes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Sections)]
+pub struct SectionsBody {
+    /// As they were asked for.
+    pub families: Vec<SectionFamilyBody>,
+    /// Where it was asked for: heights along the third vector of `mesh_frame` over distances from
+    /// the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it as it is.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh: Option<MeshBody>,
+    /// The unit vectors `[x, y, z]` along which u, v and heights of the mesh are counted: the
+    /// normals of the two families and their vector product.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_frame: Option<Vec<Vec<f64>>>,
+    /// The largest difference in height that was found between curves of the mesh and the surface,
+    /// in the caller's unit.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mesh_error: Option<f64>,
+    /// What to know about the answer; empty where there is nothing to say.
+    pub warnings: Vec<WarningBody>,
+}
+
+/// Sections by parallel planes.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SectionFamily)]
+pub struct SectionFamilyBody {
+    /// In the order of the offsets.
+    pub sections: Vec<SectionBody>,
+}
+
+/// The section by one plane; without curves where the plane misses the surface.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Section)]
+pub struct SectionBody {
+    /// Of the plane, in the caller's unit.
+    pub offset: f64,
+    /// Curves without corners, in no particular order.
+    pub curves: Vec<SectionCurveBody>,
+    /// `[x, y, z]` where branches cross; curves end there.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub branch_points: Vec<Vec<f64>>,
+    /// `[x, y, z]` where the plane touches the surface in a point.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub contact_points: Vec<Vec<f64>>,
+    /// `[x, y, z]` of places about which the section could not be told, at most 1,000; there is a
+    /// warning then.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unresolved_points: Vec<Vec<f64>>,
+    /// Whether a part of the surface lies in the plane; it is no part of the curves.
+    pub coincident: bool,
+}
+
+/// A curve of a section.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SectionCurve)]
+pub struct SectionCurveBody {
+    /// In space, its parameter the length; of the form `b_spline`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub curve: Option<CurveBody>,
+    /// `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub points: Option<Vec<Vec<f64>>>,
+    /// Whether it ends where it begins, smoothly.
+    pub closed: bool,
+    /// Whether the plane touches the surface along it.
+    pub tangential: bool,
+    /// Length of the section's curve, in the caller's unit.
+    pub length: f64,
+    /// How far the curve, or its chords, was found from the section at worst, with rounding, in the
+    /// caller's unit.
+    pub error: f64,
+}
+
+/// Most places that are answered as unresolved.
+const MOST_UNRESOLVED: usize = 1000;
+
+pub(super) fn coordinates(point: &Vector) -> Vec<f64> {
+    point.as_slice().to_vec()
+}
+
+/// `None` where a curve leaves the range of doubles.
+pub(super) fn written(found: &Section, offset: f64, chords: bool) -> Option<SectionBody> {
+    Some(SectionBody {
+        offset,
+        curves: found.curves.iter().map(|curve| written_curve(curve, chords)).collect::<Option<_>>()?,
+        branch_points: found.branch_points.iter().map(coordinates).collect(),
+        contact_points: found.contacts.iter().map(coordinates).collect(),
+        unresolved_points: found.unresolved.iter().take(MOST_UNRESOLVED).map(coordinates).collect(),
+        coincident: found.coincident,
+    })
+}
+
+fn written_curve(curve: &SectionCurve, chords: bool) -> Option<SectionCurveBody> {
+    let points = || curve.points.iter().map(|place| coordinates(&place.point)).collect();
+    Some(SectionCurveBody {
+        curve: if chords { None } else { Some(CurveBody::from(&curve.shape().ok()?)) },
+        points: chords.then(points),
+        closed: curve.closed,
+        tangential: curve.tangential,
+        length: curve.length(),
+        error: curve.error,
+    })
+}

@@ -1,0 +1,154 @@
+//! Sections of a surface by planes, and the mesh of curves that two families of planes make.
+
+mod body;
+mod request;
+
+pub use self::{
+    body::SectionsBody,
+    request::{SectionFormName, SectionsRequest},
+};
+
+use self::{
+    body::{SectionFamilyBody, coordinates, written},
+    request::{Checked, MOST_POINTS, Planes, read},
+};
+use crate::api::{
+    faults::Faults,
+    json::writer::whole,
+    problem::{Problem, Room},
+    shapes::{curve_shape::CurveBody, places::beyond},
+    surfaces::methods::MeshBody,
+    warning::WarningBody,
+};
+use flankfit_engine::{
+    fault::words::{Shown, counted},
+    geometry::{
+        curve::CurveShape,
+        surface::{
+            SurfaceShape,
+            section::{
+                Description, Family, MeshOfSections, NoMesh, Plane, Section, SectionFault, Sections, mesh_of_sections,
+            },
+        },
+    },
+};
+
+/// What a point takes: itself, as a piece of a curve, and its text.
+const POINT: usize = 800;
+/// What a section takes beside its points.
+const SECTION: usize = 400;
+
+/// Answers a request, as far as there is `room` for its points. Processor work.
+pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
+    let Checked { surface, families, how, mesh } = read(text)?;
+    let found = cut(&surface, &families, how, room)?;
+    let mut warnings = Vec::new();
+    let mut answered = Vec::with_capacity(families.len());
+    for (k, (planes, found)) in families.iter().zip(&found).enumerate() {
+        let mut sections = Vec::with_capacity(found.len());
+        for (i, (offset, found)) in planes.offsets.iter().zip(found).enumerate() {
+            note(found, how, [k, i], &mut warnings);
+            sections.push(written(found, *offset, how.chords).ok_or_else(|| beyond("/surface"))?);
+        }
+        answered.push(SectionFamilyBody { sections });
+    }
+    let mut body = SectionsBody { families: answered, mesh: None, mesh_frame: None, mesh_error: None, warnings };
+    if let (true, [u, v], [of_u, of_v]) = (mesh, &families[..], &found[..]) {
+        let MeshOfSections { frame, mesh, error } =
+            mesh_of_sections(&surface, [family(u, of_u), family(v, of_v)], how).map_err(no_mesh)?;
+        let curves =
+            |family: &[Option<CurveShape>]| family.iter().map(|curve| curve.as_ref().map(CurveBody::from)).collect();
+        let [u_curves, v_curves] = [curves(&mesh.over_v), curves(&mesh.over_u)];
+        body.mesh = Some(MeshBody { u: mesh.us, v: mesh.vs, u_curves, v_curves });
+        body.mesh_frame = Some(frame.iter().map(coordinates).collect());
+        body.mesh_error = Some(error);
+    }
+    whole(&body).map_err(|_| beyond("/surface"))
+}
+
+fn family<'a>(planes: &'a Planes, sections: &'a [Section]) -> Family<'a> {
+    Family { normal: planes.normal, offsets: &planes.offsets, sections }
+}
+
+/// The sections by all planes.
+fn cut(
+    surface: &SurfaceShape,
+    families: &[Planes],
+    how: Description,
+    room: Room,
+) -> Result<Vec<Vec<Section>>, Problem> {
+    let sections = Sections::of(surface);
+    let mut left = how.most;
+    let mut all = Vec::with_capacity(families.len());
+    for Planes { normal, offsets } in families {
+        let mut of_family = Vec::with_capacity(offsets.len());
+        for offset in offsets {
+            let plane = Plane { normal: *normal, offset: *offset };
+            let found = sections.by(&plane, Description { most: left, ..how }).map_err(refused)?;
+            let points: usize = found.curves.iter().map(|curve| curve.points.len()).sum();
+            left = left.saturating_sub(points);
+            room(SECTION + points * POINT)?;
+            of_family.push(found);
+        }
+        all.push(of_family);
+    }
+    Ok(all)
+}
+
+fn refused(fault: SectionFault) -> Problem {
+    let (pointer, detail) = match fault {
+        SectionFault::TooManyPoints { .. } => (
+            "/tolerance",
+            format!("the sections ask for more than {MOST_POINTS} points: a greater tolerance, or fewer planes"),
+        ),
+        SectionFault::TooManyPieces { .. } | SectionFault::OutOfRange => ("/surface", fault.to_string()),
+    };
+    Problem::invalid(Faults::one(pointer, detail))
+}
+
+fn no_mesh(fault: NoMesh) -> Problem {
+    let (pointer, detail) = match fault {
+        NoMesh::Skew { .. } => ("/families".to_owned(), fault.to_string()),
+        NoMesh::TooManyPoints { .. } => {
+            let detail =
+                format!("the mesh asks for more than {MOST_POINTS} points: a greater tolerance, or fewer planes");
+            ("/tolerance".to_owned(), detail)
+        }
+        NoMesh::Curves { family, plane, curves } => (
+            format!("/families/{family}/offsets/{plane}"),
+            format!(
+                "{} over all planes of the other family as heights; a mesh needs one",
+                counted(curves, "curve reaches", "curves reach")
+            ),
+        ),
+    };
+    Problem::invalid(Faults::one(pointer, detail))
+}
+
+/// What the curves do not say.
+fn note(found: &Section, how: Description, [family, plane]: [usize; 2], warnings: &mut Vec<WarningBody>) {
+    let mut warn = |code: &'static str, what: String| {
+        warnings.push(WarningBody { code: code.into(), message: format!("families/{family}/offsets/{plane}: {what}") });
+    };
+    if found.coincident {
+        warn("coincident", "a part of the surface lies in the plane; it is no part of the curves".to_owned());
+    }
+    if let [first, ..] = &found.unresolved[..] {
+        let [x, y, z] = [first.x, first.y, first.z].map(Shown);
+        warn(
+            "unresolved",
+            format!(
+                "about {}, such as [{x}, {y}, {z}], the surface is too flat, or branches come too near to each other, \
+                 to tell the section; curves may end or be missing there",
+                counted(found.unresolved.len(), "place", "places")
+            ),
+        );
+    }
+    let error = found.curves.iter().map(|curve| curve.error).fold(0.0, f64::max);
+    if error > how.tolerance {
+        warn(
+            "tolerance_not_met",
+            format!("a curve is known to {error:.1e} only; the tolerance asked for is {:.1e}", how.tolerance),
+        );
+    }
+}

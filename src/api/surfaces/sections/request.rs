@@ -1,0 +1,132 @@
+//! Sections of a surface by planes as they are asked for.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    json::{members::of_request, request::request},
+    problem::Problem,
+    shapes::{surface_reader::read_surface, surface_shape::SurfaceBody},
+};
+use flankfit_engine::{
+    fault::words::{Shown, counted},
+    geometry::{
+        space::Vector,
+        surface::{SurfaceShape, section::Description},
+    },
+};
+
+/// Most planes of a family.
+const MOST_PLANES: usize = 1000;
+/// Most points of all sections.
+pub(super) const MOST_POINTS: usize = 200_000;
+/// How near curves come to the section where nothing is said, as splines and as chords.
+const TOLERANCES: [f64; 2] = [1e-9, 1e-3];
+
+request! {
+    /// A surface and planes.
+    pub struct SectionsRequest as SectionsRequestMembers {
+        required surface: SurfaceBody,
+        /// One or two families of parallel planes.
+        #[schema(min_items = 1, max_items = 2)]
+        required families: Vec<PlaneFamilyBody>,
+        /// Default `b_spline`.
+        optional form: SectionFormName,
+        /// How far curves or chords may be from the section, in the caller's unit. Points of
+        /// polylines lie on it to rounding. Default 1e-9 for splines and 0.001 for polylines.
+        #[schema(exclusive_minimum = 0)]
+        optional tolerance: f64,
+        /// Whether two families at right angles are answered as a mesh of curves too: heights over
+        /// the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every plane
+        /// must then cut the surface in one curve that reaches over all planes of the other family.
+        /// Default false.
+        optional mesh: bool,
+    }
+}
+
+/// Parallel planes: all points whose distance from the origin along the normal is an offset.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PlaneFamily)]
+pub struct PlaneFamilyBody {
+    /// `[x, y, z]` of any length above 0; of a graph the parameters are x and y.
+    #[schema(value_type = Vec<f64>, min_items = 3, max_items = 3)]
+    pub normal: [f64; 3],
+    /// Ascending, in the caller's unit of length; of a mesh 2 or more.
+    #[schema(min_items = 1, max_items = 1000)]
+    pub offsets: Vec<f64>,
+}
+
+/// How curves of sections are described.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SectionForm)]
+pub enum SectionFormName {
+    /// Cubic B-splines over the length, through points of the section with its tangents.
+    BSpline,
+    /// Points of the section in a row.
+    Polyline,
+}
+
+/// Parallel planes with a normal of length 1.
+pub(super) struct Planes {
+    pub normal: Vector,
+    pub offsets: Vec<f64>,
+}
+
+/// A request without faults.
+pub(super) struct Checked {
+    pub surface: SurfaceShape,
+    pub families: Vec<Planes>,
+    pub how: Description,
+    pub mesh: bool,
+}
+
+pub(super) fn read(text: &[u8]) -> Result<Checked, Problem> {
+    let mut faults = Faults::default();
+    let members: SectionsRequestMembers<'_> = of_request(text, &mut faults)?;
+    let surface = members.surface.required_with(&mut faults, read_surface);
+    let families = members.families.required(&mut faults);
+    let chords = members.form.read(&mut faults) == Some(SectionFormName::Polyline);
+    let tolerance = members.tolerance.read(&mut faults).unwrap_or(TOLERANCES[usize::from(chords)]);
+    let mesh = members.mesh.read(&mut faults).unwrap_or(false);
+    if !(tolerance > 0.0) {
+        faults.push("/tolerance", format!("{} is not greater than 0", Shown(tolerance)));
+    }
+    let families = families.map(|families| checked(&families, mesh, &mut faults));
+    let (Some(surface), Some(families)) = (surface, families) else { return Err(Problem::invalid(faults)) };
+    let how = Description { tolerance, chords, most: MOST_POINTS };
+    faults.into_result(Checked { surface, families, how, mesh }).map_err(Problem::invalid)
+}
+
+fn checked(families: &[PlaneFamilyBody], mesh: bool, faults: &mut Faults) -> Vec<Planes> {
+    if !(1..=2).contains(&families.len()) {
+        faults.push("/families", format!("{}; 1 or 2 are taken", counted(families.len(), "family", "families")));
+    } else if mesh && families.len() != 2 {
+        faults.push("/families", "a mesh is made of 2 families");
+    }
+    let family = |(k, PlaneFamilyBody { normal, offsets }): (usize, &PlaneFamilyBody)| {
+        let normal = Vector::from(*normal);
+        // scaled first, so that squares stay within double
+        let largest = normal.amax();
+        if largest == 0.0 {
+            faults.push(format!("/families/{k}/normal"), "a normal has a length above 0");
+        }
+        let normal = (normal / largest).normalize();
+        let least = if mesh { 2 } else { 1 };
+        if !(least..=MOST_PLANES).contains(&offsets.len()) {
+            let detail =
+                format!("{}; from {least} to {MOST_PLANES} are taken", counted(offsets.len(), "plane", "planes"));
+            faults.push(format!("/families/{k}/offsets"), detail);
+        }
+        for (i, pair) in offsets.windows(2).enumerate() {
+            if !(pair[0] < pair[1]) {
+                let detail = format!("{} does not follow {} upwards", Shown(pair[1]), Shown(pair[0]));
+                faults.push(format!("/families/{k}/offsets/{}", i + 1), detail);
+            }
+        }
+        Planes { normal, offsets: offsets.clone() }
+    };
+    families.iter().enumerate().take(2).map(family).collect()
+}
