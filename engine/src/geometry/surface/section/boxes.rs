@@ -3,11 +3,11 @@
 use super::cells::{Knot, Place, Rectangle};
 
 /// The first and the last cell.
-pub(super) type Box = [Place; 2];
+pub(super) type Block = [Place; 2];
 
 /// Rectangles around knots, grown until none meets another and the section passes each edge of
 /// cells around them at most once: so that lines within and without end at the same places.
-pub(super) fn boxes(rectangle: &Rectangle<'_>, level: u32, knots: &[Knot]) -> Vec<Box> {
+pub(super) fn boxes(rectangle: &Rectangle<'_>, level: u32, knots: &[Knot]) -> Vec<Block> {
     let around = |knot: &Knot| {
         let corner = |of: fn(u32, u32) -> u32, start: u32| {
             knot.cells.iter().fold((start, start), |to, cell| (of(to.0, cell.0), of(to.1, cell.1)))
@@ -28,10 +28,11 @@ pub(super) fn boxes(rectangle: &Rectangle<'_>, level: u32, knots: &[Knot]) -> Ve
 }
 
 /// Joins rectangles that meet.
-fn apart(boxes: Vec<Box>) -> Vec<Box> {
-    let meets =
-        |a: &Box, b: &Box| a[0].0 <= b[1].0 + 1 && b[0].0 <= a[1].0 + 1 && a[0].1 <= b[1].1 + 1 && b[0].1 <= a[1].1 + 1;
-    let mut all: Vec<Box> = Vec::new();
+fn apart(boxes: Vec<Block>) -> Vec<Block> {
+    let meets = |a: &Block, b: &Block| {
+        a[0].0 <= b[1].0 + 1 && b[0].0 <= a[1].0 + 1 && a[0].1 <= b[1].1 + 1 && b[0].1 <= a[1].1 + 1
+    };
+    let mut all: Vec<Block> = Vec::new();
     for mut own in boxes {
         while let Some(k) = all.iter().position(|other| meets(other, &own)) {
             let other = all.swap_remove(k);
@@ -46,7 +47,7 @@ fn apart(boxes: Vec<Box>) -> Vec<Box> {
 }
 
 /// Moves those sides outwards by a cell that the section passes twice in one cell.
-fn grow(rectangle: &Rectangle<'_>, level: u32, own: &mut Box) -> bool {
+fn grow(rectangle: &Rectangle<'_>, level: u32, own: &mut Block) -> bool {
     let last = (1_u32 << level) - 1;
     let [from, to] = *own;
     let twice = |(axis, end): (usize, usize)| {
@@ -69,12 +70,12 @@ fn grow(rectangle: &Rectangle<'_>, level: u32, own: &mut Box) -> bool {
     grown.contains(&true)
 }
 
-pub(super) fn within(part: &Box, cell: &Place) -> bool {
+pub(super) fn within(part: &Block, cell: &Place) -> bool {
     (part[0].0..=part[1].0).contains(&cell.0) && (part[0].1..=part[1].1).contains(&cell.1)
 }
 
 /// Whether a cell lies in the rectangle or next to it.
-pub(super) fn meets(part: &Box, cell: &Place) -> bool {
+pub(super) fn meets(part: &Block, cell: &Place) -> bool {
     let along = |low: u32, high: u32, k: u32| k + 1 >= low && k <= high + 1;
     along(part[0].0, part[1].0, cell.0) && along(part[0].1, part[1].1, cell.1)
 }

@@ -5,7 +5,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::{
     borders::on_side,
-    boxes::{Box, boxes, meets, within},
+    boxes::{Block, boxes, meets, within},
     cells::{Found, Knot, Place, Rectangle},
     chain::{Chain, Pieces},
     field::{Bending, Field, Kind},
@@ -95,7 +95,7 @@ fn lines_around(rectangle: &Rectangle<'_>, level: u32, cells: &BTreeSet<Place>) 
 }
 
 /// Looks at a part by itself.
-fn inside(rectangle: &Rectangle<'_>, level: u32, part: Box, sides: &[(usize, usize)], all: &mut Pieces) {
+fn inside(rectangle: &Rectangle<'_>, level: u32, part: Block, sides: &[(usize, usize)], all: &mut Pieces) {
     let (heights, range) = rectangle.part(level, [part[0], (part[1].0 + 1, part[1].1 + 1)]);
     if rectangle.depth == DEEPEST || rectangle.left.get() == 0 {
         all.unresolved.push(range.map(|[low, high]| 0.5 * (low + high)));

@@ -58,7 +58,7 @@ impl<'a> Patch<'a> {
         Ok(())
     }
 
-    /// The largest distance of a coordinate among some places.
+    /// The least and the greatest coordinates among some places.
     pub(super) fn bounds(&self) -> [Vector; 2] {
         let [u, v] = self.surface.domain();
         let at = |[low, high]: [f64; 2], k: u32| low + (high - low) * (f64::from(k) / 8.0);
