@@ -3,8 +3,10 @@
 
 mod answers;
 mod append_only;
+mod blocks;
 mod extremes;
 mod grounds;
+mod neighbours;
 mod paging;
 mod pair;
 mod recorder;
@@ -61,10 +63,16 @@ conformance! {
             a_claimed_key_is_given_back_with_the_outcome;
         append_only:
             the_trace_is_changed_by_nobody;
+        blocks:
+            the_last_estimate_stays_while_blocks_come,
+            blocks_are_read_a_few_megabytes_at_a_time,
+            a_deleted_stream_leaves_its_iteration;
         extremes:
             nodes_keep_their_bits,
             figures_keep_their_bits_or_are_none,
             texts_of_any_letters_and_length_come_back;
+        neighbours:
+            neighbours_are_of_the_same_flank_and_tooth;
         paging:
             pages_are_stable_while_jobs_come_and_go,
             a_full_last_page_has_no_next,
@@ -72,7 +80,8 @@ conformance! {
             the_order_is_that_of_storing_not_of_ids;
         records:
             records_come_back_as_they_were_kept_and_page_by_page,
-            a_record_belongs_to_one_iteration;
+            a_record_belongs_to_one_iteration,
+            an_iteration_comes_with_its_records;
         runs:
             runs_are_stored_as_a_whole_or_not_at_all;
         streams:

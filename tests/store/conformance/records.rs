@@ -2,7 +2,9 @@
 
 use std::sync::Arc;
 
-use flankfit::jobs::{PageRequest, RecordKind, Repository, RepositoryError, Resource};
+use flankfit::jobs::{
+    ExpectedGear, JobGear, NewIteration, PageRequest, Record, RecordKind, Repository, RepositoryError, Resource,
+};
 use uuid::Uuid;
 
 use super::pair::Pair;
@@ -61,4 +63,38 @@ pub async fn a_record_belongs_to_one_iteration(pair: &mut Pair) {
     assert_eq!(missing(place.id(), 1, kept.id).await, Resource::Job);
     let refused = store.insert_record(job.id, 2, place.record(RecordKind::Curve, "newton"), None).await;
     assert!(matches!(refused, Err(RepositoryError::NotFound(Resource::Iteration))), "{refused:?}");
+}
+
+/// What an import stores: nodes, their fit and records of them, all or nothing.
+pub async fn an_iteration_comes_with_its_records(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await;
+    let imported = |gear: Option<JobGear>| {
+        let mut records =
+            [place.record(RecordKind::Evaluation, "traces"), place.record(RecordKind::Deviations, "points")]
+                .map(|record| Record::clone(&record));
+        records[0].draft.gear = job.gear.as_deref().map(Into::into);
+        let expected_gear = Some(ExpectedGear(gear));
+        Arc::new(NewIteration {
+            records: records.into(),
+            expected_gear,
+            ..NewIteration::clone(&place.iteration(job.id))
+        })
+    };
+    let refused = store.insert_iteration(imported(None), None).await;
+    assert!(matches!(refused, Err(RepositoryError::GearChanged)), "{refused:?}");
+    assert_eq!(store.last_event(job.id).await.unwrap(), 0);
+    let new = imported(job.gear.clone());
+    store.insert_iteration(new.clone(), None).await.unwrap();
+    for record in &new.records {
+        assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), *record);
+        assert_eq!(store.latest_record(job.id, 1, record.draft.kind).await.unwrap().as_ref(), Some(record));
+    }
+    assert_eq!(store.latest_record(job.id, 1, RecordKind::Curve).await.unwrap(), None);
+    let ids: Vec<Uuid> = new.records.iter().map(|record| record.id).collect();
+    assert_eq!(page(&store, job.id, PageRequest { limit: 5, after: None }).await.0, ids);
+    let told = store.trace(job.id, PageRequest { limit: 5, after: None }).await.unwrap().iterations.remove(0);
+    assert_eq!(told.records.iter().map(|record| record.id).collect::<Vec<_>>(), ids);
+    // the iteration with everything of it is one event, and its records no version
+    assert_eq!((store.last_event(job.id).await.unwrap(), store.iteration(job.id, 1).await.unwrap().version), (1, 1));
 }

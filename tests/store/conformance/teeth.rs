@@ -48,6 +48,14 @@ pub async fn a_tooth_that_the_gear_has_not_got_is_not_written(pair: &mut Pair) {
         matches!(&refused, Err(RepositoryError::ToothMeasured { tooth, iteration: Some(1), .. }) if tooth == "30"),
         "{refused:?}"
     );
+    // nor does a tooth go that an open stream is of, until the stream is gone
+    let other = place.stored_job(&store).await.id;
+    let stream = Arc::new(NewStream { measurand: of("30"), ..place.stream(other) });
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    let refused = patched(&place, &store, other, 29).await;
+    assert!(matches!(refused, Err(RepositoryError::ToothMeasured { iteration: None, .. })), "{refused:?}");
+    store.delete_stream(stream.id, Precondition::None, place.now()).await.unwrap();
+    patched(&place, &store, other, 29).await.unwrap();
     assert_eq!(store.job(job).await.unwrap().version, 2);
 }
 
