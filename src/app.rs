@@ -2,11 +2,14 @@
 
 use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
-use tokio::{net::TcpListener, sync::oneshot, time::Instant};
+use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
 use crate::{
     config::ServeSettings,
-    http::{self, AppState, server},
+    http::{
+        self, AppState, rates,
+        server::{self, Service, Tls, TlsError},
+    },
     jobs::{Clock, JobService, OrderedIds, Store, SystemClock},
     store::{OpenError, SqliteStore, StoreSettings},
     telemetry,
@@ -22,9 +25,15 @@ const CLOSE_TIME: Duration = Duration::from_millis(1500);
 /// Time between two looks for what is kept too long.
 const UPKEEP: std::time::Duration = std::time::Duration::from_secs(3600);
 
+/// Connections to the listener for operation.
+const OPERATION_CONNECTIONS: usize = 64;
+
 /// A server that listens but does not serve yet.
 pub struct App {
     listener: TcpListener,
+    /// For readiness and metrics, where they have a listener of their own.
+    operation: Option<TcpListener>,
+    tls: Option<Arc<Tls>>,
     state: AppState,
     store: Arc<dyn Store>,
 }
@@ -32,10 +41,12 @@ pub struct App {
 /// Why the server did not start.
 #[derive(Debug, thiserror::Error)]
 pub enum StartError {
-    #[error("{address} is taken by another program; choose another with --bind or FLANKFIT_BIND")]
-    AddressTaken { address: SocketAddr },
+    #[error("{address} is taken by another program; choose another with {setting}")]
+    AddressTaken { address: SocketAddr, setting: &'static str },
     #[error("cannot listen on {address}: {source}")]
     Listen { address: SocketAddr, source: io::Error },
+    #[error(transparent)]
+    Tls(#[from] TlsError),
     #[error(transparent)]
     Store(#[from] OpenError),
     #[error("cannot start the fit workers: {0}")]
@@ -45,16 +56,17 @@ pub enum StartError {
 impl App {
     /// Binds the address and opens what the handlers need.
     pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
-        let address = settings.bind;
-        let listener = TcpListener::bind(address).await.map_err(|source| match source.kind() {
-            io::ErrorKind::AddrInUse => StartError::AddressTaken { address },
-            _ => StartError::Listen { address, source },
-        })?;
+        let tls = Tls::load(&settings.tls, Arc::new(SystemClock))?;
+        let listener = bind(settings.bind, "--bind or FLANKFIT_BIND").await?;
+        let operation = match settings.ops_bind {
+            Some(address) => Some(bind(address, "--ops-bind or FLANKFIT_OPS_BIND").await?),
+            None => None,
+        };
         let store = SqliteStore::open(StoreSettings::of_url(&settings.database_url)?, SystemClock.now()).await?;
         let store: Arc<dyn Store> = Arc::new(store);
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
         let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
-        Ok(App { listener, state, store })
+        Ok(App { listener, operation, tls, state, store })
     }
 
     /// The address that was bound (its port is known even when 0 was asked for).
@@ -62,43 +74,94 @@ impl App {
         self.listener.local_addr()
     }
 
+    /// The address for readiness and metrics, where it is another.
+    pub fn operation_address(&self) -> Option<io::Result<SocketAddr>> {
+        self.operation.as_ref().map(TcpListener::local_addr)
+    }
+
+    /// Whether clients come by TLS.
+    pub fn has_tls(&self) -> bool {
+        self.tls.is_some()
+    }
+
     /// What the handlers reach.
     pub fn state(&self) -> &AppState {
         &self.state
     }
 
-    /// Serves until `stop` is ready, then finishes what was accepted within the shutdown grace and
-    /// cancels the rest: it returns within the grace and two seconds, whatever runs.
+    /// Serves until `stop` is ready and the drain delay over, then finishes what was accepted
+    /// within the shutdown grace and cancels the rest: it returns within the grace and two seconds
+    /// more, whatever runs.
     pub async fn serve(self, stop: impl Future<Output = ()>) {
         let settings = &self.state.settings;
-        let grace = settings.shutdown_grace();
+        let (delay, grace) = (settings.drain_delay(), settings.shutdown_grace());
         let limits = server::Limits {
             connections: server::connections(settings.max_connections),
             write_timeout: settings.write_timeout(),
             grace,
         };
-        let upkeep = tokio::spawn(telemetry::upkeep());
         let state = self.state.clone();
-        let forgetting = tokio::spawn({
-            let state = state.clone();
-            async move { state.jobs.upkeep(UPKEEP).await }
+        // ends with this function
+        let _background = background(&state, self.tls.clone());
+        let (operation_ends, operation_ended) = oneshot::channel::<()>();
+        let operation = self.operation.map(|listener| {
+            let service = Service { router: http::operation_router(state.clone()), state: state.clone(), tls: None };
+            let limits = server::Limits { connections: OPERATION_CONNECTIONS, grace: Duration::ZERO, ..limits };
+            let ended = async {
+                let _dropped = operation_ended.await;
+            };
+            tokio::spawn(server::serve(listener, service, ended, limits))
         });
         let (stopping, stopped) = oneshot::channel();
         let stop = async {
             stop.await;
+            state.shutdown.drain();
+            if !delay.is_zero() {
+                tracing::info!(?delay, "about to end: not ready, connections end with their next answer");
+                tokio::time::sleep(delay).await;
+            }
             // event streams and WebSockets would never end by themselves
             state.shutdown.begin();
             let _sent = stopping.send(Instant::now() + grace);
         };
-        server::serve(self.listener, http::router(self.state), stop, limits).await;
+        let service = Service { router: http::router(self.state.clone()), state: self.state, tls: self.tls };
+        server::serve(self.listener, service, stop, limits).await;
         let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + DRAIN_TIME);
         // WebSockets have left their connections; they were told to end at once
         let _late = tokio::time::timeout_at(deadline, state.shutdown.drained()).await;
         state.pool.stop();
-        upkeep.abort();
-        forgetting.abort();
+        drop(operation_ends);
+        if let Some(operation) = operation {
+            let _ended = operation.await;
+        }
         if tokio::time::timeout(CLOSE_TIME, self.store.close()).await.is_err() {
             tracing::warn!("the store did not close in time");
         }
     }
+}
+
+async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener, StartError> {
+    TcpListener::bind(address).await.map_err(|source| match source.kind() {
+        io::ErrorKind::AddrInUse => StartError::AddressTaken { address, setting },
+        _ => StartError::Listen { address, source },
+    })
+}
+
+/// What goes on beside the requests, until it is dropped.
+fn background(state: &AppState, tls: Option<Arc<Tls>>) -> JoinSet<()> {
+    let mut all = JoinSet::new();
+    all.spawn(telemetry::upkeep());
+    let jobs = state.clone();
+    all.spawn(async move { jobs.jobs.upkeep(UPKEEP).await });
+    let callers = state.clone();
+    all.spawn(async move {
+        loop {
+            tokio::time::sleep(rates::FORGET).await;
+            callers.rates.forget_idle();
+        }
+    });
+    if let Some(tls) = tls {
+        all.spawn(async move { tls.follow().await });
+    }
+    all
 }

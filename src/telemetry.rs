@@ -36,8 +36,15 @@ pub const BLOCK_SECONDS: &str = "flankfit_stream_block_duration_seconds";
 pub const LISTENERS: &str = "flankfit_open_connections";
 
 /// Requests and connections that were turned away for others' sake. Label: `reason` (`queue`,
-/// `body_memory`, `idle_connection`).
+/// `body_memory`, `idle_connection`, `rate_limit`, `refusals`).
 pub const SHED: &str = "flankfit_shed_total";
+/// Requests to the versioned interface by what their key is. Label: `outcome` (`ok`, `none` where
+/// none is asked for, `missing`, `invalid`).
+pub const AUTHENTICATIONS: &str = "flankfit_auth_total";
+/// 1 from the signal to stop on.
+pub const DRAINING: &str = "flankfit_draining";
+/// Seconds until the server's certificate ends.
+pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
 /// Bytes of bodies and answers that are held.
 pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
 /// Connections that are open.
@@ -110,6 +117,9 @@ pub fn metrics() -> &'static PrometheusHandle {
         );
         metrics::describe_gauge!(LISTENERS, "Event streams and WebSockets that are open, by kind");
         metrics::describe_counter!(SHED, "Requests and connections turned away for others' sake, by reason");
+        metrics::describe_counter!(AUTHENTICATIONS, "Requests to /v1 by what their API key is");
+        metrics::describe_gauge!(DRAINING, "1 from the signal to stop on");
+        metrics::describe_gauge!(TLS_EXPIRY, metrics::Unit::Seconds, "Time until the server's certificate ends");
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
         metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
         metrics::describe_histogram!(STORE_SECONDS, metrics::Unit::Seconds, "Time of one operation of the store");
@@ -135,6 +145,11 @@ pub fn record_store(operation: &'static str, elapsed: Duration) {
 /// Notes that work was cancelled, and how long it had run.
 pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
     metrics::histogram!(CANCELLED_SECONDS, "reason" => reason).record(elapsed.as_secs_f64());
+}
+
+/// Notes what the key of a request was.
+pub fn record_authentication(outcome: &'static str) {
+    metrics::counter!(AUTHENTICATIONS, "outcome" => outcome).increment(1);
 }
 
 /// Notes that somebody was turned away.

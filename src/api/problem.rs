@@ -110,11 +110,13 @@ pub enum ProblemCode {
     RequestTimeout,
     /// 503: the store does not answer.
     StoreUnavailable,
+    /// 503: the process is about to end.
+    Draining,
 }
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 22] = [
+    pub const ALL: [ProblemCode; 23] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -137,6 +139,7 @@ impl ProblemCode {
         Self::Overloaded,
         Self::RequestTimeout,
         Self::StoreUnavailable,
+        Self::Draining,
     ];
 
     /// Status, the URI whose last part is the code, and the title.
@@ -180,6 +183,7 @@ impl ProblemCode {
             Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
             Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),
             Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),
+            Self::Draining => (503, "urn:flankfit:problem:draining", "The process is about to end"),
         }
     }
 

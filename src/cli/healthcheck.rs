@@ -1,8 +1,15 @@
 //! `flankfit healthcheck`: for containers without a shell or curl.
 
-use std::{net::SocketAddr, time::Duration};
+use std::{
+    net::{IpAddr, Ipv4Addr, Ipv6Addr, SocketAddr},
+    path::PathBuf,
+    sync::Arc,
+    time::Duration,
+};
 
 use clap::Args;
+use tokio_rustls::rustls::crypto::aws_lc_rs::default_provider;
+use ureq::tls::{TlsConfig, TlsProvider};
 
 use super::CommandError;
 use crate::config::parse_address;
@@ -12,31 +19,44 @@ pub struct HealthcheckArguments {
     /// The address that the server listens on.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     bind: SocketAddr,
+    /// The address of its listener for operation, which is asked where there is one.
+    #[arg(long, env = "FLANKFIT_OPS_BIND", value_parser = parse_address)]
+    ops_bind: Option<SocketAddr>,
+    /// The certificate of the server: with it the address is asked by TLS. That the answer comes
+    /// from this address is enough; the certificate is for clients elsewhere and is not looked at.
+    #[arg(long, env = "FLANKFIT_TLS_CERT")]
+    tls_cert: Option<PathBuf>,
     /// Seconds to wait for the answer.
     #[arg(long, default_value_t = 3)]
     timeout: u64,
 }
 
 pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
-    let mut address = arguments.bind;
-    // A server that listens everywhere is asked at home.
-    if address.ip().is_unspecified() {
-        address.set_ip(if address.is_ipv4() {
-            std::net::Ipv4Addr::LOCALHOST.into()
-        } else {
-            std::net::Ipv6Addr::LOCALHOST.into()
-        });
-    }
+    let address = at_home(arguments.ops_bind.unwrap_or(arguments.bind));
+    let tls = arguments.tls_cert.is_some() && arguments.ops_bind.is_none();
     let agent: ureq::Agent = ureq::Agent::config_builder()
         .timeout_global(Some(Duration::from_secs(arguments.timeout)))
         .proxy(None)
+        .tls_config(
+            TlsConfig::builder()
+                .provider(TlsProvider::Rustls)
+                .unversioned_rustls_crypto_provider(Arc::new(default_provider()))
+                .disable_verification(true)
+                .build(),
+        )
         .build()
         .into();
-    match agent.get(format!("http://{address}/healthz")).call() {
+    let scheme = if tls { "https" } else { "http" };
+    match agent.get(format!("{scheme}://{address}/healthz")).call() {
         Ok(_) => Ok(()),
         Err(ureq::Error::StatusCode(status)) => Err(format!(
             "the server at {address} answers with status {status}: see \
             its log"
+        )
+        .into()),
+        Err(error) if tls => Err(format!(
+            "no server answers at {address} by TLS ({error}): start it with `flankfit serve`; where it asks clients for \
+             certificates, give it a listener for operation with --ops-bind"
         )
         .into()),
         Err(error) => Err(format!(
@@ -45,4 +65,15 @@ pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
         )
         .into()),
     }
+}
+
+/// A server that listens everywhere is asked at home.
+fn at_home(mut address: SocketAddr) -> SocketAddr {
+    if address.ip().is_unspecified() {
+        address.set_ip(match address {
+            SocketAddr::V4(_) => IpAddr::V4(Ipv4Addr::LOCALHOST),
+            SocketAddr::V6(_) => IpAddr::V6(Ipv6Addr::LOCALHOST),
+        });
+    }
+    address
 }

@@ -29,7 +29,7 @@ struct Arguments {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Serve HTTP (the default).
-    Serve(ServeSettings),
+    Serve(Box<ServeSettings>),
     /// Show a gear job from first measurement to acceptance, on a server of its own.
     Demo(demo::DemoArguments),
     /// Fit one request from a file (`-` for standard input), offline, with the same engine.
@@ -50,9 +50,9 @@ enum Command {
 /// Runs the program.
 pub fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let command = arguments.command.unwrap_or(Command::Serve(arguments.serve));
+    let command = arguments.command.unwrap_or_else(|| Command::Serve(Box::new(arguments.serve)));
     let outcome = match command {
-        Command::Serve(settings) => serve::run(settings),
+        Command::Serve(settings) => serve::run(*settings),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Fit(arguments) => return fit::run(&arguments),
         Command::Evaluate(arguments) => return evaluate::run(&arguments),

@@ -11,8 +11,13 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
         prepare(settings.max_connections)?;
         let app = App::start(settings).await?;
         let address = app.address()?;
-        tracing::info!(%address, engine = crate::api::ENGINE, "listening on http://{address}, documentation at \
-            http://{address}/docs");
+        let scheme = if app.has_tls() { "https" } else { "http" };
+        tracing::info!(%address, engine = crate::api::ENGINE, "listening on {scheme}://{address}, documentation at \
+            {scheme}://{address}/docs");
+        if let Some(operation) = app.operation_address() {
+            let operation = operation?;
+            tracing::info!(address = %operation, "readiness and metrics at http://{operation}/readyz and /metrics");
+        }
         app.serve(stop_signal()?).await;
         Ok(())
     });

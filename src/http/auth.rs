@@ -10,6 +10,7 @@ use crate::{
     api::problem::{Problem, ProblemCode},
     config::Digest,
     jobs::{Caller, Tenant},
+    telemetry,
 };
 
 /// Who may call, and as whom.
@@ -28,6 +29,11 @@ impl Callers {
         Callers { known, anonymous: caller("anonymous".to_owned()) }
     }
 
+    /// Whether each has a key, so that they can be told from each other.
+    pub fn are_known(&self) -> bool {
+        !self.known.is_empty()
+    }
+
     /// Makes out the caller of a request to the versioned interface, and refuses one without a
     /// known key. Outside of that interface nobody is asked, and there is no caller.
     pub fn identify(&self, path: &str, headers: &HeaderMap) -> Result<Option<Caller>, Problem> {
@@ -35,9 +41,11 @@ impl Callers {
             return Ok(None);
         }
         if self.known.is_empty() {
+            telemetry::record_authentication("none");
             return Ok(Some(self.anonymous.clone()));
         }
         let Some(key) = presented(headers) else {
+            telemetry::record_authentication("missing");
             return Err(Problem::new(
                 ProblemCode::Unauthorized,
                 "Send the API key as `Authorization: Bearer …` or in `x-api-key`.",
@@ -52,8 +60,14 @@ impl Callers {
             }
         }
         match found {
-            Some(caller) => Ok(Some(caller.clone())),
-            None => Err(Problem::new(ProblemCode::Forbidden, "This API key is not among the known ones.")),
+            Some(caller) => {
+                telemetry::record_authentication("ok");
+                Ok(Some(caller.clone()))
+            }
+            None => {
+                telemetry::record_authentication("invalid");
+                Err(Problem::new(ProblemCode::Forbidden, "This API key is not among the known ones."))
+            }
         }
     }
 }

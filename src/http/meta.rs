@@ -11,22 +11,32 @@ use axum::{
     routing::get,
 };
 use serde::{Deserialize, Serialize};
-use utoipa::ToSchema;
+use utoipa::{IntoParams, ToSchema};
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
     conditional::content_tag,
     docs,
+    extract::QueryOf,
     openapi::{openapi_3_0_json, openapi_json},
     state::AppState,
 };
 use crate::{
-    api::problem::{Problem, ProblemCode},
+    api::{
+        faults::Faults,
+        problem::{Problem, ProblemCode},
+    },
     telemetry,
 };
 
-pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(get_health)).routes(routes!(get_readiness)).routes(routes!(get_metrics))
+/// For supervisors; on every listener.
+pub fn health() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(get_health))
+}
+
+/// For load balancers and monitoring; on a listener of their own where there is one.
+pub fn operation() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(get_readiness)).routes(routes!(get_metrics))
 }
 
 /// What is served but is not part of the document it serves.
@@ -67,18 +77,54 @@ async fn get_health() -> axum::Json<Health> {
     axum::Json(Health::ok())
 }
 
-/// Whether requests can be answered: the database answers, and its disk takes what is written.
+/// What a process is to be ready for.
+#[derive(Debug, Deserialize, IntoParams)]
+#[into_params(parameter_in = Query)]
+struct ReadinessQuery {
+    /// `compute`: for what is computed and not stored, so whether the process is about to end is
+    /// all that counts; without it for everything.
+    #[serde(rename = "for")]
+    #[param(value_type = Option<Purpose>, inline)]
+    purpose: Option<String>,
+}
+
+/// What some requests need.
+#[derive(Debug, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+enum Purpose {
+    Compute,
+}
+
+/// Whether requests can be answered: the process is not about to end, the database answers within a
+/// second, and its disk takes what is written.
 ///
-/// For a load balancer that sends no requests to a process that cannot answer them.
+/// For a load balancer that sends no requests to a process that cannot answer them. The database is
+/// asked at most once a second.
 #[utoipa::path(
-    get, path = "/readyz", operation_id = "get_readiness", tag = "operation",
+    get, path = "/readyz", operation_id = "get_readiness", tag = "operation", params(ReadinessQuery),
     responses(
         (status = 200, description = "Requests can be answered.", body = Health),
-        (status = 503, description = "The store does not answer, or its disk is full.", body = Problem,
+        (status = 503, description = "The process is about to end, the store does not answer, or its disk is full.", body = Problem,
             content_type = "application/problem+json")
     )
 )]
-async fn get_readiness(State(state): State<AppState>) -> Result<axum::Json<Health>, Problem> {
+async fn get_readiness(
+    State(state): State<AppState>,
+    QueryOf(query): QueryOf<ReadinessQuery>,
+) -> Result<axum::Json<Health>, Problem> {
+    let purpose = query.purpose.map(|name| serde_json::from_value::<Purpose>(name.into()));
+    if let Some(Err(_)) = purpose {
+        return Err(Problem::invalid(Faults::one(
+            "/for",
+            "there is only `compute`; leave it out to ask for everything",
+        )));
+    }
+    if state.shutdown.is_draining() {
+        return Err(Problem::new(ProblemCode::Draining, "The process is about to end; ask another.").retry_after(1));
+    }
+    if purpose.is_some() {
+        return Ok(axum::Json(Health::ok()));
+    }
     match state.readiness.check(&state.jobs).await {
         Ok(()) => Ok(axum::Json(Health::ok())),
         Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer, or cannot write.")

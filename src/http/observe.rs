@@ -14,9 +14,10 @@ use axum::{
 };
 use uuid::Uuid;
 
-use super::state::AppState;
+use super::{server::Peer, state::AppState};
 use crate::{
     api::problem::{Problem, ProblemCode},
+    jobs::Caller,
     telemetry,
 };
 
@@ -57,7 +58,8 @@ pub async fn observe(
     let path = request.extensions().get::<MatchedPath>().cloned();
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
 
-    let caller = names_host(&request).and_then(|()| state.callers.identify(request.uri().path(), request.headers()));
+    let peer = request.extensions().get::<Peer>().copied();
+    let caller = names_host(&request).and_then(|()| admit(&state, &request, peer));
     let actor = caller.as_ref().ok().and_then(Option::as_ref).map(|caller| caller.actor.clone());
     let answer = async {
         match caller {
@@ -90,6 +92,18 @@ pub async fn observe(
     }
     report(&method, path.as_ref(), &response, begun, &id, (actor.as_deref(), url));
     response
+}
+
+/// Whether the caller is known and has requests left, where that is asked for.
+fn admit(state: &AppState, request: &Request, peer: Option<Peer>) -> Result<Option<Caller>, Problem> {
+    match state.callers.identify(request.uri().path(), request.headers()) {
+        Ok(Some(caller)) => {
+            let known = state.callers.are_known().then_some(&caller);
+            state.rates.count(known, peer).map(|()| Some(caller))
+        }
+        Ok(None) => Ok(None),
+        Err(problem) => Err(state.rates.refuse(problem, peer)),
+    }
 }
 
 /// A request of HTTP/1.1 names one host (RFC 9112, 3.2).

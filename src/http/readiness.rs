@@ -2,26 +2,39 @@
 
 use std::time::{Duration, Instant};
 
-use tokio::sync::Mutex;
+use tokio::{sync::Mutex, time::timeout};
 
-use crate::jobs::{JobService, RepositoryError};
+use crate::jobs::JobService;
 
-/// How long it is believed that the disk takes what is written.
+/// How long what the store said is believed.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 
-/// When the store last took something.
+/// How long the store may take.
+const PATIENCE: Duration = Duration::from_secs(1);
+
+/// What the store last said, and when.
 #[derive(Debug, Default)]
-pub struct Readiness(Mutex<Option<Instant>>);
+pub struct Readiness(Mutex<Option<(Instant, Result<(), String>)>>);
 
 impl Readiness {
-    pub async fn check(&self, jobs: &JobService) -> Result<(), RepositoryError> {
-        jobs.ping().await?;
+    /// Why nothing can be stored, where that is so.
+    pub async fn check(&self, jobs: &JobService) -> Result<(), String> {
         // one at a time: who comes meanwhile has its outcome
-        let mut taken = self.0.lock().await;
-        if taken.is_none_or(|last| last.elapsed() >= CHECK_INTERVAL) {
-            jobs.check_writable().await?;
-            *taken = Some(Instant::now());
+        let mut last = self.0.lock().await;
+        if let Some((asked, outcome)) = &*last
+            && asked.elapsed() < CHECK_INTERVAL
+        {
+            return outcome.clone();
         }
-        Ok(())
+        let asking = async {
+            jobs.ping().await?;
+            jobs.check_writable().await
+        };
+        let outcome = match timeout(PATIENCE, asking).await {
+            Ok(outcome) => outcome.map_err(|error| error.to_string()),
+            Err(_elapsed) => Err(format!("no answer within {} s", PATIENCE.as_secs())),
+        };
+        *last = Some((Instant::now(), outcome.clone()));
+        outcome
     }
 }

@@ -18,8 +18,13 @@ use super::{
 };
 use crate::api::problem::{Problem, ProblemCode};
 
-/// The documented groups. A new group is one more `merge` here.
+/// The documented groups.
 pub fn groups() -> OpenApiRouter<AppState> {
+    versioned().merge(meta::health()).merge(meta::operation())
+}
+
+/// The groups of the versioned interface. A new group is one more `merge` here.
+fn versioned() -> OpenApiRouter<AppState> {
     OpenApiRouter::with_openapi(Contract::openapi())
         .merge(fits::group())
         .merge(studies::group())
@@ -38,14 +43,25 @@ pub fn groups() -> OpenApiRouter<AppState> {
         .merge(events::group())
         .merge(streams::group())
         .merge(stream_socket::group())
-        .merge(meta::group())
 }
 
 /// The service: documented groups, documentation, fallbacks and the layers around every request.
 pub fn router(state: AppState) -> Router {
-    let (documented, document) = groups().split_for_parts();
+    let served = versioned().merge(meta::health());
+    let served = if state.settings.ops_bind.is_some() { served } else { served.merge(meta::operation()) };
+    let beside = meta::undocumented(&state);
+    complete(served, beside, state)
+}
+
+/// What the listener for operation serves.
+pub fn operation_router(state: AppState) -> Router {
+    complete(meta::health().merge(meta::operation()), Router::new(), state)
+}
+
+fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: AppState) -> Router {
+    let (documented, document) = served.split_for_parts();
     documented
-        .merge(meta::undocumented(&state))
+        .merge(beside)
         .fallback(|| async { Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.") })
         .method_not_allowed_fallback(|| async {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")

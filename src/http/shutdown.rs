@@ -1,10 +1,13 @@
 //! Connections that would stay open for ever hear here that the server stops, and the server waits
 //! for them.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use tokio::sync::watch;
 
 /// Whether the server stops, and the connections that stay open.
 pub struct Shutdown {
+    draining: AtomicBool,
     stopping: watch::Sender<bool>,
     open: watch::Sender<()>,
 }
@@ -22,6 +25,16 @@ impl Drop for OpenConnection {
 }
 
 impl Shutdown {
+    /// Requests are better sent elsewhere from now on.
+    pub fn drain(&self) {
+        self.draining.store(true, Ordering::Relaxed);
+        metrics::gauge!(crate::telemetry::DRAINING).set(1.0);
+    }
+
+    pub fn is_draining(&self) -> bool {
+        self.draining.load(Ordering::Relaxed)
+    }
+
     /// The server stops from now on.
     pub fn begin(&self) {
         self.stopping.send_replace(true);
@@ -51,6 +64,7 @@ impl Shutdown {
 
 impl Default for Shutdown {
     fn default() -> Self {
-        Shutdown { stopping: watch::channel(false).0, open: watch::channel(()).0 }
+        metrics::gauge!(crate::telemetry::DRAINING).set(0.0);
+        Shutdown { draining: AtomicBool::new(false), stopping: watch::channel(false).0, open: watch::channel(()).0 }
     }
 }

@@ -4,7 +4,7 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use super::{auth::Callers, budget::Budget, readiness::Readiness, shutdown::Shutdown};
+use super::{auth::Callers, budget::Budget, rates::Rates, readiness::Readiness, shutdown::Shutdown};
 use crate::{
     config::ServeSettings,
     jobs::{JobService, RunningKeys},
@@ -34,12 +34,15 @@ pub struct Shared {
     pub keys: RunningKeys,
     /// Whether the store takes what is written.
     pub readiness: Readiness,
+    /// How much callers may ask for.
+    pub rates: Rates,
     /// For connections that stay open.
     pub shutdown: Shutdown,
 }
 
 impl AppState {
     pub fn new(settings: ServeSettings, jobs: Arc<JobService>) -> std::io::Result<Self> {
+        let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
         let callers = Callers::of(&settings.api_keys_sha256);
@@ -53,6 +56,7 @@ impl AppState {
             callers,
             keys: RunningKeys::default(),
             readiness: Readiness::default(),
+            rates,
             shutdown: Shutdown::default(),
         })))
     }

@@ -15,6 +15,8 @@ use tokio::{
 
 pub struct TestApp {
     pub address: SocketAddr,
+    /// Of the listener for operation, where there is one.
+    pub operation: Option<SocketAddr>,
     pub client: Client,
     /// Where the database is.
     pub directory: TempDir,
@@ -22,6 +24,14 @@ pub struct TestApp {
     pub state: AppState,
     stop: oneshot::Sender<()>,
     server: JoinHandle<()>,
+}
+
+/// A server that was asked to stop.
+pub struct Stopping {
+    pub address: SocketAddr,
+    pub client: Client,
+    pub server: JoinHandle<()>,
+    _directory: TempDir,
 }
 
 /// An answer, read to its end.
@@ -54,13 +64,20 @@ impl TestApp {
         change(&mut settings);
         let app = App::start(settings).await.expect("the server starts");
         let address = app.address().expect("an address");
+        let operation = app.operation_address().map(|address| address.expect("an address"));
         let state = app.state().clone();
         let (stop, stopped) = oneshot::channel();
         let server = tokio::spawn(app.serve(async move {
             let _ = stopped.await;
         }));
         let client = Client::builder().no_proxy().no_gzip().build().expect("a client");
-        TestApp { address, client, directory, state, stop, server }
+        TestApp { address, operation, client, directory, state, stop, server }
+    }
+
+    /// Asks the server to stop, which it does while others still talk to it.
+    pub fn begin_stop(self) -> Stopping {
+        let _ = self.stop.send(());
+        Stopping { address: self.address, client: self.client, server: self.server, _directory: self.directory }
     }
 
     /// Stops the server gracefully and hands over the directory for the next one.

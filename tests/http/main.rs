@@ -13,6 +13,7 @@ mod cors;
 mod criteria;
 mod degenerate;
 mod document;
+mod doors;
 mod errors;
 mod estimators;
 mod every_operation;

@@ -179,7 +179,7 @@ async fn a_taken_port_is_a_clear_error() {
         ..ServeSettings::default()
     };
     match App::start(settings).await {
-        Err(StartError::AddressTaken { address }) => assert_eq!(address, app.address),
+        Err(StartError::AddressTaken { address, .. }) => assert_eq!(address, app.address),
         Err(other) => panic!("{other}"),
         Ok(_) => panic!("the port is taken"),
     }

@@ -84,17 +84,32 @@ fn one(tokens: &[&str], at: &mut usize, licences: &[String]) -> bool {
     licences.contains(&name)
 }
 
-/// The packages that a target is built from, development included.
-fn packages(target: &str) -> Vec<Value> {
+fn cargo(arguments: &[&str]) -> String {
     let mut cargo = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
-    cargo.args(["metadata", "--locked", "--format-version", "1", "--filter-platform", target]);
-    let output = cargo.current_dir(root()).output().expect("cargo can be started");
+    let output = cargo.args(arguments).arg("--locked").current_dir(root()).output().expect("cargo can be started");
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
-    let metadata: Value = serde_json::from_slice(&output.stdout).expect("cargo writes JSON");
-    let nodes = metadata["resolve"]["nodes"].as_array().expect("a graph");
-    let used: BTreeSet<&str> = nodes.iter().filter_map(|node| node["id"].as_str()).collect();
+    String::from_utf8(output.stdout).expect("cargo writes text")
+}
+
+/// The packages that a target is built from, development included. Metadata alone would name some
+/// that a feature could need and no feature asks for.
+fn packages(target: &str) -> Vec<Value> {
+    let tree = cargo(&["tree", "--workspace", "--target", target, "--prefix", "none", "--format", "{p}"]);
+    let used: BTreeSet<String> = tree
+        .lines()
+        .filter(|line| !line.is_empty())
+        .map(|line| line.split(' ').take(2).collect::<Vec<_>>().join(" "))
+        .collect();
+    let metadata = cargo(&["metadata", "--format-version", "1", "--filter-platform", target]);
+    let metadata: Value = serde_json::from_str(&metadata).expect("cargo writes JSON");
     let all = metadata["packages"].as_array().expect("packages");
-    all.iter().filter(|package| package["id"].as_str().is_some_and(|id| used.contains(id))).cloned().collect()
+    let is_used = |package: &&Value| {
+        let part = |name: &str| package[name].as_str().unwrap_or_default().to_owned();
+        used.contains(&format!("{} v{}", part("name"), part("version")))
+    };
+    let found: Vec<Value> = all.iter().filter(is_used).cloned().collect();
+    assert_eq!(found.len(), used.len(), "every package of the tree is described");
+    found
 }
 
 #[test]

@@ -26,7 +26,9 @@ pub fn example(status: &str) -> Option<Value> {
             let faults = Faults::one("/nodes/z/3/7", "expected a number, found the string \"n/a\"");
             return shown(Problem::invalid(faults));
         }
-        "429" => (Code::TooManyRequests, "Wait before the next request."),
+        "429" => {
+            (Code::TooManyRequests, "This caller makes more requests than the server allows it; try again after 1 s.")
+        }
         "500" => return shown(Problem::internal("")),
         "503" => (Code::Overloaded, "The queue of fits is full; try again after 1 s."),
         _ => return None,

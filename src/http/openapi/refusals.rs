@@ -29,6 +29,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
         (versioned && body, "422", "The request holds what cannot be accepted; `errors` points to every fault."),
         (listed, "422", "The limit or the cursor is not one."),
         (true, "422", "The query has a parameter that this operation has not, or one twice."),
+        (versioned, "429", "The caller makes too many requests; try again after `Retry-After` seconds."),
         (true, "500", "The fault is on the server's side; nothing was stored."),
         (true, "503", "Busy, or no answer in time; try again after `Retry-After` seconds."),
     ];
@@ -38,7 +39,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
         }
         let content = Content::new(Some(RefOr::Ref(Ref::from_schema_name("Problem"))));
         let mut response = ResponseBuilder::new().description(description).content("application/problem+json", content);
-        if status == "503" {
+        if matches!(status, "429" | "503") {
             let seconds = ObjectBuilder::new().schema_type(Type::Integer);
             let header = HeaderBuilder::new().schema(Some(seconds)).description(Some("Seconds to wait.")).build();
             response = response.header("Retry-After", header);

@@ -10,7 +10,6 @@ use std::{
 
 use tokio::{
     io::{AsyncRead, AsyncWrite, ReadBuf},
-    net::TcpStream,
     time::{Instant, Sleep},
 };
 
@@ -24,8 +23,8 @@ const HEAD: Duration = Duration::from_secs(10);
 const LINGER: Duration = Duration::from_secs(2);
 
 /// See the module's documentation.
-pub struct Socket {
-    stream: TcpStream,
+pub struct Socket<S> {
+    stream: S,
     slot: Arc<ConnectionSlot>,
     /// How long nothing may be taken from us.
     write_timeout: Duration,
@@ -37,8 +36,8 @@ pub struct Socket {
     ended: bool,
 }
 
-impl Socket {
-    pub fn new(stream: TcpStream, slot: Arc<ConnectionSlot>, write_timeout: Duration) -> Self {
+impl<S> Socket<S> {
+    pub fn new(stream: S, slot: Arc<ConnectionSlot>, write_timeout: Duration) -> Self {
         let head = Box::pin(tokio::time::sleep(HEAD));
         Socket { stream, slot, write_timeout, head, deadline: None, ended: false }
     }
@@ -65,7 +64,7 @@ impl Socket {
     }
 }
 
-impl AsyncRead for Socket {
+impl<S: AsyncRead + Unpin> AsyncRead for Socket<S> {
     fn poll_read(mut self: Pin<&mut Self>, cx: &mut Context<'_>, buffer: &mut ReadBuf<'_>) -> Poll<io::Result<()>> {
         let before = buffer.filled().len();
         let outcome = Pin::new(&mut self.stream).poll_read(cx, buffer);
@@ -87,7 +86,7 @@ impl AsyncRead for Socket {
     }
 }
 
-impl AsyncWrite for Socket {
+impl<S: AsyncRead + AsyncWrite + Unpin> AsyncWrite for Socket<S> {
     fn poll_write(mut self: Pin<&mut Self>, cx: &mut Context<'_>, bytes: &[u8]) -> Poll<io::Result<usize>> {
         let outcome = Pin::new(&mut self.stream).poll_write(cx, bytes);
         self.written(cx, outcome)

@@ -1,0 +1,190 @@
+//! Settings of the server, as flags and as environment variables. `flankfit serve --help` lists
+//! them all.
+
+mod address;
+mod digest;
+mod network;
+mod origin;
+mod tls;
+
+use std::{net::SocketAddr, num::NonZeroU32, time::Duration};
+
+use clap::{Args, ValueEnum};
+
+pub use address::parse_address;
+pub use digest::{Digest, Digests, parse_digests};
+pub use network::{Networks, parse_networks};
+pub use origin::{Origin, Origins, parse_origins};
+pub use tls::{ClientAuthentication, TlsSettings};
+
+/// How log lines look.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum LogFormat {
+    /// Human-readable lines.
+    Pretty,
+    /// One JSON object per line.
+    Json,
+}
+
+#[derive(Clone, Debug, Args)]
+pub struct ServeSettings {
+    /// Address (or name of this machine) and port to listen on, such as 0.0.0.0:8080 or
+    /// localhost:8080; port 0 takes any free one.
+    #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
+    pub bind: SocketAddr,
+    /// Address and port of a second listener, for /readyz and /metrics, which are then nowhere else
+    /// (/healthz is on both); plain HTTP.
+    #[arg(long, env = "FLANKFIT_OPS_BIND", value_parser = parse_address)]
+    pub ops_bind: Option<SocketAddr>,
+    #[command(flatten)]
+    pub tls: TlsSettings,
+    /// Networks (such as `10.1.0.0/16`, comma-separated) of proxies whose header `x-forwarded-for`
+    /// is believed.
+    #[arg(
+        long,
+        env = "FLANKFIT_TRUSTED_PROXIES",
+        default_value = "",
+        value_parser = parse_networks,
+        hide_default_value = true
+    )]
+    pub trusted_proxies: Networks,
+    /// Requests to /v1/… a second that each API key may make; without keys each client address.
+    /// Beyond it the answer is 429. Without it there is no limit.
+    #[arg(long, env = "FLANKFIT_RATE_LIMIT")]
+    pub rate_limit: Option<NonZeroU32>,
+    /// Requests that may come at once within the rate limit; as many as in a second if it is not
+    /// given.
+    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit")]
+    pub rate_burst: Option<NonZeroU32>,
+    /// Database of the gear jobs: sqlite://FILE.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
+    pub database_url: String,
+    /// Threads that compute fits; 0 means one per processor.
+    #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0)]
+    pub workers: usize,
+    /// Longest queue of requests that wait for a worker; beyond it the answer is 503.
+    #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024)]
+    pub queue: usize,
+    /// Largest request body in bytes, counted after decompression.
+    #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
+    pub body_limit: usize,
+    /// Memory in bytes for all request bodies (as sent, decompressed and parsed) and unsent
+    /// responses together. Beyond it requests are refused: 503, or 413 for one that needs more than
+    /// this alone.
+    #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30)]
+    pub body_memory: usize,
+    /// Seconds within which a request body must arrive (else 408).
+    #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60,
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub body_timeout: u64,
+    /// Seconds without progress after which a client that does not read its response is
+    /// disconnected.
+    #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30,
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub write_timeout: u64,
+    /// Most connections at a time; fewer if the limit on open files is lower. When all are in use,
+    /// the longest idle one is closed for a new client; if none is idle, the client waits.
+    #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096)]
+    pub max_connections: usize,
+    /// Seconds within which a request must be answered (else 503).
+    #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120,
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub request_timeout: u64,
+    /// Seconds from the signal to end until no connection is taken any more: until then the server
+    /// answers as ever, but says that it is not ready and lets connections end.
+    #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0)]
+    pub drain_delay: u64,
+    /// Seconds that a shutdown waits for accepted requests.
+    #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
+    pub shutdown_grace: u64,
+    /// SHA-256 digests (hexadecimal, comma-separated) of the accepted API keys; if empty, no key is
+    /// required.
+    #[arg(
+        long,
+        env = "FLANKFIT_API_KEYS_SHA256",
+        default_value = "",
+        value_parser = parse_digests,
+        hide_env_values = true,
+        hide_default_value = true
+    )]
+    pub api_keys_sha256: Digests,
+    /// Origins (such as `https://cell.example`, comma-separated) whose web pages may call this
+    /// server; if empty, only its own.
+    #[arg(
+        long,
+        env = "FLANKFIT_CORS_ORIGINS",
+        default_value = "",
+        value_parser = parse_origins,
+        hide_default_value = true
+    )]
+    pub cors_origins: Origins,
+    /// Format of the log lines on standard error.
+    #[arg(long, env = "FLANKFIT_LOG_FORMAT", value_enum, default_value_t = LogFormat::Pretty)]
+    pub log_format: LogFormat,
+    /// Log level: error, warn, info, debug, trace, or directives such as `info,sqlx=warn`.
+    #[arg(long, env = "FLANKFIT_LOG", default_value = "info")]
+    pub log: String,
+    /// Serve the interactive documentation at /docs.
+    #[arg(long, env = "FLANKFIT_DOCS", default_value_t = true, action = clap::ArgAction::Set)]
+    pub docs: bool,
+}
+
+impl ServeSettings {
+    /// The number of fit workers after `0` has been replaced by the number of processors.
+    pub fn worker_count(&self) -> usize {
+        match self.workers {
+            0 => std::thread::available_parallelism().map_or(1, |n| n.get()),
+            n => n,
+        }
+    }
+
+    pub fn body_timeout(&self) -> Duration {
+        Duration::from_secs(self.body_timeout)
+    }
+
+    pub fn write_timeout(&self) -> Duration {
+        Duration::from_secs(self.write_timeout)
+    }
+
+    pub fn request_timeout(&self) -> Duration {
+        Duration::from_secs(self.request_timeout)
+    }
+
+    pub fn drain_delay(&self) -> Duration {
+        Duration::from_secs(self.drain_delay)
+    }
+
+    pub fn shutdown_grace(&self) -> Duration {
+        Duration::from_secs(self.shutdown_grace)
+    }
+}
+
+impl Default for ServeSettings {
+    /// What an empty command line and an empty environment give.
+    fn default() -> Self {
+        ServeSettings {
+            bind: SocketAddr::from(([127, 0, 0, 1], 8080)),
+            database_url: "sqlite://flankfit.db".into(),
+            workers: 0,
+            queue: 1024,
+            body_limit: 256 * 1024 * 1024,
+            body_memory: 1 << 30,
+            body_timeout: 60,
+            write_timeout: 30,
+            max_connections: 4096,
+            request_timeout: 120,
+            drain_delay: 0,
+            ops_bind: None,
+            tls: TlsSettings::default(),
+            trusted_proxies: Networks::default(),
+            rate_limit: None,
+            rate_burst: None,
+            shutdown_grace: 30,
+            api_keys_sha256: Vec::new(),
+            cors_origins: Vec::new(),
+            log_format: LogFormat::Pretty,
+            log: "info".into(),
+            docs: true,
+        }
+    }
+}

@@ -1,0 +1,74 @@
+//! How many requests a caller may make, and how often a peer is told that it has no key.
+
+use std::num::NonZeroU32;
+
+use flankfit::config::{Digest, parse_networks};
+use sha2::Digest as _;
+
+use crate::harness::{CURVE, TestApp, send};
+
+fn digest(key: &str) -> Digest {
+    Digest(sha2::Sha256::digest(key).into())
+}
+
+#[tokio::test]
+async fn each_key_has_its_share_of_requests() {
+    let app = TestApp::start_with(|settings| {
+        settings.api_keys_sha256 = vec![digest("one"), digest("other")];
+        settings.rate_limit = NonZeroU32::new(1);
+        settings.rate_burst = NonZeroU32::new(3);
+    })
+    .await;
+    let fit = |key: &'static str| send(app.post("/v1/fits", CURVE).bearer_auth(key));
+    for _ in 0..3 {
+        assert_eq!(fit("one").await.status, 200);
+    }
+    let refused = fit("one").await;
+    refused.problem(429, "too_many_requests");
+    assert_eq!(refused.header("retry-after"), "1");
+    assert_eq!(fit("other").await.status, 200);
+    assert_eq!(send(app.get("/healthz")).await.status, 200);
+    tokio::time::sleep(std::time::Duration::from_millis(1100)).await;
+    assert_eq!(fit("one").await.status, 200);
+}
+
+#[tokio::test]
+async fn without_keys_addresses_count_which_trusted_proxies_name() {
+    let limits = |trusted: &'static str| {
+        TestApp::start_with(move |settings| {
+            settings.rate_limit = NonZeroU32::new(1);
+            settings.trusted_proxies = parse_networks(trusted).unwrap();
+        })
+    };
+    let behind = |app: &TestApp, client: &str| send(app.post("/v1/fits", CURVE).header("x-forwarded-for", client));
+    let trusting = limits("127.0.0.0/8").await;
+    assert_eq!(behind(&trusting, "192.0.2.1").await.status, 200);
+    behind(&trusting, "192.0.2.1").await.problem(429, "too_many_requests");
+    assert_eq!(behind(&trusting, "192.0.2.2").await.status, 200);
+    // what the client wrote before the proxy did is not believed
+    behind(&trusting, "192.0.2.3, 192.0.2.1").await.problem(429, "too_many_requests");
+    let other = limits("").await;
+    assert_eq!(behind(&other, "192.0.2.1").await.status, 200);
+    behind(&other, "192.0.2.2").await.problem(429, "too_many_requests");
+}
+
+#[tokio::test]
+async fn a_peer_that_guesses_is_held_up_and_a_good_key_is_not() {
+    let app = TestApp::start_with(|settings| settings.api_keys_sha256 = vec![digest("right")]).await;
+    let fit = |key: String| send(app.post("/v1/fits", CURVE).bearer_auth(key));
+    for k in 0..10 {
+        fit(format!("guess {k}")).await.problem(403, "forbidden");
+    }
+    let held = fit("guess 10".into()).await;
+    held.problem(429, "too_many_requests");
+    assert!(held.header("retry-after").parse::<u32>().is_ok_and(|seconds| (1..=6).contains(&seconds)));
+    assert_eq!(fit("right".into()).await.status, 200);
+    send(app.post("/v1/fits", CURVE)).await.problem(429, "too_many_requests");
+    let metrics = send(app.get("/metrics")).await.text;
+    for outcome in ["ok", "missing", "invalid", "none"] {
+        let line = format!("flankfit_auth_total{{outcome=\"{outcome}\"}}");
+        // other tests of this process have servers without keys
+        assert!(metrics.contains(&line) || outcome == "none", "{line}");
+    }
+    assert!(metrics.contains(r#"flankfit_shed_total{reason="refusals"}"#));
+}

@@ -1,0 +1,5 @@
+//! How clients come in: TLS, limits on callers, the listener for operation, draining.
+
+mod callers;
+mod draining;
+mod tls;

@@ -1,0 +1,196 @@
+//! The service over TLS, with clients of another hand than the server's own.
+
+use std::{fs, net::SocketAddr, path::PathBuf, sync::Arc, time::Duration};
+
+use flankfit::config::{ClientAuthentication, ServeSettings};
+use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
+use tokio::{
+    io::{AsyncReadExt, AsyncWriteExt},
+    net::TcpStream,
+};
+use tokio_rustls::{
+    TlsConnector,
+    client::TlsStream,
+    rustls::{
+        ClientConfig, ProtocolVersion, RootCertStore, SupportedProtocolVersion,
+        crypto::aws_lc_rs::default_provider,
+        pki_types::{CertificateDer, PrivateKeyDer, ServerName},
+        version::{TLS12, TLS13},
+    },
+};
+
+use crate::harness::{CURVE, TestApp};
+
+/// One that signs certificates, and the files of a server.
+struct Authority {
+    issuer: CertifiedIssuer<'static, KeyPair>,
+    directory: tempfile::TempDir,
+}
+
+/// Certificate and key.
+struct Pair {
+    certificate: rcgen::Certificate,
+    key: KeyPair,
+}
+
+impl Authority {
+    fn new() -> Self {
+        let mut params = CertificateParams::new(Vec::<String>::new()).unwrap();
+        params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        let issuer = CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap();
+        let authority = Authority { issuer, directory: tempfile::tempdir().unwrap() };
+        fs::write(authority.file("ca.pem"), authority.issuer.pem()).unwrap();
+        authority.install(&authority.sign("localhost"));
+        authority
+    }
+
+    fn file(&self, name: &str) -> PathBuf {
+        self.directory.path().join(name)
+    }
+
+    fn sign(&self, name: &str) -> Pair {
+        let key = KeyPair::generate().unwrap();
+        let certificate = CertificateParams::new([name.to_owned()]).unwrap().signed_by(&key, &self.issuer).unwrap();
+        Pair { certificate, key }
+    }
+
+    /// Gives the server another pair.
+    fn install(&self, pair: &Pair) {
+        fs::write(self.file("cert.pem"), pair.certificate.pem()).unwrap();
+        fs::write(self.file("key.pem"), pair.key.serialize_pem()).unwrap();
+    }
+
+    fn serve(&self, settings: &mut ServeSettings) {
+        settings.tls.certificate = Some(self.file("cert.pem"));
+        settings.tls.key = Some(self.file("key.pem"));
+    }
+
+    /// A client that trusts this authority.
+    fn client(&self, versions: &[&'static SupportedProtocolVersion], own: Option<&Pair>) -> TlsConnector {
+        let mut roots = RootCertStore::empty();
+        roots.add(self.issuer.der().clone()).unwrap();
+        let builder = ClientConfig::builder_with_provider(Arc::new(default_provider()));
+        let builder = builder.with_protocol_versions(versions).unwrap().with_root_certificates(roots);
+        let mut config = match own {
+            None => builder.with_no_client_auth(),
+            Some(pair) => {
+                let key = PrivateKeyDer::try_from(pair.key.serialize_der()).unwrap();
+                builder.with_client_auth_cert(vec![pair.certificate.der().clone()], key).unwrap()
+            }
+        };
+        config.alpn_protocols = vec![b"h2".to_vec(), b"http/1.1".to_vec()];
+        TlsConnector::from(Arc::new(config))
+    }
+}
+
+async fn connect(client: &TlsConnector, address: SocketAddr) -> std::io::Result<TlsStream<TcpStream>> {
+    let stream = TcpStream::connect(address).await?;
+    client.connect(ServerName::try_from("localhost").unwrap(), stream).await
+}
+
+async fn ask(stream: &mut TlsStream<TcpStream>, request: &str) -> std::io::Result<String> {
+    stream.write_all(request.as_bytes()).await?;
+    let mut answer = Vec::new();
+    stream.read_to_end(&mut answer).await?;
+    Ok(String::from_utf8_lossy(&answer).into_owned())
+}
+
+const HEALTH: &str = "GET /healthz HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n";
+
+#[tokio::test]
+async fn fits_are_the_same_over_both_versions_of_tls() {
+    let authority = Authority::new();
+    let plain = TestApp::start().await.fit(CURVE).await;
+    let app = TestApp::start_with(|settings| authority.serve(settings)).await;
+    let request = format!(
+        "POST /v1/fits HTTP/1.1\r\nhost: localhost\r\ncontent-type: application/json\r\ncontent-length: {}\r\n\
+         connection: close\r\n\r\n{CURVE}",
+        CURVE.len()
+    );
+    for (version, named) in [(&TLS12, ProtocolVersion::TLSv1_2), (&TLS13, ProtocolVersion::TLSv1_3)] {
+        let mut stream = connect(&authority.client(&[version], None), app.address).await.unwrap();
+        let (_, session) = stream.get_ref();
+        assert_eq!(session.protocol_version(), Some(named));
+        assert_eq!(session.alpn_protocol(), Some(&b"http/1.1"[..]));
+        let answer = ask(&mut stream, &request).await.unwrap();
+        assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+        assert!(answer.contains("strict-transport-security: max-age=31536000"), "{answer}");
+        assert!(answer.ends_with(&plain.text), "{answer}");
+    }
+}
+
+#[tokio::test]
+async fn who_does_not_speak_tls_gets_nothing() {
+    let authority = Authority::new();
+    let app = TestApp::start_with(|settings| authority.serve(settings)).await;
+    let mut stream = TcpStream::connect(app.address).await.unwrap();
+    stream.write_all(HEALTH.as_bytes()).await.unwrap();
+    let mut answer = Vec::new();
+    let _closed_or_reset = stream.read_to_end(&mut answer).await;
+    assert!(!answer.starts_with(b"HTTP"), "{answer:?}");
+}
+
+#[tokio::test]
+async fn clients_show_certificates_of_the_named_authorities() {
+    let (authority, stranger) = (Authority::new(), Authority::new());
+    let status = async |asked: ClientAuthentication, own: Option<&Pair>| {
+        let app = TestApp::start_with(|settings| {
+            authority.serve(settings);
+            settings.tls.client_authorities = Some(authority.file("ca.pem"));
+            settings.tls.client_authentication = asked;
+        })
+        .await;
+        // with TLS 1.3 the refusal comes when something is read
+        let client = authority.client(&[&TLS13], own);
+        let answer = async { ask(&mut connect(&client, app.address).await?, HEALTH).await };
+        answer.await.is_ok_and(|answer| answer.starts_with("HTTP/1.1 200"))
+    };
+    let (good, bad) = (authority.sign("cell-7.example"), stranger.sign("cell-7.example"));
+    assert!(status(ClientAuthentication::Required, Some(&good)).await);
+    assert!(!status(ClientAuthentication::Required, Some(&bad)).await);
+    assert!(!status(ClientAuthentication::Required, None).await);
+    assert!(status(ClientAuthentication::Optional, None).await);
+    assert!(status(ClientAuthentication::Optional, Some(&good)).await);
+    assert!(!status(ClientAuthentication::Optional, Some(&bad)).await);
+}
+
+#[tokio::test]
+async fn a_new_certificate_is_taken_without_losing_a_request() {
+    let authority = Authority::new();
+    let app = TestApp::start_with(|settings| authority.serve(settings)).await;
+    let client = authority.client(&[&TLS13], None);
+    let shown = async || {
+        let mut stream = connect(&client, app.address).await.unwrap();
+        let certificate: CertificateDer = stream.get_ref().1.peer_certificates().unwrap()[0].clone().into_owned();
+        assert!(ask(&mut stream, HEALTH).await.unwrap().starts_with("HTTP/1.1 200"));
+        certificate
+    };
+    let first = shown().await;
+    // half of a pair is not used
+    let next = authority.sign("localhost");
+    fs::write(authority.file("cert.pem"), next.certificate.pem()).unwrap();
+    for _ in 0..20 {
+        assert_eq!(shown().await, first);
+    }
+    authority.install(&next);
+    while shown().await == first {}
+    assert_eq!(shown().await, *next.certificate.der());
+}
+
+#[tokio::test]
+async fn stalled_handshakes_are_in_nobodys_way_and_end() {
+    let authority = Authority::new();
+    let app = TestApp::start_with(|settings| authority.serve(settings)).await;
+    let mut stalled = Vec::new();
+    for _ in 0..50 {
+        stalled.push(TcpStream::connect(app.address).await.unwrap());
+    }
+    let client = authority.client(&[&TLS12, &TLS13], None);
+    let mut stream = connect(&client, app.address).await.unwrap();
+    assert!(ask(&mut stream, HEALTH).await.unwrap().starts_with("HTTP/1.1 200"));
+    for mut stream in stalled {
+        let mut byte = [0];
+        let ended = tokio::time::timeout(Duration::from_secs(60), stream.read(&mut byte)).await;
+        assert!(matches!(ended, Ok(Ok(0) | Err(_))), "{ended:?}");
+    }
+}
