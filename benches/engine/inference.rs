@@ -6,8 +6,8 @@ use divan::Bencher;
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
     spec::{
-        Constraint, ConstraintKind, Degree, FilterAxis, Include, Kinds, Knots, Model, Places, PolynomialBasis, Predict,
-        Regularization, Terms,
+        Along, Constraint, ConstraintKind, Correlation, Degree, Errors, FilterAxis, Include, Kinds, Knots, Model,
+        NodeUncertainty, Places, PolynomialBasis, PositionKind, Predict, Regularization, Terms, Variance,
     },
 };
 
@@ -91,6 +91,54 @@ fn constrained_spline(bencher: Bencher, spans: usize) {
         ..FitSpec::new(Model::BSpline { degree: Degree::Both(3), knots: Knots::Spans(spans), weights: None })
     };
     bencher.bench_local(|| fit(divan::black_box(&nodes), &spec));
+}
+
+/// A flank grid of 225 nodes whose errors are as `change` says; `errors_independent` is there to
+/// compare with.
+fn run_errors(bencher: Bencher, change: impl Fn(&mut FitSpec)) {
+    let heights = places(15, 15).iter().map(|[u, v]| height(*u, *v)).collect();
+    let nodes = Nodes::grid(axis(5.97, 11.52, 15), axis(0.75, 14.25, 15), heights, None, None).expect("a full grid");
+    let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
+    let mut spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
+    change(&mut spec);
+    assert!(fit(&nodes, &spec).is_ok());
+    bencher.bench_local(|| fit(divan::black_box(&nodes), &spec));
+}
+
+fn along_lines(correlation: Correlation) -> Option<Errors> {
+    Some(Errors { correlation, along: Along::V, lines: None })
+}
+
+#[divan::bench]
+fn errors_independent(bencher: Bencher) {
+    run_errors(bencher, |_| {});
+}
+
+#[divan::bench]
+fn errors_ar1(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.errors = along_lines(Correlation::Ar1 { rho: None }));
+}
+
+#[divan::bench]
+fn errors_ar1_told(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.errors = along_lines(Correlation::Ar1 { rho: Some(0.6) }));
+}
+
+#[divan::bench]
+fn errors_matern(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.errors = along_lines(Correlation::Matern { parameters: None }));
+}
+
+#[divan::bench]
+fn variance_hc3(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.variance = Variance::Hc3);
+}
+
+#[divan::bench(args = ["measured", "nominal"])]
+fn positions(bencher: Bencher, kind: &str) {
+    let kind = Some(if kind == "measured" { PositionKind::Measured } else { PositionKind::Nominal });
+    let node_uncertainty = Some(NodeUncertainty { position: 0.05, height: 0.3, kind });
+    run_errors(bencher, |spec| spec.node_uncertainty = node_uncertainty);
 }
 
 #[divan::bench(args = [10, 1000])]

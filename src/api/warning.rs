@@ -2,7 +2,10 @@
 
 use std::borrow::Cow;
 
-use flankfit_engine::estimation::result::{Times, Warning};
+use flankfit_engine::{
+    estimation::result::{Times, Warning},
+    fault::words::Size,
+};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -37,9 +40,21 @@ pub fn sentence(warning: &Warning) -> String {
         ),
         Warning::NormLimitIsEstimate { norm, along, error } => format!(
             "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
-             from 0 ({along:.2e} with a standard error of {error:.1e}): bias_bound and sharp_bound hold for that r \
-             only; give coefficient_norm_limit"
+             from 0 ({along:.2e} with a standard error of {}): bias_bound and sharp_bound hold for that r only; give \
+             coefficient_norm_limit",
+            Size(*error)
         ),
+        Warning::NormLimitUnused => "coefficient_norm_limit shortens intervals of least squares with independent \
+                                     errors only: those of this fit do not use it, bias_bound and sharp_bound do"
+            .to_owned(),
+        Warning::NothingToCorrect => "there is no predicted_mse_corrected here: it is that of spectral schemes, ridge \
+                                      or Tikhonov (up to 200 coefficients) whose parameter is given or chosen by \
+                                      sums over the spectrum, with an estimate of the noise"
+            .to_owned(),
+        Warning::PriorWithoutNoise => "the heights lie on the model without any noise, against which the prior would \
+                                       be weighed: it was left aside, and least squares of these nodes is answered; \
+                                       tell noise_sigma"
+            .to_owned(),
         Warning::SigmaMissing(what) => format!(
             "{what} needs σ: there are as many coefficients as nodes, so give noise_sigma; least squares is answered"
         ),

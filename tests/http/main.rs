@@ -24,6 +24,7 @@ mod forms;
 mod gears;
 mod headers;
 mod jobs;
+mod left_out;
 mod limits;
 mod mutations;
 mod operation;

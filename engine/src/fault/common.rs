@@ -46,7 +46,7 @@ pub enum Common {
         positions: usize,
     },
     /// A deviation beyond what is measured.
-    #[error("{} is beyond {} µm", Shown(*.value), Shown(*.most))]
+    #[error("{} is beyond {} µm: check the unit", Shown(*.value), Shown(*.most))]
     DeviationBeyond {
         /// The deviation, µm.
         value: f64,
@@ -54,7 +54,7 @@ pub enum Common {
         most: f64,
     },
     /// A length beyond what is measured.
-    #[error("{} is beyond {} mm", Shown(*.value), Shown(*.most))]
+    #[error("{} is beyond {} mm: check the unit", Shown(*.value), Shown(*.most))]
     LengthBeyond {
         /// The length, mm.
         value: f64,

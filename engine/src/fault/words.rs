@@ -4,6 +4,9 @@
 
 use std::fmt;
 
+/// What a message says of a number beyond the range of double.
+const BEYOND: &str = "more than 1.8e308";
+
 /// A number in a message: in plain digits where that is short, else with an exponent. Nothing is
 /// rounded away.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -12,7 +15,23 @@ pub struct Shown(pub f64);
 impl fmt::Display for Shown {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let size = self.0.abs();
-        if size == 0.0 || (1e-5..1e15).contains(&size) { self.0.fmt(f) } else { fmt::LowerExp::fmt(&self.0, f) }
+        if size == f64::INFINITY {
+            f.write_str(if self.0 > 0.0 { BEYOND } else { "less than -1.8e308" })
+        } else if size == 0.0 || (1e-5..1e15).contains(&size) {
+            self.0.fmt(f)
+        } else {
+            fmt::LowerExp::fmt(&self.0, f)
+        }
+    }
+}
+
+/// A figure in a message of which only the size matters: to three digits.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Size(pub f64);
+
+impl fmt::Display for Size {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        rounded(self.0, 3).fmt(f)
     }
 }
 
@@ -89,8 +108,12 @@ mod tests {
         for (value, text) in [(0.799_66, "0.7997"), (123_456.7, "123500"), (-3.2e-7, "-3.2e-7"), (0.0, "0")] {
             assert_eq!(rounded(value, 4).to_string(), text);
         }
-        assert_eq!([f64::NAN, f64::INFINITY].map(|x| rounded(x, 4).to_string()), ["NaN", "inf"]);
-        assert_eq!(Shown(f64::INFINITY).to_string(), "inf");
+        assert_eq!([f64::NAN, f64::INFINITY].map(|x| rounded(x, 4).to_string()), ["NaN", "more than 1.8e308"]);
+        assert_eq!(Shown(f64::NEG_INFINITY).to_string(), "less than -1.8e308");
+        assert_eq!(
+            [12.345_6, 4.966e298, f64::INFINITY].map(|x| Size(x).to_string()),
+            ["12.3", "4.97e298", "more than 1.8e308"]
+        );
     }
 
     #[test]

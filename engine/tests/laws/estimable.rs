@@ -98,6 +98,8 @@ fn sentences_are_true_as_printed() {
             let (_, equation) = sum.sentence.split_once("known is ").unwrap();
             let (left, right) =
                 equation.replace('−', "-").split_once(" = ").map(|(l, r)| (l.to_owned(), r.to_owned())).unwrap();
+            let (right, level) = right.split_once(" with ").unwrap();
+            assert_eq!(level, "95 % confidence");
             let (value, half) = right.split_once(" ± ").unwrap();
             let (mut total, mut sign, mut weight) = (0.0, 1.0, 1.0);
             for word in left.split(' ') {

@@ -260,7 +260,4 @@ fn what_has_no_influences_says_why() {
     let robust = FitSpec { estimator: Estimator::LeastAbsolute, regularization: Regularization::None, ..linear() };
     let result = fit(&matrix(&x, &y, None), &with_influence(robust));
     assert!(result.influence.is_none() && warned(&result, "no_influence"));
-    let many = Nodes::curve((0..200_001).map(f64::from).collect(), vec![1.0; 200_001], None).unwrap();
-    let spec = with_influence(polynomial(Degree::Both(1), PolynomialBasis::Monomial));
-    assert!(flankfit_engine::estimation::fit(&many, &spec).is_err());
 }

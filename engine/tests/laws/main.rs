@@ -53,6 +53,7 @@ mod influence;
 mod intervals;
 mod large;
 mod least_condition;
+mod left_out;
 mod machines;
 mod near;
 mod near_curve;

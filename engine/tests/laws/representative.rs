@@ -7,7 +7,7 @@ use crate::{
 };
 use flankfit_engine::estimation::{
     self, Field, FitError, FitResult, Nodes, Recursive,
-    fault::{PriorReason, Reason, RegularizationReason},
+    fault::{Reason, RegularizationReason},
     spec::{
         Count, Criterion, DEFAULT_CONDITION_LIMIT, Degree, FitSpec, Include, Kinds, Model, Parameter, Piece, PieceOf,
         Places, PolynomialBasis, Predict, Regularization, Representative, Scaling, Scheme, Terms,
@@ -240,7 +240,7 @@ fn a_piece_has_to_be_of_the_model() {
     fit(&second, &with(&|_| {}));
     let none = Representative { of: PieceOf { iteration: Some(3), fit_id: None }, piece: None };
     let spec = FitSpec { regularization: Regularization::Representative(none), ..FitSpec::new(powers(3)) };
-    refused(&second, &spec, Field::PieceIteration, PriorReason::NoJob.into());
+    refused(&second, &spec, Field::PieceIteration, R::NoJob.into());
     let spec = FitSpec { scaling: Scaling::Standardized, ..with(&|_| {}) };
     refused(&second, &spec, Field::Scaling, R::PieceOfStandardized.into());
     refused(&second, &with(&|p| p.model = powers(4)), Field::PieceModel, R::OtherModel.into());

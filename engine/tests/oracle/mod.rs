@@ -8,5 +8,6 @@ pub mod coverage;
 pub mod design;
 pub mod errors;
 pub mod matrix;
+pub mod positions;
 pub mod random;
 pub mod spectral;

@@ -85,6 +85,10 @@ fn sentence(reason: &Reason) -> String {
         Reason::Model(ModelReason::LinearIsForMatrix) => "`linear` is for nodes of type `matrix`",
         Reason::Model(ModelReason::MatrixTakesLinear) => "nodes of type `matrix` take the model `linear`",
         Reason::Stream(StreamReason::LinearTakesMatrix) => "the model `linear` takes nodes of type `matrix`",
+        Reason::Stream(StreamReason::NoEarlierIterations) => {
+            "a stream does not look at earlier iterations: give `mean` with `std_error` or `covariance`, or refit its \
+             iteration with this `prior` when the stream is finished"
+        }
         Reason::Earlier { number, reason } => return format!("iteration {number}: {}", sentence(reason)),
         Reason::Prior(reason) => return of_prior(reason),
         Reason::Constraint(reason) => return of_constraint(reason),
@@ -106,6 +110,7 @@ fn of_regularization(reason: &RegularizationReason) -> String {
         PenalisedConstant => {
             "order 0 penalises the constant, which `standardized` leaves unpenalised: take another scaling or order"
         }
+        NoJob => "iterations are those of a job, and this request has none: give `piece`",
         NoGrandMean => "`efron_morris` shrinks to the grand mean, which these columns cannot make: give a target",
         RidgeOnly(criterion) => {
             return format!(
@@ -128,7 +133,8 @@ fn of_regularization(reason: &RegularizationReason) -> String {
 fn of_prior(reason: &PriorReason) -> String {
     let said = match reason {
         PriorReason::NoJob => {
-            "earlier iterations are those of a job, and there is none here: give `mean` with `std_error` or `covariance`"
+            "earlier iterations are those of a job, and this request has none: give `mean` with `std_error` or \
+             `covariance`"
         }
         PriorReason::FilterOnTop => {
             "with a `prior` nothing is regularised beside: it says how large coefficients are; leave `regularization` \

@@ -7,6 +7,7 @@
 
 pub(super) mod lines;
 pub(super) mod mixture;
+pub(super) mod position_spread;
 pub(super) mod positions;
 pub(super) mod process;
 pub(super) mod reason;

@@ -84,13 +84,16 @@ pub(super) fn conclude_with(
     warnings.extend(solved.correlated_residuals());
     let mut applied = solved.regularized(&mut warnings)?;
     solved.norm_limit(&mut applied, &mut warnings);
+    if spec.include.predicted_mse && applied.regularization.predicted_mse_corrected.is_none() {
+        warnings.push(Warning::NothingToCorrect);
+    }
     warnings.extend(frame.warnings.iter().cloned());
     let regularized = std::mem::take(&mut applied.spectrum);
     let spectrum = spectrum_report(&solved.spectrum, &frame.columns, regularized);
     let perturbation = solved.perturbation(spectrum.condition, applied.after.take(), &mut warnings);
     let correct_digits = solved.correct_digits(&applied, &mut warnings);
     let (covariance, predictions) = solved.forms(&applied, &mut warnings);
-    let influence = solved.influence(&applied, &mut warnings)?;
+    let influence = solved.influence(&applied, &mut warnings);
     let shape = solved.shape(&applied, &mut warnings);
     let estimable = solved.estimable(&applied);
     let values = applied.residuals.values.take();

@@ -110,7 +110,7 @@ impl Solved<'_> {
                 let size = group.iter().zip(&weights).map(|(&j, w)| (w * plain[j]).abs()).fold(0.0, f64::max);
                 let digits = digits_of_weights(size, half.unwrap_or(1e-6 * value.abs()));
                 EstimableSum {
-                    sentence: sentence(&terms, &weights, digits, value, half),
+                    sentence: sentence(&terms, &weights, digits, value, half.map(|half| (half, self.spec.level))),
                     terms,
                     weights,
                     value,
@@ -133,7 +133,8 @@ fn digits_of_weights(size: f64, half: f64) -> i32 {
 }
 
 /// The sum in words.
-fn sentence(terms: &[String], weights: &[f64], digits: i32, value: f64, half: Option<f64>) -> String {
+fn sentence(terms: &[String], weights: &[f64], digits: i32, value: f64, interval: Option<(f64, f64)>) -> String {
+    let half = interval.map(|(half, _)| half);
     let mut text = String::from("cannot be told apart, but known is ");
     text.insert_str(0, &format!("the coefficients of {} ", listed(terms)));
     for (k, (term, weight)) in terms.iter().zip(weights).take(NAMED).enumerate() {
@@ -153,8 +154,12 @@ fn sentence(terms: &[String], weights: &[f64], digits: i32, value: f64, half: Op
         text.push_str(" + …");
     }
     text.push_str(&format!(" = {}", Shown(rounded(value, digits_of_weights(value.abs(), half.unwrap_or(0.0)).max(6)))));
-    if let Some(half) = half {
-        text.push_str(&format!(" ± {}", Shown(rounded(half, 2))));
+    if let Some((half, level)) = interval {
+        text.push_str(&format!(
+            " ± {} with {} % confidence",
+            Shown(rounded(half, 2)),
+            Shown(rounded(100.0 * level, 6))
+        ));
     }
     text
 }

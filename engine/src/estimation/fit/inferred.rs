@@ -44,8 +44,8 @@ impl Solved<'_> {
         if let Some(outside) = predict.map(|asked| outside(self.linear.design, &asked.at)).filter(|count| *count > 0) {
             warnings.push(Warning::OutsideDomain(outside));
         }
-        let predictions = predict.map(|asked| predictions(&forms, asked, level));
-        (covariance, predictions)
+        let found = predict.map(|asked| predictions(&forms, asked, level));
+        (covariance, found.and_then(|found| with_places(found, predict.map_or(0, |asked| asked.at.count()), warnings)))
     }
 
     pub(super) fn forms_at<'b>(&'b self, applied: &'b Applied, level: f64) -> Forms<'b> {
@@ -164,6 +164,15 @@ impl Solved<'_> {
         };
         (0..applied.estimate.coefficients.len()).map(of).collect()
     }
+}
+
+/// The predictions, unless no place is left; a warning says which are not.
+fn with_places(found: Predictions, asked: usize, warnings: &mut Vec<Warning>) -> Option<Predictions> {
+    let Some(left) = &found.place_indices else { return Some(found) };
+    let mut kept = left.iter().copied().peekable();
+    let lost: Vec<usize> = (0..asked).filter(|k| kept.next_if_eq(k).is_none()).collect();
+    warnings.push(Warning::PlacesBeyondDouble { places: lost.iter().copied().take(10).collect(), count: lost.len() });
+    Some(found).filter(|found| !found.value.is_empty())
 }
 
 /// The noise by which a posterior was weighed.

@@ -12,8 +12,6 @@ use super::conclude::Solved;
 use crate::{
     estimation::{
         data::Sample,
-        error::FitError,
-        fault::{Faults, Field, InferenceReason},
         problem::{Evidence, Rows},
         regularized::{Applied, Form, LinearMap},
         result::{Influence, Warning},
@@ -31,13 +29,9 @@ const UNDETERMINED: f64 = 1e-10;
 /// the others, but for rounding.
 const EXACT_WITHOUT: f64 = 1e-12;
 
-/// Refuses influences that are too much work.
-fn check(nodes: usize, coefficients: usize) -> Result<(), Faults> {
-    let most = (MOST_PRODUCTS / (coefficients * coefficients).max(1)).min(MOST_NODES);
-    if nodes > most {
-        return Err(Faults::one(Field::Include, InferenceReason::InfluenceOfMany { nodes, most }));
-    }
-    Ok(())
+/// Nodes of so many coefficients at most.
+fn most(coefficients: usize) -> usize {
+    (MOST_PRODUCTS / (coefficients * coefficients).max(1)).min(MOST_NODES)
 }
 
 /// What one node has in Q's coordinates.
@@ -53,25 +47,25 @@ struct Share {
 
 impl Solved<'_> {
     /// What each node has a say in; `None` where it was not asked for or does not exist.
-    pub(super) fn influence(
-        &self,
-        applied: &Applied,
-        warnings: &mut Vec<Warning>,
-    ) -> Result<Option<Influence>, FitError> {
+    pub(super) fn influence(&self, applied: &Applied, warnings: &mut Vec<Warning>) -> Option<Influence> {
         if !self.spec.include.influence {
-            return Ok(None);
+            return None;
         }
-        let Evidence::Posted { sample, .. } = self.linear.evidence else { return Ok(None) };
+        let Evidence::Posted { sample, .. } = self.linear.evidence else { return None };
         if self.robust.is_some() {
             warnings.push(Warning::NoInfluenceOfRobust);
-            return Ok(None);
+            return None;
         }
         if !self.spectrum.full_rank() {
             warnings.push(Warning::NoInfluence);
-            return Ok(None);
+            return None;
         }
-        check(sample.count(), self.linear.design.size())?;
-        let Some(residuals) = applied.residuals.values.as_deref() else { return Ok(None) };
+        let (nodes, most) = (sample.count(), most(self.linear.design.size()));
+        if nodes > most {
+            warnings.push(Warning::InfluenceOfMany { nodes, most });
+            return None;
+        }
+        let residuals = applied.residuals.values.as_deref()?;
         let plain = match applied.map.is_identity() {
             true => residuals.to_vec(),
             false => self.linear.of_working(&self.least_squares.working, true).values.unwrap_or_default(),
@@ -92,7 +86,7 @@ impl Solved<'_> {
             let posted = lost.iter().take(10).map(|&k| sample.posted(k)).collect();
             warnings.push(Warning::FullLeverage { nodes: posted, count: lost.len() });
         }
-        Ok(Some(found))
+        Some(found)
     }
 
     fn shares(&self, map: &LinearMap, sample: &Sample) -> Vec<Share> {

@@ -12,6 +12,9 @@ impl Solved<'_> {
     /// aᵢ²/λᵢ)^½ / ‖Â‖` with t of one tail. In simulation it holds in 0.86 of the draws at worst
     /// where 0.95 is said, so it bounds nothing.
     pub(super) fn norm_limit(&self, applied: &mut Applied, warnings: &mut Vec<Warning>) {
+        if self.spec.coefficient_norm_limit.is_some() && (self.robust.is_some() || self.errors.is_some()) {
+            warnings.push(Warning::NormLimitUnused);
+        }
         let estimated = applied.bias.coefficient_norm_limit_source == NormLimitSource::Estimate;
         // without regularisation there is no bias to bound, with constraints r has no part in it
         if !estimated || applied.constraints.is_some() || applied.bounds.iter().all(|bound| *bound == 0.0) {

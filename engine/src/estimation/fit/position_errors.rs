@@ -1,19 +1,23 @@
 //! Fits of nodes whose positions are off: as weighted least squares at the positions that are
 //! likeliest, and on as any fit.
 
-use super::conclude::conclude;
+use super::conclude::conclude_with;
 use crate::estimation::{
     data::{Heights, Nodes, Sample},
     design::Design,
     diagnostics::within_range,
     error::{FitError, Unconverged},
-    error_model::positions::{Positions, Settled},
+    error_model::{
+        position_spread::{Scatter, scatter},
+        positions::{Positions, Settled},
+        spread::ErrorSpread,
+    },
     estimate::Frame,
     factor::Factor,
     fault::{ErrorsReason, Faults, Field},
     problem::{Evidence, LinearProblem},
-    result::{FitResult, PositionsReport},
-    spec::{Estimator, FitSpec, Model, NodeUncertainty, Prior},
+    result::{FitResult, HOLDING, PositionsReport, Warning},
+    spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
 };
 
 /// Numbers of a round: some seconds for all of them.
@@ -96,8 +100,18 @@ fn concluded(
     let frame = Frame::new(design, &factor, spec, heights.weight)?;
     let evidence = Evidence::Posted { sample: &sample, nodes: &moved };
     let linear = LinearProblem { design, factor: &factor, heights: heights.about_zero, evidence };
-    let mut result = conclude(&linear, &heights, spec, &frame, None)?;
     let uncertainty = spec.node_uncertainty;
+    let measured = uncertainty.filter(|told| told.kind == Some(PositionKind::Measured) && spec.prior.is_none());
+    let scattered =
+        measured.and_then(|told| scatter(design, &factor, &settled, told.position / told.height, spec.noise_sigma));
+    let warning = scattered.as_ref().and_then(|found| {
+        let figures = [found.share, found.bend, found.weights];
+        let beyond = figures.iter().zip(HOLDING).any(|(figure, most)| *figure > most);
+        beyond.then_some(Warning::PositionsUncertain { share: found.share, bend: found.bend, weights: found.weights })
+    });
+    let spread = scattered.map(|Scatter { root, .. }| ErrorSpread::new(root));
+    let mut result = conclude_with(&linear, &heights, spec, &frame, None, spread.as_ref())?;
+    result.warnings.extend(warning);
     result.positions = Some(PositionsReport {
         kind: uncertainty.and_then(|uncertainty| uncertainty.kind).unwrap_or_default(),
         rounds: settled.rounds,

@@ -74,22 +74,35 @@ pub(super) fn outside(design: &Design, at: &Places) -> usize {
     (0..at.count()).filter_map(|k| at.at(k)).filter(|place| beyond(u, place[0]) || beyond(v, place[1])).count()
 }
 
-/// Bands of `asked` at its places.
+/// Bands of `asked` at its places; those whose figures leave the range of double are left out.
 pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predictions {
     let n = forms.linear.design.size();
-    let places: Vec<[f64; 2]> = (0..asked.at.count()).filter_map(|k| asked.at.at(k)).collect();
+    let mut places: Vec<[f64; 2]> = (0..asked.at.count()).filter_map(|k| asked.at.at(k)).collect();
     let at =
         |along: Along| -> Vec<Estimated> { places.iter().asking(n * n).map(|&place| forms.at(place, along)).collect() };
-    let heights = match &asked.at {
+    let mut heights: Vec<Estimated> = match &asked.at {
         Places::Rows(rows) => rows.iter().asking(n * n).map(|row| forms.at_row(row)).collect(),
         _ => at(Along::Value),
     };
-    let slopes = match (asked.slopes, &asked.at) {
+    let mut slopes: Vec<Vec<Estimated>> = match (asked.slopes, &asked.at) {
         (false, _) | (true, Places::Rows(_)) => vec![],
-        (true, Places::Curve(_)) => vec![Along::U],
-        (true, _) => vec![Along::U, Along::V],
+        (true, Places::Curve(_)) => vec![at(Along::U)],
+        (true, _) => vec![at(Along::U), at(Along::V)],
     };
-    Predictions {
+    let kept: Vec<usize> =
+        (0..heights.len()).filter(|&k| is_finite(&heights[k]) && slopes.iter().all(|s| is_finite(&s[k]))).collect();
+    let all = kept.len() == heights.len();
+    if !all {
+        let mut next = kept.iter().copied().peekable();
+        let keeps: Vec<bool> = (0..heights.len()).map(|k| next.next_if_eq(&k).is_some()).collect();
+        retain(&mut heights, &keeps);
+        slopes.iter_mut().for_each(|found| retain(found, &keeps));
+        if !places.is_empty() {
+            retain(&mut places, &keeps);
+        }
+    }
+    let mut found = Predictions {
+        place_indices: (!all).then_some(kept),
         level,
         value: values(&heights),
         std_error: errors(&heights),
@@ -101,16 +114,29 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
             .and_then(|sigma| intervals(forms, &heights, sigma)),
         simultaneous: forms
             .noise
-            .filter(|_| asked.kinds.simultaneous)
+            .filter(|_| asked.kinds.simultaneous && !heights.is_empty())
             .and_then(|noise| simultaneous(forms, &heights, &places, &noise)),
         slopes: slopes
-            .into_iter()
-            .map(|along| {
-                let found = at(along);
-                Slopes { value: values(&found), std_error: errors(&found), confidence: intervals(forms, &found, 0.0) }
+            .iter()
+            .map(|found| Slopes {
+                value: values(found),
+                std_error: errors(found),
+                confidence: intervals(forms, found, 0.0),
             })
             .collect(),
-    }
+    };
+    found.retain_finite();
+    found
+}
+
+fn is_finite(one: &Estimated) -> bool {
+    let errors = [one.std_error, one.least_squares_error].into_iter().flatten();
+    errors.chain([one.value, one.bias_bound]).all(f64::is_finite)
+}
+
+fn retain<T>(list: &mut Vec<T>, kept: &[bool]) {
+    let mut kept = kept.iter();
+    list.retain(|_| kept.next().copied().unwrap_or(false));
 }
 
 fn values(found: &[Estimated]) -> Vec<f64> {

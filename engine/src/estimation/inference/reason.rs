@@ -34,14 +34,6 @@ pub enum InferenceReason {
     /// Abscissae asked of a surface.
     #[error("a surface is asked for at points or on a grid, not at abscissae of a curve")]
     OfSurface,
-    /// Influences of too many nodes.
-    #[error("influences of {nodes} nodes, more than the {most} that a fit with so many coefficients may be asked for")]
-    InfluenceOfMany {
-        /// Counted nodes.
-        nodes: usize,
-        /// Nodes at most.
-        most: usize,
-    },
     /// Points or abscissae asked of a measurement matrix.
     #[error("a measurement matrix has no places: it is asked for at rows of its columns")]
     OfMatrix,

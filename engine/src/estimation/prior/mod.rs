@@ -167,12 +167,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     let conflict = judged.then(|| conflict::conflict(&branches, noise.freedom));
     let mixture = Mixture::new(&branches);
     if !mixture.is_finite() {
-        let field = match prior {
-            Prior::Given { spread: PriorSpread::StdError(_), .. } => Field::PriorStdError,
-            Prior::Given { spread: PriorSpread::Covariance(_), .. } => Field::PriorCovariance,
-            Prior::Iterations(_) => Field::PriorIterations,
-        };
-        return Err(Faults::one(field, PriorReason::BeyondDouble).into());
+        return Err(beyond_double(prior).into());
     }
     let ratio = ratios.map(|sizes| {
         let square: f64 = sizes.iter().zip(&mixture.weights).map(|(q, weight)| weight * q * q).sum();
@@ -180,6 +175,16 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     });
     let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
     Ok(Some(Outcome { noise, conflict, ratio, posterior }))
+}
+
+/// What a prior says beside these nodes is beyond doubles.
+pub(crate) fn beyond_double(prior: &Prior) -> Faults {
+    let field = match prior {
+        Prior::Given { spread: PriorSpread::StdError(_), .. } => Field::PriorStdError,
+        Prior::Given { spread: PriorSpread::Covariance(_), .. } => Field::PriorCovariance,
+        Prior::Iterations(_) => Field::PriorIterations,
+    };
+    Faults::one(field, PriorReason::BeyondDouble)
 }
 
 /// σ that was given, or that of all residuals together.

@@ -7,7 +7,7 @@ use crate::fault::words::{Shown, counted, entries};
 #[non_exhaustive]
 pub enum PriorReason {
     /// Iterations where there is no job that has them.
-    #[error("earlier iterations are those of a job, and there is none here: give mean and spread")]
+    #[error("earlier iterations are those of a job, and this request has none: give mean and spread")]
     NoJob,
     /// A regularisation beside a prior.
     #[error("with a prior nothing is regularised beside: it says how large coefficients are, take `none`")]

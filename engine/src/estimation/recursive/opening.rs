@@ -11,7 +11,7 @@ use crate::estimation::{
     design::{self, Boxes, Design, bounding_box, product_on},
     fit::{asked_models, check_predictions},
     regularized::{check_admissible, criterion_field},
-    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis},
+    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis, Prior},
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -40,6 +40,9 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     }
     if spec.node_uncertainty.is_some_and(|uncertainty| uncertainty.kind.is_some()) {
         faults.push(Field::PositionKind, ErrorsReason::PositionsExact);
+    }
+    if matches!(spec.prior, Some(Prior::Iterations(_))) {
+        faults.push(Field::PriorIterations, StreamReason::NoEarlierIterations);
     }
     asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
     check_domain(spec, &mut faults);

@@ -15,6 +15,12 @@ pub enum StreamReason {
     /// Constraints on the shape.
     #[error("a stream is estimated without constraints; refit its iteration with them")]
     NoConstraints,
+    /// A prior of earlier iterations.
+    #[error(
+        "a stream does not look at earlier iterations: give mean and spread, or refit its iteration with this prior \
+         when the stream is finished"
+    )]
+    NoEarlierIterations,
     /// Filters of heights.
     #[error("a stream has no neighbours to filter by; refit its iteration with filters")]
     NoFilters,

@@ -20,7 +20,7 @@ use crate::{
         estimate::Estimate,
         factor::multiply_upper_vector,
         fault::{Faults, Field, PriorReason},
-        prior::{Current, Mixture, Outcome, weigh},
+        prior::{Current, Mixture, Outcome, beyond_double, weigh},
         result::{BiasReport, NormLimitSource, PriorReport, Regularized, RegularizedSpectrum, UsedCorrection, Warning},
         selection::Rule,
         spec::{Moves, Prior},
@@ -34,6 +34,11 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
     let Context { spec, linear, least_squares, .. } = *context;
     if !context.spectrum.full_rank() {
         return Err(Faults::one(Field::Prior, PriorReason::Undetermined).into());
+    }
+    let given = matches!(prior, Prior::Given { .. });
+    if given && spec.noise_sigma.is_none() && context.degrees_of_freedom > 0 && least_squares.rss == 0.0 {
+        warnings.push(Warning::PriorWithoutNoise);
+        return plain(context, prior, None, warnings);
     }
     let columns = caller_columns(linear.factor);
     let mut coefficients = least_squares.working.clone();
@@ -56,7 +61,11 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
         Some(mixture) => {
             let posterior = Posterior::new(context, &current, mixture, outcome.noise.sigma);
             context.warn_of_missing(Regularized::Posterior, false, warnings);
-            posterior.applied(context, prior, &outcome)
+            match posterior.applied(context, prior, &outcome) {
+                Ok(applied) if is_finite(&applied) => Ok(applied),
+                Ok(_) | Err(FitError::NotConverged(Unconverged::SingularValues)) => Err(beyond_double(prior).into()),
+                Err(other) => Err(other),
+            }
         }
         None => {
             if let Some(conflict) = outcome.conflict {
@@ -65,6 +74,14 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
             plain(context, prior, Some(&outcome), warnings)
         }
     }
+}
+
+/// Whether doubles hold what follows from nodes and prior together.
+fn is_finite(applied: &Applied) -> bool {
+    let bias = &applied.bias;
+    let figures = [applied.rss, bias.norm, bias.sharp_bound, bias.coefficient_norm_limit];
+    let lists = [&applied.bounds, &applied.estimate.coefficients, &applied.spectrum.eigenvalues];
+    figures.iter().chain(lists.into_iter().flatten()).all(|x| x.is_finite())
 }
 
 /// Least squares of the nodes alone.

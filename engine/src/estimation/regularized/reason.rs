@@ -49,6 +49,9 @@ pub enum RegularizationReason {
         /// The highest one.
         highest: usize,
     },
+    /// A piece of an iteration where there is no job.
+    #[error("iterations are those of a job, and this request has none: give the piece itself")]
+    NoJob,
     /// A representative piece for standardised columns.
     #[error("a representative piece is of columns that are not standardised, which its matrix B is added to")]
     PieceOfStandardized,
@@ -119,7 +122,7 @@ pub enum RegularizationReason {
     #[error("James–Stein needs three directions to shrink; there are {0} here (the grand mean takes one)")]
     FewDirections(usize),
     /// A truncation to none, or to more than there are.
-    #[error("{rank} of {there} {of} in the scaled columns: at least 1, at most all")]
+    #[error("{}", rank_in_words(*.rank, *.there, *.of))]
     Rank {
         /// How many are to be kept.
         rank: usize,
@@ -196,4 +199,12 @@ pub enum RegularizationReason {
     /// A criterion of other regularisations.
     #[error("{} is not for this regularisation", .0.name())]
     Criterion(Criterion),
+}
+
+/// Why `rank` of `there` directions cannot be kept.
+fn rank_in_words(rank: usize, there: usize, of: RankOf) -> String {
+    match there {
+        0 => "every column is 0 at these nodes: there is no direction that could be kept".to_owned(),
+        _ => format!("{rank} of {there} {of} in the scaled columns: at least 1, at most all"),
+    }
 }

@@ -22,7 +22,7 @@ use crate::{
         error::{FitError, Unconverged},
         estimate::Estimate,
         factor::multiply_upper_vector,
-        fault::{Faults, Field, PriorReason},
+        fault::{Faults, Field},
         problem::{Evidence, matrix_b},
         result::{RegularizationKind, RegularizationReport, Regularized, RepresentativeReport, Warning},
         selection::Rule,
@@ -42,7 +42,7 @@ const ALIKE: f64 = 0.95;
 /// Refuses a piece that is not of the model, or none.
 pub(super) fn check(asked: &Representative, design: &Design, spec: &FitSpec) -> Result<(), Faults> {
     let Some(piece) = &asked.piece else {
-        return Err(Faults::one(Field::PieceIteration, PriorReason::NoJob));
+        return Err(Faults::one(Field::PieceIteration, RegularizationReason::NoJob));
     };
     let mut faults = Faults::default();
     if spec.scaling == Scaling::Standardized {
@@ -112,7 +112,7 @@ pub(super) fn apply(
 ) -> Result<Applied, FitError> {
     let Context { spec, linear, columns, spectrum, least_squares, .. } = *context;
     let Some(piece) = &asked.piece else {
-        return Err(Faults::one(Field::PieceIteration, PriorReason::NoJob).into());
+        return Err(Faults::one(Field::PieceIteration, RegularizationReason::NoJob).into());
     };
     if !spectrum.full_rank() {
         return Err(Faults::one(Field::Regularization, RegularizationReason::PieceUndetermined).into());

@@ -48,7 +48,7 @@ pub struct Interval {
     /// Student's interval about least squares, where this one is bias-aware or of a posterior and
     /// least squares has one.
     pub least_squares: Option<[f64; 2]>,
-    /// Its width over that of least squares, where a norm limit or a prior was given and least
-    /// squares has one.
+    /// What was gained: its width as a share of that of least squares, where a norm limit or a
+    /// prior was given and least squares has one.
     pub gain: Option<f64>,
 }

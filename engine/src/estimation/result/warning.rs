@@ -1,12 +1,13 @@
 //! What must be known of an answer: as data, with a stable code and a sentence.
 
 use super::{
+    positions::HOLDING,
     prior::PriorConflict,
-    warning_parts::{NeedsSigma, Regularized, Times},
+    warning_parts::{NeedsSigma, Regularized, ShapeBound, Times},
 };
 use crate::{
     estimation::spec::Along,
-    fault::words::{Shown, counted, listed},
+    fault::words::{Shown, Size, counted, listed},
 };
 
 /// Something that the reader of an answer must know.
@@ -64,8 +65,8 @@ pub enum Warning {
     /// r is the norm of an estimate that is not distinguishable from 0 where it matters most.
     #[error(
         "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
-         from 0 ({along:.2e} with a standard error of {error:.1e}): the bounds of the bias hold for that r only; give \
-         the limit of the norm"
+         from 0 ({along:.2e} with a standard error of {}): the bounds of the bias hold for that r only; give \
+         the limit of the norm", Size(*.error)
     )]
     NormLimitIsEstimate {
         /// ‖Â‖.
@@ -206,8 +207,8 @@ pub enum Warning {
     },
     /// The estimate of a stream.
     #[error(
-        "an estimate of a stream keeps sums only: the largest residual, single residuals and the rows of B are given \
-         when the stream is finished"
+        "an estimate of a stream keeps sums only: the largest residual, single residuals, influences and the rows of B \
+         are given when the stream is finished"
     )]
     NodesNotKept,
     /// A stream that forgets.
@@ -280,6 +281,66 @@ pub enum Warning {
          perturbation bounds know of the positions"
     )]
     PositionsAsExact,
+    /// Positions that are measured so badly that what follows from small errors does not hold.
+    #[error(
+        "positions are so uncertain that intervals may hold less often than they say: {:.0} % of what the nodes tell \
+         of some sum of the coefficients is scatter of the positions (up to {:.0} % intervals hold), the bend of the \
+         fit within that scatter shifts coefficients by {bend:.1} standard errors (up to {:.1}), and weights are \
+         uncertain by {:.0} % (up to {:.0} %): measure positions better, or fit a lower degree",
+        100.0 * .share.min(1.0), 100.0 * HOLDING[0], HOLDING[1], 100.0 * .weights, 100.0 * HOLDING[2]
+    )]
+    PositionsUncertain {
+        /// The share of the information along the direction that has most of it.
+        share: f64,
+        /// In standard errors.
+        bend: f64,
+        /// Relative standard error.
+        weights: f64,
+    },
+    /// A limit of the norm that has no part in the intervals.
+    #[error(
+        "the limit of the norm shortens intervals of least squares with independent errors only: those of this fit do \
+         not use it, bounds on the bias do"
+    )]
+    NormLimitUnused,
+    /// A predicted error that nothing corrects.
+    #[error(
+        "there is no corrected predicted error here: it is that of a matrix B, ridge or Tikhonov (up to 200 \
+         coefficients) whose parameter is given or chosen by sums over the spectrum, with an estimate of the noise"
+    )]
+    NothingToCorrect,
+    /// Influences of too many nodes.
+    #[error(
+        "influences of {nodes} nodes are left out: a fit with so many coefficients has them for up to {most} nodes"
+    )]
+    InfluenceOfMany {
+        /// Counted nodes.
+        nodes: usize,
+        /// Nodes at most.
+        most: usize,
+    },
+    /// Places whose figures are beyond the range of double.
+    #[error(
+        "{} left out of the predictions (number {}{}, from 0): figures there leave the range of double precision",
+        counted(*.count, "place is", "places are"),
+        .places.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+        if .places.len() < *.count { ", …" } else { "" }
+    )]
+    PlacesBeyondDouble {
+        /// The places in the order asked for, ten at most.
+        places: Vec<usize>,
+        /// How many there are.
+        count: usize,
+    },
+    /// A prior that there is no noise to weigh against.
+    #[error(
+        "the heights lie on the model without any noise, against which the prior would be weighed: it was left aside, \
+         and least squares of these nodes is answered; give the noise, σ"
+    )]
+    PriorWithoutNoise,
+    /// The estimated shape of a distribution at an end of its range.
+    #[error("the likeliest {0}: it is no estimate, and the errors are probably of another distribution")]
+    ShapeAtBound(ShapeBound),
     /// Influences of nodes whose errors are not white.
     #[error(
         "leverages and residuals without a node are those of independent errors of one variance: with this model of \
@@ -349,8 +410,8 @@ pub enum Warning {
     },
     /// Nodes that contradict the prior.
     #[error(
-        "the nodes contradict the prior: e'S⁻¹e/n is {:.3}, which has the probability {:.1e} where it holds; it was \
-         let go, and least squares of these nodes is answered", .0.statistic, .0.p
+        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has the probability {:.1e} where it holds; it was \
+         let go, and least squares of these nodes is answered", Size(.0.statistic), .0.p
     )]
     PriorConflict(PriorConflict),
     /// A model that was chosen by the nodes it is fitted to.
@@ -378,65 +439,4 @@ pub enum Warning {
         counted(*.0, "place", "places")
     )]
     ConstraintsActive(usize),
-}
-
-impl Warning {
-    /// The stable code.
-    pub fn code(&self) -> &'static str {
-        use Warning::*;
-        match self {
-            NoDegreesOfFreedom => "no_degrees_of_freedom",
-            RankDeficient { .. } | NoSpectralSchemes { .. } => "rank_deficient",
-            InfiniteInflation(_) => "vif_infinite",
-            BeyondDouble(_) => "beyond_double",
-            FewDigits(_) => "few_digits",
-            NoRegularizedPerturbation => "no_regularized_perturbation",
-            NoRelativeError => "no_relative_error",
-            PerturbationUnbounded => "perturbation_unbounded",
-            NormLimitBelowEstimate { .. } => "norm_limit_below_estimate",
-            NormLimitIsEstimate { .. } => "norm_limit_is_estimate",
-            NoLambda | NoLambdaOf(_) => "no_lambda_curve",
-            MatrixBIsSpectral | MatrixBOfStandardized | MatrixBNeedsNodes => "no_matrix_b",
-            NoRidgeTrace => "no_ridge_trace",
-            AttractedEntirely => "attracted_entirely",
-            TargetOfConstantUnused => "target_of_constant_unused",
-            DiscrepancyNotReached(_) => "discrepancy_not_reached",
-            SigmaMissing(_) => "criterion_unavailable",
-            WorseThanLeastSquares(_) => "worse_than_least_squares",
-            WeightsNotConverged { .. } | NewtonNotConverged { .. } | SimplexStopped(_) | DispersionStopped => {
-                "not_converged"
-            }
-            SumNotUnique | DispersionNotUnique => "not_unique",
-            ExactFit { .. } => "exact_fit",
-            NoScale => "no_scale",
-            FilteredNoise => "filtered_noise",
-            FilterNotConverged { .. } => "filter_not_converged",
-            FilteredColumnsDependent => "filtered_columns_dependent",
-            FilteredColumnsNotExamined => "filtered_columns_not_examined",
-            FilteringRaisesCollinearity { .. } => "filtering_raises_collinearity",
-            NodesNotKept => "nodes_not_kept",
-            Forgetting { .. } => "forgetting",
-            ConditionUnknown => "condition_unknown",
-            CriterionNotReached => "criterion_not_reached",
-            EmptySpans { .. } => "empty_spans",
-            NoStandardErrors(_) => "no_standard_errors",
-            DependentLevels(_) => "dependent_columns",
-            NoNoise => "no_noise",
-            NoPredictions => "no_predictions",
-            NoInfluence | NoInfluenceOfRobust | NoInfluenceOfErrors => "no_influence",
-            PositionsAsExact => "positions_as_exact",
-            NoCorrectedError => "no_corrected_error",
-            NoPredictionIntervals => "no_prediction_intervals",
-            FullLeverage { .. } => "full_leverage",
-            NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
-            OutsideDomain(_) => "outside_domain",
-            CorrelatedResiduals { .. } => "correlated_residuals",
-            PriorConflict(_) => "prior_conflict",
-            PostSelection(_) => "post_selection",
-            NoEarlierIterations => "no_earlier_iterations",
-            PieceMisaligned(_) => "representative_misaligned",
-            NoPieceToGive => "no_representative",
-            ConstraintsActive(_) => "constraints_active",
-        }
-    }
 }

@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use crate::estimation::spec::Criterion;
+use crate::{estimation::spec::Criterion, fault::words::Shown};
 
 /// A regularisation that lacks what others have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -65,6 +65,24 @@ impl fmt::Display for Times {
             factor if factor < 1e4 => write!(f, "{factor:.2} times"),
             factor if factor.is_finite() => write!(f, "{factor:.1e} times"),
             _ => f.write_str("infinitely many times"),
+        }
+    }
+}
+
+/// The shape of a distribution at an end of its range.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ShapeBound {
+    /// Degrees of freedom of Student's distribution.
+    Freedom(f64),
+    /// The exponent of the generalised normal distribution.
+    Exponent(f64),
+}
+
+impl fmt::Display for ShapeBound {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            ShapeBound::Freedom(nu) => write!(f, "ν is {}, the least that there is", Shown(*nu)),
+            ShapeBound::Exponent(p) => write!(f, "exponent is {}, an end of its range", Shown(*p)),
         }
     }
 }

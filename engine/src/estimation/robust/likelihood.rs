@@ -34,7 +34,7 @@ use super::{
 use crate::{
     estimation::{
         error::FitError,
-        result::{LikelihoodReport, LocalSolution, Warning},
+        result::{LikelihoodReport, LocalSolution, ShapeBound, Warning},
         spec::Distribution,
     },
     numerics::{
@@ -68,16 +68,27 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
         _ => problem.generalized(shape),
     };
     let (m, n) = (rows.count(), rows.n);
-    let (shape, found, inside) = match shape {
-        Some(shape) => (shape, at(shape)?, false),
-        None => likeliest(range, distribution, n, at)?,
+    let tau = |shape: f64, found: &AtShape| match distribution {
+        Distribution::Student { .. } => student_tau(shape, &found.residuals, found.scale, n),
+        _ => generalized_tau(shape, found, n),
+    };
+    let (shape, found, inside, tau) = match shape {
+        Some(shape) => {
+            let found = at(shape)?;
+            let tau = tau(shape, &found);
+            (shape, found, false, tau)
+        }
+        None => likeliest(range, distribution, n, at, tau)?,
     };
     let count = m as f64;
     let jacobian: f64 = (0..m).map(|k| 0.5 * libm::log(measured.sample.w(k))).sum();
-    let tau = found.tau.filter(|_| m > n);
+    let tau = tau.filter(|_| m > n);
+    let bound = at_bound(distribution, shape);
+    let weights = weights(distribution, shape, &found);
     let mut warnings = found.warnings;
     let settled = exact::settled(Some(found.scale), tau, &found.residuals, problem.largest, &mut warnings);
-    let weights = settled.weights.unwrap_or(found.weights);
+    let weights = settled.weights.unwrap_or(weights);
+    warnings.extend(bound.filter(|_| settled.dispersion.is_some()).map(Warning::ShapeAtBound));
     let known = settled.dispersion.is_some();
     Ok(Outcome {
         solved: Solved::Step(found.x),
@@ -100,32 +111,56 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
     })
 }
 
+/// An estimated shape at an end of its range, but ν at its upper end: there errors are normal.
+fn at_bound(distribution: Distribution, shape: f64) -> Option<ShapeBound> {
+    match distribution {
+        Distribution::Student { freedom: None } => {
+            (shape <= Distribution::FREEDOM[0]).then_some(ShapeBound::Freedom(shape))
+        }
+        Distribution::GeneralizedNormal { exponent: None } => {
+            let [low, high] = Distribution::EXPONENT;
+            (shape <= low || shape >= high).then_some(ShapeBound::Exponent(shape))
+        }
+        _ => None,
+    }
+}
+
+/// What is left of each node's weight.
+fn weights(distribution: Distribution, shape: f64, found: &AtShape) -> Vec<f64> {
+    let r = &found.residuals;
+    if let Distribution::Student { .. } = distribution {
+        return r.iter().map(|r| shape / (shape + (r / found.scale).powi(2))).collect();
+    }
+    let scale = median_abs(r) / NORMAL_QUARTILE;
+    r.iter().asking(50).map(|r| libm::pow((r.abs() / scale).max(1.0), shape.min(2.0) - 2.0)).collect()
+}
+
 /// The estimate at one shape.
 struct AtShape {
     x: Vec<f64>,
     residuals: Vec<f64>,
     scale: f64,
-    /// τ.
-    tau: Option<f64>,
+    /// 1/f(0), of least absolute deviations.
+    sparsity: Option<f64>,
     log_likelihood: f64,
     /// Derivative of the profile likelihood by the shape, divided by m.
     slope: f64,
     /// m times the asymptotic variance of an estimated shape.
     shape_variance: f64,
-    weights: Vec<f64>,
     convex: bool,
     converged: bool,
     iterations: usize,
     warnings: Vec<Warning>,
 }
 
-/// The shape of greatest likelihood, the estimate there, and whether it lies inside the range.
+/// The shape of greatest likelihood, the estimate there, whether it lies inside the range, and τ.
 fn likeliest(
     [low, high]: [f64; 2],
     distribution: Distribution,
     n: usize,
     at: impl Fn(f64) -> Result<AtShape, FitError>,
-) -> Result<(f64, AtShape, bool), FitError> {
+    tau: impl Fn(f64, &AtShape) -> Option<f64>,
+) -> Result<(f64, AtShape, bool, Option<f64>), FitError> {
     let place = |i: usize| low * libm::pow(high / low, i as f64 / (PLACES - 1) as f64);
     let mut best = 0;
     let scan: Vec<AtShape> = (0..PLACES).map(|i| at(place(i))).collect::<Result<_, _>>()?;
@@ -140,20 +175,30 @@ fn likeliest(
     let inside = ends[0].1 > 0.0 && ends[1].1 < 0.0;
     let shape =
         if inside { root(ends, |shape| 1e-12 * shape, slope).unwrap_or_else(|| place(best)) } else { place(best) };
-    let mut found = at(shape)?;
+    let found = at(shape)?;
+    let mut own = tau(shape, &found);
     if matches!(distribution, Distribution::GeneralizedNormal { .. }) {
-        found.tau = found.tau.map(|tau| total_variance(&scan, &found, n).map_or(tau, f64::sqrt));
+        let parts = scan.iter().enumerate().map(|(i, other)| (place(i), other));
+        own = own.map(|own| total_variance(parts, &found, n, tau).map_or(own, f64::sqrt));
     }
-    Ok((shape, found, inside))
+    Ok((shape, found, inside, own))
 }
 
 /// Mean over the scan, weighed by likelihood, of τ² and of the squared way from `found` in each of
 /// the n directions; `None` where nothing of it is known.
-fn total_variance(scan: &[AtShape], found: &AtShape, n: usize) -> Option<f64> {
+fn total_variance<'a>(
+    scan: impl Iterator<Item = (f64, &'a AtShape)>,
+    found: &AtShape,
+    n: usize,
+    tau: impl Fn(f64, &AtShape) -> Option<f64>,
+) -> Option<f64> {
     let (mut weights, mut sum) = (0.0, 0.0);
-    for other in scan {
+    for (shape, other) in scan {
         let weight = libm::exp(other.log_likelihood - found.log_likelihood);
-        let Some(tau) = other.tau.filter(|_| weight.is_finite()) else { continue };
+        if !(weight > 0.0 && weight.is_finite()) {
+            continue;
+        }
+        let Some(tau) = tau(shape, other) else { continue };
         let away: f64 = other.x.iter().zip(&found.x).map(|(a, b)| (a - b).powi(2)).sum();
         weights += weight;
         sum += weight * (tau * tau + away / n as f64);
@@ -213,11 +258,10 @@ impl Problem<'_> {
             * (trigamma(0.5 * nu) - trigamma(0.5 * (nu + 1.0)) - 2.0 * (nu + 5.0) / (nu * (nu + 1.0) * (nu + 3.0)));
         let warnings = if converged { Vec::new() } else { vec![Warning::WeightsNotConverged { iterations, reached }] };
         Ok(AtShape {
-            weights: u2.iter().map(|u2| nu / (nu + u2)).collect(),
             log_likelihood: count * (constant - libm::log(s) - 0.5 * (nu + 1.0) * logs),
             slope,
             shape_variance: 1.0 / (of_shape - mixed * mixed / of_scale),
-            tau: student_tau(nu, &r, s, *n),
+            sparsity: None,
             scale: s,
             x,
             residuals: r,
@@ -230,26 +274,23 @@ impl Problem<'_> {
 
     fn generalized(&self, p: f64) -> Result<AtShape, FitError> {
         let count = self.rows.count() as f64;
-        let n = self.rows.n;
-        let (x, r, iterations, converged, warnings, tau) = if p == 1.0 {
+        let (x, r, iterations, converged, warnings, sparsity) = if p == 1.0 {
             let fit = least_absolute::at(0.5, self.rows)?;
             let warnings = fit.warnings();
-            let tau = fit.sparsity.map(|sparsity| 0.5 * sparsity);
-            (fit.vertex.x, fit.residuals, fit.vertex.steps, fit.vertex.optimal, warnings, tau)
+            (fit.vertex.x, fit.residuals, fit.vertex.steps, fit.vertex.optimal, warnings, fit.sparsity)
         } else {
             let walk = lp::minimise(p, self.rows, self.largest);
             let warnings = walk.warnings();
-            let scale = median_abs(&walk.residuals) / NORMAL_QUARTILE;
-            let tau = lp::dispersion(p, &walk.residuals, walk.residuals.len(), n, scale);
-            (walk.x, walk.residuals, walk.iterations, walk.converged, warnings, tau)
+            (walk.x, walk.residuals, walk.iterations, walk.converged, warnings, None)
         };
         let largest = r.iter().map(|r| r.abs()).fold(f64::MIN_POSITIVE, f64::max);
-        let share = self.mean(r.iter().asking(50).map(|r| libm::pow(r.abs() / largest, p)));
+        let powers: Vec<f64> = r.iter().asking(50).map(|r| libm::pow(r.abs() / largest, p)).collect();
+        let share = self.mean(powers.iter().copied());
         let a = largest * libm::pow(p * share, 1.0 / p);
         let alpha = 1.0 / p;
         // T ln T of T = (|r|/a)^p
-        let entropy = self.mean(r.iter().asking(50).map(|r| {
-            let t = libm::pow(r.abs() / a, p);
+        let entropy = self.mean(powers.iter().asking(20).map(|power| {
+            let t = power / (p * share);
             if t > 0.0 { t * libm::log(t) } else { 0.0 }
         }));
         let constant = libm::log(0.5 * p) - libm::lgamma(alpha);
@@ -257,15 +298,12 @@ impl Problem<'_> {
         let (first, second) = (digamma(alpha + 1.0), digamma(alpha + 2.0));
         let of_entropy = alpha * (alpha + 1.0) * (trigamma(alpha + 2.0) + second * second) - (alpha * first).powi(2);
         let mixed = alpha * (alpha + 1.0) * second - alpha * alpha * first;
-        let scale = median_abs(&r) / NORMAL_QUARTILE;
-        let weight = |r: &f64| libm::pow((r.abs() / scale).max(1.0), p.min(2.0) - 2.0);
         Ok(AtShape {
-            weights: r.iter().asking(50).map(weight).collect(),
             log_likelihood: count * (constant - libm::log(a) - alpha),
             slope: alpha + digamma(alpha) * alpha * alpha - entropy / p,
             // Var(T ln T)/p² less the square of −Cov(T, T ln T)/a over p/a²
             shape_variance: 1.0 / (of_entropy / (p * p) - mixed * mixed / p),
-            tau,
+            sparsity,
             scale: a,
             x,
             residuals: r,
@@ -275,6 +313,15 @@ impl Problem<'_> {
             warnings,
         })
     }
+}
+
+/// τ of the estimate at one exponent.
+fn generalized_tau(p: f64, found: &AtShape, n: usize) -> Option<f64> {
+    if p == 1.0 {
+        return found.sparsity.map(|sparsity| 0.5 * sparsity);
+    }
+    let r = &found.residuals;
+    lp::dispersion(p, r, r.len(), n, median_abs(r) / NORMAL_QUARTILE)
 }
 
 /// τ of Student's estimate, by Huber's formula for M-estimators (1981, section 7.6).

@@ -30,9 +30,18 @@ const FINE: f64 = 1e-10;
 /// A last step that moves no residual by more than this share of the largest is one that stands
 /// still.
 const STILL: f64 = 1e-10;
-/// ε falls by this factor; slowly where p is so near 1 that residuals follow it all the way down.
+/// From here on residuals do not follow ε all the way down: one value need not be settled before
+/// the next.
+const EASY: f64 = 1.1;
+
+/// ε falls by this factor; the slower the nearer p is to 1, where tiny residuals follow it all the
+/// way down.
 fn fall(p: f64) -> f64 {
-    if p < 1.1 { 0.75 } else { 0.5 }
+    match p {
+        _ if p < EASY => 0.75,
+        _ if p < 1.4 => 0.5,
+        _ => 0.25,
+    }
 }
 
 /// The coefficients of least sum, as a step from least squares.
@@ -64,20 +73,19 @@ pub(super) fn minimise(p: f64, rows: &Rows, highest: f64) -> Walk {
     let (mut iterations, mut reached, mut converged) = (0, 0.0, true);
     if largest > f64::EPSILON * highest && p != 2.0 {
         loop {
-            let loss = |r: &[f64]| -> f64 {
-                r.iter().asking(50).map(|r| (r / largest).hypot(epsilon / largest).powf(p)).sum()
-            };
-            let mut here = loss(&r);
+            let smoothed = |r: &[f64]| Smoothed::new(p, epsilon / largest, largest, r);
+            let mut here = smoothed(&r);
             let mut last = f64::INFINITY;
             converged = false;
+            let passing = p >= EASY && epsilon > floor;
             for _ in 0..STEPS {
                 cancel::checkpoint();
                 iterations += 1;
-                let Some((step, decrement)) = newton(p, epsilon, largest, rows, &r) else { break };
+                let Some((step, decrement)) = here.newton(rows, &r) else { break };
                 // near the answer the sum has no digits left to tell steps by: Newton's own measure
                 // goes on falling
-                let fine = decrement <= FINE * here;
-                if decrement <= 1e-30 * here || fine && decrement > 0.25 * last {
+                let fine = decrement <= FINE * here.sum;
+                if decrement <= 1e-30 * here.sum || fine && decrement > 0.25 * last {
                     converged = fine;
                     break;
                 }
@@ -85,14 +93,24 @@ pub(super) fn minimise(p: f64, rows: &Rows, highest: f64) -> Walk {
                 let along: Vec<f64> = rows.q.chunks_exact(n).asking(n).map(|q| dot(q, &step)).collect();
                 let mut length = 1.0;
                 let mut next = moved(&r, &along, length);
-                while !fine && length > 1e-12 && loss(&next) >= here - 1e-4 * length * decrement {
+                let settled = fine && passing;
+                let mut there = if settled { None } else { Some(smoothed(&next)) };
+                while let Some(found) = &there
+                    && !fine
+                    && length > 1e-12
+                    && found.sum >= here.sum - 1e-4 * length * decrement
+                {
                     length *= 0.5;
                     next = moved(&r, &along, length);
+                    there = Some(smoothed(&next));
                 }
                 reached = length * along.iter().map(|a| a.abs()).fold(0.0, f64::max) / largest;
-                here = loss(&next);
                 r = next;
                 x.iter_mut().zip(&step).for_each(|(x, d)| *x += length * d);
+                match there {
+                    Some(found) => here = found,
+                    None => break,
+                }
             }
             // for p near 1 tiny residuals carry whole duals: there it ends when nothing moves any
             // more
@@ -137,36 +155,47 @@ fn moved(r: &[f64], along: &[f64], length: f64) -> Vec<f64> {
     r.iter().zip(along).map(|(r, a)| r - length * a).collect()
 }
 
-/// Newton's step of the smoothed sum, in heights divided by `largest`, and what it promises to gain
-/// (doubled).
-fn newton(p: f64, epsilon: f64, largest: f64, rows: &Rows, r: &[f64]) -> Option<(Vec<f64>, f64)> {
-    let e = epsilon / largest;
-    let slope = |u: f64| {
-        let size = u.hypot(e);
-        p * size.powf(p - 2.0)
-    };
-    let curvature: Vec<f64> = r
-        .iter()
-        .asking(100)
-        .map(|r| {
-            let u = r / largest;
-            let share = u / u.hypot(e);
-            slope(u) * (1.0 + (p - 2.0) * share * share)
-        })
-        .collect();
-    let target: Vec<f64> = r.iter().zip(&curvature).asking(100).map(|(r, h)| slope(r / largest) * r / h).collect();
-    let step = weighted_solution(rows.n, &rows.q, &curvature, &target)?;
-    let decrement = rows
-        .q
-        .chunks_exact(rows.n)
-        .zip(&curvature)
-        .asking(rows.n)
-        .map(|(q, h)| {
-            let along = dot(q, &step) / largest;
-            h * along * along
-        })
-        .sum();
-    Some((step, decrement))
+/// The smoothed sum at one place, in heights divided by `largest`.
+struct Smoothed {
+    p: f64,
+    /// ε.
+    epsilon: f64,
+    largest: f64,
+    /// `(r² + ε²)^{(p−2)/2}` of each residual: all that takes a power.
+    powers: Vec<f64>,
+    sum: f64,
+}
+
+impl Smoothed {
+    fn new(p: f64, epsilon: f64, largest: f64, r: &[f64]) -> Self {
+        let squared = |r: f64| (r / largest).powi(2) + epsilon * epsilon;
+        let half = 0.5 * (p - 2.0);
+        let powers: Vec<f64> = r.iter().asking(50).map(|&r| squared(r).powf(half)).collect();
+        let sum = powers.iter().zip(r).map(|(power, &r)| power * squared(r)).sum();
+        Smoothed { p, epsilon, largest, powers, sum }
+    }
+
+    /// Newton's step, and what it promises to gain (doubled).
+    fn newton(&self, rows: &Rows, r: &[f64]) -> Option<(Vec<f64>, f64)> {
+        let Smoothed { p, epsilon, largest, .. } = *self;
+        let square = epsilon * epsilon;
+        let share = |u: f64| 1.0 + (p - 2.0) * (u * u / (u * u + square));
+        let curvature: Vec<f64> =
+            r.iter().zip(&self.powers).asking(20).map(|(r, power)| p * power * share(r / largest)).collect();
+        let target: Vec<f64> = r.iter().asking(20).map(|r| r / share(r / largest)).collect();
+        let step = weighted_solution(rows.n, &rows.q, &curvature, &target)?;
+        let decrement = rows
+            .q
+            .chunks_exact(rows.n)
+            .zip(&curvature)
+            .asking(rows.n)
+            .map(|(q, h)| {
+                let along = dot(q, &step) / largest;
+                h * along * along
+            })
+            .sum();
+        Some((step, decrement))
+    }
 }
 
 /// τ. The mean of `|r|^{p−2}` hangs on the smallest residuals and has no variance for p ≤ 1.5, so

@@ -36,6 +36,7 @@ mod rank;
 pub(super) mod reason;
 mod rows;
 mod scale;
+mod spacing;
 mod spread;
 mod vertex;
 

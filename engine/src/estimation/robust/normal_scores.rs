@@ -18,8 +18,9 @@
 use super::{
     exact,
     outcome::{Along, Measured, Outcome, Solved},
-    rank::{Free, constant, sparsity_at_median, tau},
+    rank::{Free, constant},
     rows::{Rows, dot},
+    spacing::{sparsity_at_median, tau},
 };
 use crate::{
     estimation::{

@@ -23,6 +23,7 @@ use super::{
     outcome::{Along, Measured, Outcome, Solved},
     rows::{Rows, dot},
     scale::{median, median_abs},
+    spacing::{pairs_within, sparsity_at_median, tau},
     vertex::{self, Lines},
 };
 use crate::{
@@ -381,18 +382,6 @@ fn ends(sorted: &[f64], width: f64) -> Vec<usize> {
         .collect()
 }
 
-/// Pairs of an ascending list that are no further apart than `width`.
-fn pairs_within(sorted: &[f64], width: f64) -> usize {
-    let (mut low, mut count) = (0, 0);
-    for high in (0..sorted.len()).asking(2) {
-        while sorted[high] - sorted[low] > width {
-            low += 1;
-        }
-        count += high - low;
-    }
-    count
-}
-
 /// Pairs within a window of an order, and the linear rest.
 struct Round {
     rows: Vec<f64>,
@@ -439,49 +428,4 @@ impl Round {
             r[k as usize] >= largest
         })
     }
-}
-
-/// τ of the standard errors, from ascending residuals; `None` where residuals are all equal or too
-/// few.
-pub(super) fn tau(r: &[f64], n: usize) -> Option<f64> {
-    let m = r.len();
-    if m <= n + 1 || m < 3 {
-        return None;
-    }
-    let pairs = m as f64 * (m - 1) as f64 / 2.0;
-    // share of pairs no further apart than y
-    let share = |y: f64| pairs_within(r, y) as f64 / pairs;
-    let range = r[m - 1] - r[0];
-    if range <= 0.0 {
-        return None;
-    }
-    let (mut low, mut high) = (0.0, range);
-    for _ in 0..60 {
-        let middle = 0.5 * (low + high);
-        if share(middle) >= 0.8 { high = middle } else { low = middle }
-    }
-    // a window that shrinks with the number of nodes, and holds at least as many pairs as a vertex
-    // ties
-    let mut width = high / (m as f64).sqrt();
-    let least = (2 * n + 1) as f64 / pairs;
-    while share(width) < least && width < range {
-        width *= 1.5;
-    }
-    let density = share(width) / (2.0 * width);
-    let correction = (m as f64 / (m - n) as f64).sqrt();
-    let tau = correction / (12f64.sqrt() * density);
-    (tau.is_finite() && tau > 0.0).then_some(tau)
-}
-
-/// 1/f(0) of ascending residuals about their median, over the middle of them that a normal law
-/// would put within ±1/√m of its σ.
-pub(super) fn sparsity_at_median(r: &[f64], n: usize) -> Option<f64> {
-    let m = r.len();
-    if m <= n + 1 {
-        return None;
-    }
-    let half = ((m as f64).sqrt().ceil() as usize).max(1);
-    let (low, high) = (((m - 1) / 2).saturating_sub(half), (m / 2 + half).min(m - 1));
-    let size = (r[high] - r[low]) * m as f64 / (high - low) as f64 * (m as f64 / (m - n) as f64).sqrt();
-    (size > 0.0 && size.is_finite()).then_some(size)
 }

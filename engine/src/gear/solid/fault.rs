@@ -41,8 +41,8 @@ pub enum SolidReason {
         teeth: u32,
     },
     /// A rim that ends on the wrong side of the root circle.
-    #[error("a rim from {} mm; it ends {side} the root circle, which has {} mm", Shown(*.diameter), Shown(*.root),
-        side = if *.internal { "outside of" } else { "within" })]
+    #[error("the rim would end at a diameter of {} mm: {side} the root circle, {} mm", Shown(*.diameter),
+        Shown(*.root), side = if *.internal { "choose one larger than" } else { "choose one smaller than" })]
     Rim {
         /// The diameter asked for.
         diameter: f64,

@@ -25,8 +25,11 @@ answer! {
     /// fastest).
     #[schema(as = Predictions)]
     pub struct PredictionsBody from Predictions {
-        level, value, std_error, bias_bound, confidence, prediction, simultaneous, slopes,
+        place_indices, level, value, std_error, bias_bound, confidence, prediction, simultaneous, slopes,
     } {
+        /// The place (from 0, as asked for) of each entry; present when some were left out because
+        /// their figures leave the range of double precision (warning `beyond_double`).
+        place_indices?: Vec<usize> = place_indices,
         /// Level of the bands.
         level: f64 = level,
         /// Heights of the estimate.

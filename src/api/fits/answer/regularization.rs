@@ -73,7 +73,9 @@ answer! {
         predicted_mse_corrected?: f64 = predicted_mse_corrected,
         /// Present for `representative`.
         representative?: RepresentativeResultBody = representative,
-        /// Least squares, the criterion asked for and those that cost nothing, side by side.
+        /// Least squares, the criterion asked for and those that cost nothing, side by side. Of
+        /// Tikhonov with more than 64 coefficients `min_condition` stands here only where it was
+        /// asked for, or with `lambda_curve`.
         choices: Vec<ChoiceBody> = choices,
     }
 }

@@ -220,6 +220,7 @@ impl Maker {
 
     fn predictions(&mut self) -> Predictions {
         Predictions {
+            place_indices: self.there().then(|| vec![0, 2]),
             level: 0.95,
             value: self.numbers(),
             std_error: self.there().then(|| self.numbers()),
