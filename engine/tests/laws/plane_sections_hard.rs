@@ -4,6 +4,7 @@
 use std::f64::consts::PI;
 
 use flankfit_engine::geometry::{
+    BSplineBasis,
     space::{Dimension, Vector},
     surface::{
         BSplineSurface, BezierSurface, SurfaceShape,
@@ -283,7 +284,7 @@ fn flat_contact_is_told() {
 #[test]
 fn a_part_in_the_plane() {
     let heights = [0.0, 0.0, 0.0, 0.0, 1.0, 1.0].map(|z| Vector::new(z, 0.0, 0.0)).to_vec();
-    let knots = |knots: &[f64]| flankfit_engine::geometry::BSplineBasis::new(1, knots.to_vec()).unwrap();
+    let knots = |knots: &[f64]| BSplineBasis::new(1, knots.to_vec()).unwrap();
     let bases = [knots(&[0., 0., 1., 2., 2.]), knots(&[0., 0., 1., 1.])];
     let roof = BSplineSurface::new(bases, Dimension::Graph, heights, None).unwrap();
     let found = level(&roof, 0.0);
@@ -293,4 +294,25 @@ fn a_part_in_the_plane() {
     assert!(!above.coincident);
     assert_eq!(lengths(&above), [1.0]);
     close(above.curves[0].points[0].point.x, 1.25, 1e-15);
+}
+
+/// Weights that nearly vanish make the parameters stand still at the sides.
+#[test]
+fn parameters_that_nearly_stand_still() {
+    let basis = BSplineBasis::uniform(2, 1, 0.0, 1.0).unwrap();
+    let point = |k: usize| Vector::new((k / 3) as f64, (k % 3) as f64, ((k / 3) * (k % 3)) as f64);
+    for light in [0.1, 1e-2, 1e-4, 1e-6] {
+        let weight = |k: usize| if k.is_multiple_of(2) && k != 4 { 1.0 } else { light };
+        let points = (0..9).map(point).collect();
+        let bases = [basis.clone(), basis.clone()];
+        let surface = BSplineSurface::new(bases, Dimension::Space, points, Some((0..9).map(weight).collect())).unwrap();
+        for offset in [0.5, 0.9999, 1.0] {
+            let found = level(&surface, offset);
+            assert!(!found.curves.is_empty() || !found.unresolved.is_empty(), "{light} {offset}");
+            for curve in &found.curves {
+                curve.shape().unwrap();
+                assert!(curve.points.iter().all(|point| (point.point.z - offset).abs() < 1e-12));
+            }
+        }
+    }
 }

@@ -14,7 +14,7 @@ pub enum SectionFault {
         most: usize,
     },
     /// A surface so small or so large that products of its derivatives leave the range of double.
-    #[error("surfaces are cut whose coordinates and parameters reach over {SMALLEST:e} to {LARGEST:e}")]
+    #[error("the surface is a point, or its coordinates or parameters are not within {SMALLEST:e} to {LARGEST:e}")]
     OutOfRange,
     /// More pieces of the surface than are looked at.
     #[error("the surface has {given} pieces between its knots; sections are found of up to {most}")]

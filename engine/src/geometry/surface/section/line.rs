@@ -108,7 +108,7 @@ pub(super) fn line(field: &Field<'_>, chain: &Chain, size: f64, how: Description
         let how = Description { tolerance: how.tolerance.max(FINEST * size), ..how };
         piece(field, [&pair[0], &pair[1]], (how, ONE_PLACE * size), DEEPEST, &mut line)?;
     }
-    Ok(Traced::Line(line))
+    Ok(if line.points.len() > 1 { Traced::Line(line) } else { Traced::OnePlace })
 }
 
 /// More places than are allowed.
@@ -220,6 +220,10 @@ fn piece(
         return Err(TooMany);
     }
     let start = line.points.last().map_or(0.0, |last| last.length);
+    // two places that are one
+    if start + length <= start {
+        return Ok(());
+    }
     line.points.push(SectionPoint { length: start + length, ..*b });
     let rounding = middle.map_or(0.0, |middle| middle.rounding);
     line.error = line.error.max(error + rounding);

@@ -10,7 +10,7 @@ use super::{
     field::{Field, Kind},
     heights::Heights,
     join::{joined, without_twins},
-    line::{Description, Line, TooMany, Traced, line},
+    line::{Description, Line, SectionPoint, TooMany, Traced, line},
     march::pieces,
     near::distinct,
     plane::Plane,
@@ -110,7 +110,7 @@ impl<'a> Sections<'a> {
             // a loop that is one place
             .filter(|line| !(line.closed && line.points.last().is_none_or(|last| last.length <= near)))
             .map(|Line { points, closed, touching, error }| SectionCurve {
-                points,
+                points: ascending(points),
                 closed,
                 tangential: touching,
                 error,
@@ -118,6 +118,18 @@ impl<'a> Sections<'a> {
             .collect();
         Ok(found)
     }
+}
+
+/// Without places that rounding of the length has made one with the place before; the end stays.
+fn ascending(points: Vec<SectionPoint>) -> Vec<SectionPoint> {
+    let mut kept: Vec<SectionPoint> = Vec::with_capacity(points.len());
+    for point in points {
+        while kept.len() > 1 && kept.last().is_some_and(|last| last.length >= point.length) {
+            kept.pop();
+        }
+        kept.push(point);
+    }
+    kept
 }
 
 /// What a smooth rectangle holds of the section.
