@@ -79,7 +79,7 @@ impl Tls {
         Ok(Some(Arc::new(tls)))
     }
 
-    /// Agrees on keys with a client, within [`HANDSHAKE`].
+    /// Agrees on keys with a client, which may take ten seconds.
     pub async fn accept(&self, stream: TcpStream) -> io::Result<TlsStream<TcpStream>> {
         let acceptor = self.current.read().unwrap_or_else(PoisonError::into_inner).acceptor.clone();
         match timeout(HANDSHAKE, acceptor.accept(stream)).await {

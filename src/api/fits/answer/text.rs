@@ -24,18 +24,22 @@ pub fn write(
 /// The text of an answer. What grows with the nodes or with the square of the coefficients is
 /// written only where it is included.
 pub fn write_answer(answer: &FitAnswer<'_>, include: Include) -> Result<Vec<u8>, NotFinite> {
-    let FitResult { coefficients, residuals, robust, matrix_b, .. } = answer.result;
-    let n = coefficients.len();
-    let values = residuals.values.as_ref().map_or(0, Vec::len)
-        + robust.as_ref().filter(|_| include.robust_weights).map_or(0, |report| report.weights.len())
-        + matrix_b.as_ref().map_or(0, |rows| rows.len() * n);
-    // About what the text takes, so that it is laid once: some 20 bytes a number.
-    let squares = if include.collinearity { 3 * n * n } else { 0 };
-    let mut json = Json::with_capacity(4096 + 22 * (squares + 24 * n + values));
+    let mut json = Json::with_capacity(room(answer.result, include));
     let mut object = json.object();
     FieldsAs::<FitResultBody>::fields_as(answer, &mut object, &include);
     object.end();
     json.finish()
+}
+
+/// A little more than the text takes, so that it is laid once: some 20 bytes a number.
+fn room(result: &FitResult, include: Include) -> usize {
+    let FitResult { coefficients, residuals, robust, matrix_b, .. } = result;
+    let n = coefficients.len();
+    let values = residuals.values.as_ref().map_or(0, Vec::len)
+        + robust.as_ref().filter(|_| include.robust_weights).map_or(0, |report| report.weights.len())
+        + matrix_b.as_ref().map_or(0, |rows| rows.len() * n);
+    let squares = (3 * usize::from(include.collinearity) + usize::from(include.covariance)) * n * n;
+    4096 + 22 * (squares + 34 * n + values)
 }
 
 #[cfg(test)]

@@ -22,8 +22,8 @@ use flankfit_engine::estimation::{
         TermKey, Warning,
     },
     spec::{
-        Action, Count, Criterion, Distribution, Domain, Filter, Hampel, NodeUncertainty, Parameter, Regularization,
-        Scaling, Scheme, Start,
+        Action, Count, Criterion, Degree, Distribution, Domain, Filter, Hampel, Model, NodeUncertainty, Parameter,
+        PolynomialBasis, Regularization, Scaling, Scheme, Start, Terms,
     },
 };
 use flankfit_engine::numerics::distribution::Student;
@@ -36,6 +36,24 @@ mod errors;
 mod prior;
 #[path = "text_tests_selection.rs"]
 mod selection_made;
+
+/// Laid again, a text costs as much as a twentieth of a small fit.
+#[test]
+fn the_usual_answer_is_laid_once() {
+    for degree in 1..=5 {
+        let axis = |count: i32| (0..count).map(f64::from).collect::<Vec<_>>();
+        let heights = (0..63).map(|k| f64::from(k * k % 17) / 7.0).collect();
+        let nodes = Nodes::grid(axis(7), axis(9), heights, None, None).unwrap();
+        let model =
+            Model::Polynomial { degree: Degree::Both(degree), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
+        for include in [Include::default(), Include { collinearity: true, covariance: true, ..Include::default() }] {
+            let spec = FitSpec { include, ..FitSpec::new(model.clone()) };
+            let result = estimation::fit(&nodes, &spec).unwrap();
+            let text = write(&result, None, "", include).unwrap();
+            assert!(text.len() <= room(&result, include), "{degree}: {} of {}", text.len(), room(&result, include));
+        }
+    }
+}
 
 const ALL: Include = Include {
     residuals: true,
