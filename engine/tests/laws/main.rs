@@ -24,6 +24,7 @@ mod flank_errors;
 mod gear_correction;
 mod gear_correction_compare;
 mod gear_correction_errors;
+mod gear_correction_figures;
 mod gear_correction_limits;
 mod gear_correction_loop;
 mod gear_correction_machine;

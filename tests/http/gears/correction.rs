@@ -279,6 +279,14 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
     let told = send(app.get(&path)).await.json();
     are(&told["answer"]["figures"], [3.0, 2.0, 1.5, 1.0, -4.0], 1e-6);
     assert_eq!(told["answer"]["verdict"], "weaker", "{}", told["answer"]["sentence"]);
+    let slope = &told["answer"]["figure_changes"]["profile_slope"];
+    for (name, want) in [("before", 6.0), ("measured", 3.0), ("change", -3.0)] {
+        assert!((slope[name]["value_um"].as_f64().unwrap() - want).abs() < 1e-6, "{name} {slope}");
+        let [low, high] = [0, 1].map(|end| slope[name]["interval_um"][end].as_f64().unwrap());
+        assert!(low <= want + 1e-6 && want - 1e-6 <= high, "{name} {slope}");
+    }
+    let [low, high] = [0, 1].map(|end| told["answer"]["response_ratio_interval"][end].as_f64().unwrap());
+    assert!(low < 0.5 && 0.5 < high && high < 1.0, "{}", told["answer"]);
     // a matrix may speak of any nodes
     let matrix = send(app.post(&path, json!({"sensitivity": sensitivity()}).to_string())).await.json();
     assert_eq!(matrix["predicted"].get("figures"), None);

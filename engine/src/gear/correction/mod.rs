@@ -29,7 +29,7 @@ pub mod problem;
 mod rounding;
 pub mod solution;
 
-pub use compare::{Answer, Comparison, Verdict, compare};
+pub use compare::{Answer, Comparison, FigureChange, Verdict, compare, compare_figures};
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
 pub use limits::Limit;
 pub use problem::{Correction, CorrectionSpec, ResponseErrors, Setting};

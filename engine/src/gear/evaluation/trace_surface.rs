@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::{
     Position, Posted,
     contradiction::{Contradiction, contradiction},
-    flank_surface::{Figure, FlankFigures, Remainder, Sample, TERMS, through},
+    flank_surface::{EstimatedFigure, Figure, FlankFigures, Remainder, Sample, TERMS, through},
     flank_traces::{FlankTraces, flank_traces, ranges},
     limits::{Inference, ToleranceLimits},
     noise::EstimatedVariance,
@@ -331,7 +331,7 @@ pub fn figures_of_traces(
     ranges: [[f64; 2]; 2],
     gear: &Gear,
     side: Side,
-) -> Option<FlankFigures> {
+) -> Option<FlankFigures<EstimatedFigure>> {
     let frame = Frame { roll: ranges[0], z: ranges[1], outward: gear.outward() };
     let inside = |x: f64, [low, high]: [f64; 2]| x >= low - super::EDGE && x <= high + super::EDGE;
     let mut traces: BTreeMap<usize, Vec<Sample>> = BTreeMap::new();
@@ -343,7 +343,15 @@ pub fn figures_of_traces(
     }
     let traces: Vec<Vec<Sample>> = traces.into_values().collect();
     let found = through(&traces, false)?;
-    let of = |term: usize, factor: f64| found.coefficients[term].map(|value| factor * value);
+    let samples: usize = traces.iter().map(Vec::len).sum();
+    let terms = found.coefficients.iter().flatten().count();
+    let freedom = samples.saturating_sub(traces.len() + terms);
+    let variance = found.rss / freedom.max(1) as f64;
+    let errors = found.variances(&traces, |_| EstimatedVariance { value: variance, freedom: freedom as f64 });
+    let of = |term: usize, factor: f64| {
+        let error = errors[term].map(|variance| variance.value.sqrt());
+        Some(EstimatedFigure::new(found.coefficients[term]?, error, freedom, factor))
+    };
     Some(FlankFigures {
         profile_slope: of(1, 2.0),
         helix_slope: of(2, 2.0 * side.sign()),

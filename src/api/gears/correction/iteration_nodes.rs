@@ -9,7 +9,7 @@ use flankfit_engine::{
         correction::machine::{FlankNode, Ranges},
         evaluation::{
             ToleranceLimits, figures_of_traces,
-            flank_surface::{Border, FlankFigures, FlankNodes, SurfaceSettings, flank_figures},
+            flank_surface::{Border, EstimatedFigure, FlankFigures, FlankNodes, SurfaceSettings, estimated_figures},
             settings::{DeviationSign, SlopeSign},
         },
     },
@@ -98,6 +98,15 @@ impl Flank {
     /// ranges, by the nodes of a `weight` above 0; signs of ISO 1328-1 with DIN's for slopes.
     /// `None` where the nodes do not tell them.
     pub fn figures(&self, deviation: &[f64], weight: Option<&[f64]>) -> Option<FlankFigures> {
+        Some(self.estimated_figures(deviation, weight)?.map(|figure| figure.value))
+    }
+
+    /// The same with the errors of each.
+    pub fn estimated_figures(
+        &self,
+        deviation: &[f64],
+        weight: Option<&[f64]>,
+    ) -> Option<FlankFigures<EstimatedFigure>> {
         let [root, tip] = self.ranges.profile;
         if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() == deviation.len()) {
             let counts = |k: usize| weight.is_none_or(|weight| weight[k] > 0.0);
@@ -134,7 +143,7 @@ impl Flank {
             limits: ToleranceLimits::default(),
             spec: FitSpec::new(Model::Linear),
         };
-        flank_figures(&self.gear, &nodes, &settings)
+        estimated_figures(&self.gear, &nodes, &settings)
     }
 }
 

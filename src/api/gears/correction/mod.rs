@@ -1,6 +1,7 @@
 //! Corrections of machine settings from deviations of a flank.
 
 pub mod csv;
+pub mod figure_changes;
 pub mod include;
 pub mod iteration_nodes;
 pub mod predicted;

@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
+    figure_changes::FigureChangesBody,
     include::CorrectionInclude,
     request,
     result::{CorrectionBody, FlankFiguresBody},
@@ -24,7 +25,7 @@ use flankfit_engine::{
     estimation::FitError,
     gear::{
         Gear, Refused,
-        correction::{Answer, Correction, Verdict, compare},
+        correction::{Answer, Correction, Verdict, compare, compare_figures},
     },
 };
 
@@ -84,6 +85,10 @@ pub struct MachineAnswerBody {
     /// as a whole.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub response_ratio_std_error: Option<f64>,
+    /// `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
+    /// noise was estimated).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub response_ratio_interval: Option<[f64; 2]>,
     /// Of measured minus predicted against noise and all that errors of the sensitivity explain,
     /// and its quantile of 0.999.
     pub chi_squared: f64,
@@ -101,6 +106,10 @@ pub struct MachineAnswerBody {
     /// What the evaluation of the measured flank says, beside `result.predicted.figures`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FlankFiguresBody>,
+    /// Figures before, predicted and measured with their errors, and how much they changed; left
+    /// out where the nodes do not tell them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figure_changes: Option<FigureChangesBody>,
 }
 
 /// How the machine answered.
@@ -262,9 +271,15 @@ fn answer(
     let predicted = correction.predict(&change).deviation;
     match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
         Ok(answer) => {
-            let figures = later.flank.and_then(|flank| flank.figures(&measured, later.spec.weight.as_deref()));
+            let flank = later.flank.as_ref();
+            let weight = later.spec.weight.as_deref();
+            let figures = flank.and_then(|flank| flank.figures(&measured, weight)).map(Into::into);
+            let before = &correction.asked().deviation;
+            let figure_changes = flank.and_then(|flank| {
+                compare_figures(before, &predicted, &measured, |list| flank.estimated_figures(list, weight))
+            });
             let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
-            Ok(Ok(MachineAnswerBody { figures: figures.map(Into::into), ..body }))
+            Ok(Ok(MachineAnswerBody { figures, figure_changes: figure_changes.map(Into::into), ..body }))
         }
         Err(Refused::Invalid(faults)) => {
             Ok(Err(faults.list().first().map_or_else(String::new, |fault| fault.reason.to_string())))
@@ -305,6 +320,7 @@ impl MachineAnswerBody {
             rms_expected_difference_um: answer.expected_difference_rms,
             response_ratio: answer.response_ratio,
             response_ratio_std_error: answer.response_ratio_std_error,
+            response_ratio_interval: answer.response_ratio_interval,
             chi_squared: answer.chi_squared,
             chi_squared_limit: answer.chi_squared_limit,
             verdict: answer.verdict.into(),
@@ -312,6 +328,7 @@ impl MachineAnswerBody {
             predicted_um: Some(defined(predicted)),
             measured_um: Some(defined(measured)),
             figures: None,
+            figure_changes: None,
         }
     }
 }

@@ -40,6 +40,8 @@ pub struct Answer {
     pub response_ratio: Option<f64>,
     /// e.
     pub response_ratio_std_error: Option<f64>,
+    /// Of 0.95, Student's where σ was estimated.
+    pub response_ratio_interval: Option<[f64; 2]>,
     /// χ² = rᵀ S⁻¹ r of r = d' − p.
     pub chi_squared: f64,
     /// The 0.999 quantile that it is held against; where σ was estimated, that of F times the

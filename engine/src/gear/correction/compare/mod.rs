@@ -38,6 +38,7 @@
 mod answer;
 mod comparison;
 mod counted;
+mod figures;
 mod misfit;
 mod scaled;
 
@@ -46,6 +47,7 @@ use crate::estimation::{FitError, Unconverged};
 pub use answer::{Answer, Verdict};
 pub use comparison::Comparison;
 use counted::Counted;
+pub use figures::{FigureChange, compare_figures};
 use misfit::{Covariance, quantile};
 use scaled::Scaled;
 
@@ -97,7 +99,8 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
         difference_rms: rms(&|i| nodes.came[i] - nodes.change[i]),
         expected_difference_rms: (nodes.variance.iter().sum::<f64>() / m as f64).sqrt(),
         response_ratio: determined.as_ref().map(|scaled| scaled.ratio),
-        response_ratio_std_error: determined.map(|scaled| scaled.std_error),
+        response_ratio_std_error: determined.as_ref().map(|scaled| scaled.std_error),
+        response_ratio_interval: determined.map(|scaled| scaled.interval(freedom)),
         chi_squared,
         chi_squared_limit,
         verdict,

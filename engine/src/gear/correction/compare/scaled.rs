@@ -1,7 +1,10 @@
 //! β: how much of the predicted change came.
 
 use super::{answer::Verdict, comparison::Comparison, counted::Counted, misfit::TAIL};
-use crate::{gear::correction::solution::Noise, numerics::distribution::fisher};
+use crate::{
+    gear::correction::solution::Noise,
+    numerics::distribution::{Student, fisher},
+};
 
 /// 0.999 quantile of the standard normal distribution, two-sided.
 const TWO_SIDED: f64 = 3.290_526_731_491_894;
@@ -44,6 +47,13 @@ impl Scaled {
         let quantile = freedom.map_or(TWO_SIDED, |freedom| fisher::student_two_sided(TAIL, freedom.max(1) as f64));
         let largest = if freedom.is_some() { raw } else { ratio };
         Some(Scaled { ratio, largest, std_error: variance.sqrt(), quantile })
+    }
+
+    /// Of the ratio, at 0.95.
+    pub(super) fn interval(&self, freedom: Option<usize>) -> [f64; 2] {
+        let student = freedom.map_or(Student::NORMAL, |freedom| Student::new(freedom.max(1) as f64));
+        let half = student.upper_quantile(0.025) * self.std_error;
+        [self.ratio - half, self.ratio + half]
     }
 
     /// Whether the answer could have been distinguished from none.

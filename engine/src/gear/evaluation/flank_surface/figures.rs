@@ -5,34 +5,93 @@
 //! the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1] as they
 //! are: scaled to one length, a column that hardly is there would look as good as any other.
 
-use super::{super::fault::SurfaceRefused, FlankNodes, SurfaceSettings, Trimmed, flank_surface};
+use super::{super::fault::SurfaceRefused, Figure, FlankNodes, SurfaceSettings, Trimmed, flank_surface};
 use crate::{
     estimation::{
         self, FitError, FitResult, FitSpec, Nodes,
         spec::{DEFAULT_CONDITION_LIMIT, Model, Regularization, Scaling, Variance},
     },
     gear::Gear,
+    numerics::distribution::fisher::student_two_sided,
 };
 
 /// Figures in µm over the trimmed range, signs as asked for; `None` where the nodes do not tell
 /// one.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FlankFigures {
+pub struct FlankFigures<T = f64> {
     /// Profile slope: 2 c_u.
-    pub profile_slope: Option<f64>,
+    pub profile_slope: Option<T>,
     /// Helix slope: 2 c_v.
-    pub helix_slope: Option<f64>,
+    pub helix_slope: Option<T>,
     /// Profile crowning: −c_uu.
-    pub profile_crowning: Option<f64>,
+    pub profile_crowning: Option<T>,
     /// Lengthwise crowning: −c_vv.
-    pub helix_crowning: Option<f64>,
+    pub helix_crowning: Option<T>,
     /// Twist: 4 c_uv.
-    pub twist: Option<f64>,
+    pub twist: Option<T>,
 }
+
+impl<T> FlankFigures<T> {
+    /// What `f` makes of each figure.
+    pub fn map<U>(self, f: impl Fn(T) -> U) -> FlankFigures<U> {
+        FlankFigures {
+            profile_slope: self.profile_slope.map(&f),
+            helix_slope: self.helix_slope.map(&f),
+            profile_crowning: self.profile_crowning.map(&f),
+            helix_crowning: self.helix_crowning.map(&f),
+            twist: self.twist.map(&f),
+        }
+    }
+
+    /// Each figure that both have, with that of `other`.
+    pub fn zip<U>(self, other: FlankFigures<U>) -> FlankFigures<(T, U)> {
+        FlankFigures {
+            profile_slope: self.profile_slope.zip(other.profile_slope),
+            helix_slope: self.helix_slope.zip(other.helix_slope),
+            profile_crowning: self.profile_crowning.zip(other.profile_crowning),
+            helix_crowning: self.helix_crowning.zip(other.helix_crowning),
+            twist: self.twist.zip(other.twist),
+        }
+    }
+}
+
+/// A figure with what the residuals of its own fit say of its error.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct EstimatedFigure {
+    /// µm.
+    pub value: f64,
+    /// `None` without degrees of freedom.
+    pub std_error: Option<f64>,
+    /// Student's interval at 0.95.
+    pub interval: Option<[f64; 2]>,
+}
+
+impl EstimatedFigure {
+    /// From an estimate, `factor` times which is the figure, with the standard error and the
+    /// degrees of freedom that it was estimated from.
+    pub(crate) fn new(estimate: f64, std_error: Option<f64>, freedom: usize, factor: f64) -> Self {
+        let value = factor * estimate;
+        let std_error = std_error.map(|error| factor.abs() * error).filter(|_| freedom > 0);
+        let half = std_error.map(|error| student_two_sided(MISS, freedom as f64) * error);
+        EstimatedFigure { value, std_error, interval: half.map(|half| [value - half, value + half]) }
+    }
+}
+
+/// What intervals of figures miss.
+const MISS: f64 = 0.05;
 
 /// The figures by plain least squares: how `settings` would regularise and scale is not looked at.
 /// `None` where the nodes do not tell them.
 pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Option<FlankFigures> {
+    Some(estimated_figures(gear, nodes, settings)?.map(|figure| figure.value))
+}
+
+/// The same with their errors.
+pub fn estimated_figures(
+    gear: &Gear,
+    nodes: &FlankNodes,
+    settings: &SurfaceSettings,
+) -> Option<FlankFigures<EstimatedFigure>> {
     let spec =
         FitSpec { regularization: Regularization::None, scaling: Scaling::None, errors: None, ..settings.spec.clone() };
     let spec = FitSpec { variance: Variance::Constant, ..spec };
@@ -41,22 +100,28 @@ pub fn flank_figures(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings
     if let Ok(surface) = flank_surface(gear, nodes, &settings)
         && told(&surface.result)
     {
+        let freedom = surface.result.residuals.degrees_of_freedom;
+        let figure = |figure: Figure| Some(EstimatedFigure::new(figure.value, figure.std_error, freedom, 1.0));
         return Some(FlankFigures {
-            profile_slope: Some(surface.profile_slope.value),
-            helix_slope: Some(surface.helix_slope.value),
-            profile_crowning: Some(surface.profile_crowning.value),
-            helix_crowning: Some(surface.helix_crowning.value),
-            twist: Some(surface.twist.value),
+            profile_slope: figure(surface.profile_slope),
+            helix_slope: figure(surface.helix_slope),
+            profile_crowning: figure(surface.profile_crowning),
+            helix_crowning: figure(surface.helix_crowning),
+            twist: figure(surface.twist),
         });
     }
     let result = crossed(gear, nodes, &settings).ok().filter(told)?;
-    let value = |column: usize| result.coefficients.get(column).map(|coefficient| coefficient.value);
+    let freedom = result.residuals.degrees_of_freedom;
+    let figure = |column: usize, factor: f64| {
+        let found = result.coefficients.get(column)?;
+        Some(EstimatedFigure::new(found.value, found.std_error, freedom, factor))
+    };
     let [profile, helix] = settings.signs();
     Some(FlankFigures {
-        profile_slope: Some(2.0 * profile * value(1)?),
-        helix_slope: Some(2.0 * helix * value(2)?),
-        profile_crowning: Some(-value(3)?),
-        helix_crowning: Some(-value(4)?),
+        profile_slope: Some(figure(1, 2.0 * profile)?),
+        helix_slope: Some(figure(2, 2.0 * helix)?),
+        profile_crowning: Some(figure(3, -1.0)?),
+        helix_crowning: Some(figure(4, -1.0)?),
         twist: None,
     })
 }

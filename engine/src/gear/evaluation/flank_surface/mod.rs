@@ -40,7 +40,7 @@ use crate::{
         tolerance::{Rounding, Tolerances},
     },
 };
-pub use figures::{FlankFigures, flank_figures};
+pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figures};
 use nodes::Trimmed;
 pub use nodes::{FlankNodes, NodeCounts};
 pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};

@@ -1,0 +1,51 @@
+//! Figures of a flank before its machine was corrected and after.
+//!
+//! Both measurements have the form that no figure speaks of in common, and it is in the residuals
+//! of either. So the change is that of a surface through the differences of the deviations, node by
+//! node, with the standard error of its own residuals: what both have in common is gone from it.
+//! The same is done of what was measured less what was predicted; there the noise of the first
+//! measurement has gone through the correction, which takes from it and adds nothing, so that the
+//! interval is rather too wide than too narrow.
+
+use crate::gear::evaluation::flank_surface::{EstimatedFigure, FlankFigures};
+
+/// A figure before, as predicted, and as measured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FigureChange {
+    /// Of the deviations that the correction was made for.
+    pub before: EstimatedFigure,
+    /// Of the predicted ones.
+    pub predicted: f64,
+    /// Of the ones measured afterwards.
+    pub measured: EstimatedFigure,
+    /// Measured less before.
+    pub change: EstimatedFigure,
+    /// Measured less predicted.
+    pub beyond_predicted: EstimatedFigure,
+}
+
+/// Figures of deviations (µm, an entry for each node, NaN where undefined) over the nodes that are
+/// defined in all three; `None` where the nodes tell none.
+pub fn compare_figures(
+    before: &[f64],
+    predicted: &[f64],
+    measured: &[f64],
+    figures: impl Fn(&[f64]) -> Option<FlankFigures<EstimatedFigure>>,
+) -> Option<FlankFigures<FigureChange>> {
+    let lists = || before.iter().zip(predicted).zip(measured);
+    let of = |value: fn(f64, f64, f64) -> f64| {
+        let node = |((b, p), m): ((&f64, &f64), &f64)| {
+            if b.is_nan() || p.is_nan() || m.is_nan() { f64::NAN } else { value(*b, *p, *m) }
+        };
+        figures(&lists().map(node).collect::<Vec<f64>>())
+    };
+    let change = of(|before, _, measured| measured - before)?.zip(of(|_, predicted, measured| measured - predicted)?);
+    let ends = of(|before, _, _| before)?.zip(of(|_, _, measured| measured)?).zip(of(|_, predicted, _| predicted)?);
+    Some(ends.zip(change).map(|(((before, measured), predicted), (change, beyond_predicted))| FigureChange {
+        before,
+        predicted: predicted.value,
+        measured,
+        change,
+        beyond_predicted,
+    }))
+}
