@@ -55,20 +55,20 @@ fn held(spec: &FitSpec, missed: bool, draws: usize) -> f64 {
     hits as f64 / (11 * draws) as f64
 }
 
-/// Of 150 or 300 draws: a coverage of bands, which go together, is uncertain by about 0.01.
+/// Of 150 to 600 draws: a coverage of bands, which go together, is uncertain by 0.005 to 0.01.
 #[test]
 fn bands_hold_where_positions_are_off() {
     let (measured, nominal) = (Some(PositionKind::Measured), Some(PositionKind::Nominal));
     let read = held(&uncertain(0.5, 1.0, measured), false, 300);
     assert!((0.92..=0.975).contains(&read), "{read}");
-    let missed = held(&uncertain(0.5, 1.0, nominal), true, 150);
+    let missed = held(&uncertain(0.5, 1.0, nominal), true, 600);
     assert!((0.925..=0.98).contains(&missed), "{missed}");
     // each for the other, and positions taken as exact
     let plain = held(&spec(Degree::Both(3)), false, 150);
     let other = held(&uncertain(0.5, 1.0, nominal), false, 150);
     assert!(plain < 0.85 && other < read - 0.04, "{plain} {other}");
-    let other = held(&uncertain(0.5, 1.0, measured), true, 150);
-    assert!(other < missed - 0.04, "{other}");
+    let other = held(&uncertain(0.5, 1.0, measured), true, 600);
+    assert!(other < missed - 0.01, "{other} {missed}");
 }
 
 /// Coverage of each coefficient where positions of a cubic are off by half a millimetre, and how
@@ -95,15 +95,15 @@ fn coefficients_held(cubic: [f64; 4], sigma: f64, draws: usize) -> ([f64; 4], us
     (hits.map(|hits| hits as f64 / settled as f64), warned)
 }
 
-/// The single coefficient of 500 draws is uncertain by 0.01. Without the scatter of the positions
+/// The single coefficient of 1,000 draws is uncertain by 0.0075. Without the scatter of the positions
 /// taken out of the information the highest coefficient would hold in 0.86 to 0.9.
 #[test]
 fn every_coefficient_holds_where_positions_are_read_wrongly() {
     for (cubic, sigma) in [(positions::CUBICS[0], 2.0), (positions::CUBICS[1], 1.0)] {
-        let (held, warned) = coefficients_held(cubic, sigma, 500);
-        assert!(held.iter().all(|held| *held > 0.925), "{held:?}");
-        assert!(held.iter().sum::<f64>() > 4.0 * 0.94, "{held:?}");
-        assert!(warned < 25, "{warned}");
+        let (held, warned) = coefficients_held(cubic, sigma, 1000);
+        assert!(held.iter().all(|held| *held > 0.92), "{held:?}");
+        assert!(held.iter().sum::<f64>() > 4.0 * 0.935, "{held:?}");
+        assert!(warned < 50, "{warned}");
     }
     // where the profile bends within the scatter the answer says so
     let (held, warned) = coefficients_held(positions::CUBICS[2], 1.0, 100);
