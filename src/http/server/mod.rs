@@ -125,10 +125,11 @@ pub async fn serve(listener: TcpListener, service: Service, stop: impl Future<Ou
             }
         }
     }
+    let address = listener.local_addr().map_or_else(|error| error.to_string(), |address| address.to_string());
     drop(listener);
     drop((service, open));
     drop(stopping);
-    tracing::info!(connections = done.receiver_count(), "shutting down: finishing accepted requests");
+    tracing::info!(%address, connections = done.receiver_count(), "shutting down: finishing accepted requests");
     if tokio::time::timeout(limits.grace, done.closed()).await.is_err() {
         tracing::warn!(
             connections = done.receiver_count(),

@@ -74,9 +74,7 @@ impl Tls {
     pub fn load(settings: &TlsSettings, clock: Arc<dyn Clock>) -> Result<Option<Arc<Self>>, TlsError> {
         let Some(files) = Files::read(settings)? else { return Ok(None) };
         let current = RwLock::new(files.load(settings)?);
-        let tls = Tls { settings: settings.clone(), clock, current };
-        tls.record_expiry();
-        Ok(Some(Arc::new(tls)))
+        Ok(Some(Arc::new(Tls { settings: settings.clone(), clock, current })))
     }
 
     /// Agrees on keys with a client, which may take ten seconds.
@@ -90,6 +88,7 @@ impl Tls {
 
     /// Takes what changes in the files for connections from then on. Never ends.
     pub async fn follow(&self) {
+        self.record_expiry();
         let mut clock = tokio::time::interval(LOOK);
         clock.set_missed_tick_behavior(tokio::time::MissedTickBehavior::Delay);
         // the first tick is at once

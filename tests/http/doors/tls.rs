@@ -174,6 +174,7 @@ async fn a_new_certificate_is_taken_without_losing_a_request() {
     }
     authority.install(&next);
     while shown().await == first {}
+    assert!(flankfit::telemetry::metrics().render().contains("flankfit_tls_expiry_seconds"));
     assert_eq!(shown().await, *next.certificate.der());
 }
 
