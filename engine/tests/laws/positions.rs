@@ -95,8 +95,8 @@ fn coefficients_held(cubic: [f64; 4], sigma: f64, draws: usize) -> ([f64; 4], us
     (hits.map(|hits| hits as f64 / settled as f64), warned)
 }
 
-/// The single coefficient of 1,000 draws is uncertain by 0.0075. Without the scatter of the positions
-/// taken out of the information the highest coefficient would hold in 0.86 to 0.9.
+/// The single coefficient of 1,000 draws is uncertain by 0.0075. Without the scatter of the
+/// positions taken out of the information the highest coefficient would hold in 0.86 to 0.9.
 #[test]
 fn every_coefficient_holds_where_positions_are_read_wrongly() {
     for (cubic, sigma) in [(positions::CUBICS[0], 2.0), (positions::CUBICS[1], 1.0)] {
