@@ -60,7 +60,7 @@ fn held(spec: &FitSpec, missed: bool, draws: usize) -> f64 {
 fn bands_hold_where_positions_are_off() {
     let (measured, nominal) = (Some(PositionKind::Measured), Some(PositionKind::Nominal));
     let read = held(&uncertain(0.5, 1.0, measured), false, 300);
-    assert!((0.92..=0.975).contains(&read), "{read}");
+    assert!((0.93..=0.975).contains(&read), "{read}");
     let missed = held(&uncertain(0.5, 1.0, nominal), true, 600);
     assert!((0.925..=0.98).contains(&missed), "{missed}");
     // each for the other, and positions taken as exact
@@ -101,8 +101,8 @@ fn coefficients_held(cubic: [f64; 4], sigma: f64, draws: usize) -> ([f64; 4], us
 fn every_coefficient_holds_where_positions_are_read_wrongly() {
     for (cubic, sigma) in [(positions::CUBICS[0], 2.0), (positions::CUBICS[1], 1.0)] {
         let (held, warned) = coefficients_held(cubic, sigma, 1000);
-        assert!(held.iter().all(|held| *held > 0.92), "{held:?}");
-        assert!(held.iter().sum::<f64>() > 4.0 * 0.935, "{held:?}");
+        assert!(held.iter().all(|held| *held > 0.925), "{held:?}");
+        assert!(held.iter().sum::<f64>() > 4.0 * 0.94, "{held:?}");
         assert!(warned < 50, "{warned}");
     }
     // where the profile bends within the scatter the answer says so
