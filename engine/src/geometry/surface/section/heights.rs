@@ -139,11 +139,7 @@ impl Heights {
         };
         let count = match self {
             Heights::Exact(form, margins) => changes(&mut form.side(axis, end).map(|c| c / margins.weights[1])),
-            Heights::Sampled(_) => changes(&mut (0..=LOOKS).map(|k| {
-                let mut at = [low, high][end];
-                at[1 - axis] = low[1 - axis] + (high[1 - axis] - low[1 - axis]) * (f64::from(k) / f64::from(LOOKS));
-                field.height(at)
-            })),
+            Heights::Sampled(_) => changes(&mut places([low, high], (axis, end), LOOKS).map(|at| field.height(at))),
         };
         count <= 1
     }
@@ -158,11 +154,19 @@ impl Heights {
     ) -> bool {
         match self {
             Heights::Exact(form, margins) => form.side(axis, end).all(|c| c.abs() <= contact * margins.weights[0]),
-            Heights::Sampled(_) => (0..=2 * LOOKS).all(|k| {
-                let mut at = [low, high][end];
-                at[1 - axis] = low[1 - axis] + (high[1 - axis] - low[1 - axis]) * (f64::from(k) / f64::from(2 * LOOKS));
-                field.height(at).abs() <= contact
-            }),
+            Heights::Sampled(_) => {
+                places([low, high], (axis, end), 2 * LOOKS).all(|at| field.height(at).abs() <= contact)
+            }
         }
     }
+}
+
+/// Even places on the side where the parameter `axis` is at its lower (0) or upper (1) end.
+fn places([low, high]: [[f64; 2]; 2], (axis, end): (usize, usize), steps: u32) -> impl Iterator<Item = [f64; 2]> {
+    let across = 1 - axis;
+    (0..=steps).map(move |k| {
+        let mut at = [low, high][end];
+        at[across] = low[across] + (high[across] - low[across]) * (f64::from(k) / f64::from(steps));
+        at
+    })
 }
