@@ -3,7 +3,6 @@
 use axum::{
     extract::Request,
     http::{HeaderMap, HeaderName, HeaderValue, Method, StatusCode, header},
-    middleware::Next,
     response::Response,
 };
 
@@ -20,12 +19,10 @@ const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
 static REFERRER_POLICY: HeaderName = HeaderName::from_static("referrer-policy");
 
 /// Adds them where the answer has not its own.
-pub async fn protect(request: Request, next: Next) -> Response {
-    let reads = matches!(*request.method(), Method::GET | Method::HEAD);
-    let mut response = next.run(request).await;
+pub fn protect(response: &mut Response, method: &Method) {
+    let reads = matches!(*method, Method::GET | Method::HEAD);
     let status = response.status();
     complete(response.headers_mut(), reads, status);
-    response
 }
 
 fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
@@ -45,7 +42,7 @@ fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
 /// Leaves of the encodings that a client takes those that are offered. Where none is, or even the
 /// answer as it is would not be taken, it goes as it is (RFC 9110, 12.5.3): a 406 after the work
 /// has been done, and perhaps stored, would help nobody.
-pub async fn offered_encodings(mut request: Request, next: Next) -> Response {
+pub fn offered_encodings(mut request: Request) -> Request {
     let headers = request.headers_mut();
     let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
     let taken: Vec<&str> =
@@ -53,7 +50,7 @@ pub async fn offered_encodings(mut request: Request, next: Next) -> Response {
     let taken = (!taken.is_empty()).then(|| HeaderValue::try_from(taken.join(", ")).ok()).flatten();
     headers.remove(header::ACCEPT_ENCODING);
     headers.extend(taken.map(|taken| (header::ACCEPT_ENCODING, taken)));
-    next.run(request).await
+    request
 }
 
 fn is_offered(coding: &str) -> bool {

@@ -1,4 +1,4 @@
-//! The one layer around every request: id, time limit, panics, metrics, log line.
+//! The one layer around every request: id, time limit, panics, headers, metrics, log line.
 //!
 //! One function instead of a stack of layers: each request is looked at once on its way in and once
 //! on its way out.
@@ -14,7 +14,7 @@ use axum::{
 };
 use uuid::Uuid;
 
-use super::{server::Peer, state::AppState};
+use super::{headers, server::Peer, state::AppState};
 use crate::{
     api::problem::{Problem, ProblemCode},
     jobs::Caller,
@@ -90,6 +90,7 @@ pub async fn observe(
         }
         response = named;
     }
+    headers::protect(&mut response, &method);
     report(&method, path.as_ref(), &response, begun, &id, (actor.as_deref(), url));
     response
 }

@@ -2,7 +2,7 @@
 //! is documented.
 
 use axum::{Router, middleware};
-use tower::util::option_layer;
+use tower::{ServiceBuilder, util::option_layer};
 use tower_http::{CompressionLevel, compression::CompressionLayer};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
@@ -60,22 +60,24 @@ pub fn operation_router(state: AppState) -> Router {
 
 fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: AppState) -> Router {
     let (documented, document) = served.split_for_parts();
+    // One pile: a router boxes every layer that it is given by itself. The first is the outermost.
+    let layers = ServiceBuilder::new()
+        .layer(middleware::from_fn(observe::identify))
+        .layer(option_layer(cors::layer(&state.settings.cors_origins)))
+        .map_request(headers::offered_encodings)
+        // Answers are digits: the fastest level halves them, higher ones cost ten times as much for
+        // little.
+        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
+        .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
+        .layer(middleware::from_fn_with_state(state.clone(), unsent::charge))
+        .layer(middleware::from_fn(conditional::not_modified))
+        .layer(middleware::from_fn_with_state(Operations::of(&document), operations::check));
     documented
         .merge(beside)
         .fallback(|| async { Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.") })
         .method_not_allowed_fallback(|| async {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
         })
-        .layer(middleware::from_fn_with_state(Operations::of(&document), operations::check))
-        .layer(middleware::from_fn(conditional::not_modified))
-        .layer(middleware::from_fn_with_state(state.clone(), unsent::charge))
-        .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
-        .layer(middleware::from_fn(headers::protect))
-        // Answers are digits: the fastest level halves them, higher ones cost ten times as much for
-        // little.
-        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
-        .layer(middleware::from_fn(headers::offered_encodings))
-        .layer(option_layer(cors::layer(&state.settings.cors_origins)))
-        .layer(middleware::from_fn(observe::identify))
+        .layer(layers)
         .with_state(state)
 }

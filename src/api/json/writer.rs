@@ -32,6 +32,9 @@ pub fn text_of(value: &impl Serialize) -> String {
 /// Numbers formatted before the first of them is copied.
 const TOGETHER: usize = 8;
 
+/// Bytes of a field's name with quotation marks, comma and colon that are copied at once.
+const KEY: usize = 32;
+
 /// The longest text of a double, such as `-2.2250738585072014e-308`.
 const LONGEST: usize = 24;
 
@@ -149,9 +152,28 @@ impl Json {
     }
 
     fn row(&mut self, values: &[f64]) {
+        if let [low, high] = values {
+            return self.pair([*low, *high]);
+        }
         self.text.push(b'[');
         self.numbers(values, |_| {});
         self.text.push(b']');
+    }
+
+    /// Most rows that answers have many of are intervals, too short for what [`Self::numbers`]
+    /// does.
+    fn pair(&mut self, [low, high]: [f64; 2]) {
+        self.finite &= low.is_finite() & high.is_finite();
+        let (mut first, mut second) = (zmij::Buffer::new(), zmij::Buffer::new());
+        let (first, second) = (first.format_finite(low).as_bytes(), second.format_finite(high).as_bytes());
+        let at = self.text.len();
+        let end = at + first.len() + second.len() + 3;
+        self.text.resize(end, b',');
+        let text = &mut self.text[at..];
+        text[0] = b'[';
+        copy_short(&mut text[1..], first);
+        copy_short(&mut text[first.len() + 2..], second);
+        text[end - at - 1] = b']';
     }
 }
 
@@ -269,6 +291,15 @@ impl Object<'_> {
         self
     }
 
+    /// One of the contract's words, which need no escapes.
+    pub fn word(&mut self, name: &'static str, value: &'static str) -> &mut Self {
+        let out = self.key(name);
+        out.text.push(b'"');
+        out.text.extend_from_slice(value.as_bytes());
+        out.text.push(b'"');
+        self
+    }
+
     pub fn strings(&mut self, name: &'static str, values: &[String]) -> &mut Self {
         self.key(name).entries(values, |out, value| out.string(value));
         self
@@ -329,29 +360,46 @@ impl Object<'_> {
             out.culprit.get_or_insert_with(|| out.field.to_owned());
         }
         out.field = name;
-        if !std::mem::take(&mut self.first) {
-            out.text.push(b',');
+        // before the quotation mark: a comma, or nothing
+        let before = usize::from(!std::mem::take(&mut self.first));
+        let after = before + 1 + name.len();
+        let mut key = [b','; KEY];
+        if after + 2 <= KEY {
+            key[before] = b'"';
+            copy_short(&mut key[before + 1..], name.as_bytes());
+            key[after] = b'"';
+            key[after + 1] = b':';
+            let end = out.text.len() + after + 2;
+            out.text.extend_from_slice(&key);
+            out.text.truncate(end);
+        } else {
+            out.text.extend_from_slice(&key[..before]);
+            out.text.push(b'"');
+            out.text.extend_from_slice(name.as_bytes());
+            out.text.extend_from_slice(b"\":");
         }
-        out.text.push(b'"');
-        out.text.extend_from_slice(name.as_bytes());
-        out.text.extend_from_slice(b"\":");
         out
     }
 }
 
-/// Copies a number's text to the beginning of `to`: two pieces of a fixed size that may overlap,
-/// for most are about as long.
+/// Copies the text of a number or a name to the beginning of `to`: two pieces of a fixed size that
+/// may overlap, for a copy of any length is a call.
 #[inline]
 fn copy_short(to: &mut [u8], text: &[u8]) {
     let to = &mut to[..text.len()];
-    match (text.first_chunk::<16>(), text.last_chunk::<16>()) {
-        (Some(first), Some(last)) => {
-            to[..16].copy_from_slice(first);
-            let tail = to.len() - 16;
-            to[tail..].copy_from_slice(last);
-        }
-        _ => to.copy_from_slice(text),
+    if !(copy_ends::<16>(to, text) || copy_ends::<8>(to, text) || copy_ends::<4>(to, text)) {
+        to.iter_mut().zip(text).for_each(|(to, byte)| *to = *byte);
     }
+}
+
+/// Copies texts of N to 2 N bytes; false where there are less (and wrong where there are more).
+#[inline(always)]
+fn copy_ends<const N: usize>(to: &mut [u8], text: &[u8]) -> bool {
+    let (Some(first), Some(last)) = (text.first_chunk::<N>(), text.last_chunk::<N>()) else { return false };
+    let tail = to.len() - N;
+    to[..N].copy_from_slice(first);
+    to[tail..].copy_from_slice(last);
+    true
 }
 
 #[cfg(test)]
@@ -424,6 +472,9 @@ mod tests {
             values.extend(Some(f64::from_bits(bits)).filter(|x| x.is_finite()));
             let serde = serde_json::to_string(&values).unwrap();
             prop_assert_eq!(written(|object| { object.numbers("a", &values); }), format!(r#"{{"a":{serde}}}"#));
+            let pair = [f64::from_bits(bits), -values[0]].map(|x| if x.is_finite() { x } else { 0.0 });
+            let serde = serde_json::to_string(&pair).unwrap();
+            prop_assert_eq!(written(|object| { object.numbers("a", &pair); }), format!(r#"{{"a":{serde}}}"#));
             let serde = serde_json::to_string(&text).unwrap();
             prop_assert_eq!(written(|object| { object.string("a", &text); }), format!(r#"{{"a":{serde}}}"#));
         }

@@ -10,7 +10,7 @@ use std::ops::Range;
 use super::{
     filter::Rule,
     likelihood::Likelihood,
-    spectral::{Spectral, Sums},
+    spectral::{Spectral, Sums, SumsAtFour},
 };
 use crate::{
     estimation::spec::{Criterion, Scheme},
@@ -91,7 +91,10 @@ pub(crate) struct Search<'a> {
 
 struct Stretch {
     touched: Range<usize>,
-    grid: Vec<(f64, Sums)>,
+    /// ln λ* of the grid.
+    places: Vec<f64>,
+    /// The sums there, four places side by side.
+    sums: Vec<SumsAtFour>,
 }
 
 impl<'a> Search<'a> {
@@ -106,18 +109,24 @@ impl<'a> Search<'a> {
                 let near = JOINING.iter().map(|d| low + d).filter(|x| *x < low + (high - low) / cells as f64);
                 let even = (1..=cells).map(|i| low + (high - low) * (i as f64 / cells as f64));
                 let places: Vec<f64> = std::iter::once(low).chain(near).chain(even).collect();
-                let mut grid = Vec::with_capacity(places.len() + LANES);
-                for four in places.chunks(LANES) {
+                let at = |four: &[f64]| {
                     let x: [f64; LANES] = std::array::from_fn(|k| four[k.min(four.len() - 1)]);
-                    let sums = problem.sums_at_four(rule, x.map(f64::exp), touched.clone());
-                    grid.extend(x.into_iter().zip(sums).take(four.len()));
-                }
-                Stretch { touched, grid }
+                    problem.sums_at_four(rule, x.map(f64::exp), touched.clone())
+                };
+                let sums = places.chunks(LANES).map(at).collect();
+                Stretch { touched, places, sums }
             })
             .collect();
         Search { problem, rule, stretches }
     }
 
+    /// The sums at place `k` of the grid.
+    #[inline(always)]
+    fn of_grid(&self, stretch: &Stretch, k: usize) -> Sums {
+        self.problem.sums_of(&stretch.sums[k / LANES], k % LANES, stretch.touched.end)
+    }
+
+    /// The sums at ln λ* = x.
     #[inline(always)]
     fn sums(&self, stretch: &Stretch, x: f64) -> Sums {
         self.problem.sums_touching(self.rule, x.exp(), stretch.touched.clone())
@@ -175,16 +184,16 @@ impl<'a> Search<'a> {
 
     /// The best of all local minima; `slope` need only have the derivative's sign.
     fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> f64 {
-        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].places[0]);
         let mut heights = Vec::new();
         for stretch in &self.stretches {
             heights.clear();
-            heights.extend(stretch.grid.iter().map(|(_, sums)| value(sums)));
+            heights.extend((0..stretch.places.len()).map(|k| value(&self.of_grid(stretch, k))));
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
-                let end = |k: usize| (stretch.grid[k].0, slope(&stretch.grid[k].1));
+                let end = |k: usize| (stretch.places[k], slope(&self.of_grid(stretch, k)));
                 let refined = sign_change(end(bracket.0), end(bracket.1), |x| slope(&self.sums(stretch, x)));
                 let there = refined.map(|x| (x, value(&self.sums(stretch, x))));
-                for (x, height) in std::iter::once((stretch.grid[k].0, heights[k])).chain(there) {
+                for (x, height) in std::iter::once((stretch.places[k], heights[k])).chain(there) {
                     // a gain below rounding is no gain: prefer the smaller λ*
                     if height < best - 1e-15 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
                         (best, at) = (height, x);
@@ -199,14 +208,14 @@ impl<'a> Search<'a> {
     fn likeliest(&self) -> Option<f64> {
         let stretch = self.stretches.last()?;
         let likelihood = Likelihood::new(self.problem, self.rule, stretch.touched.clone())?;
-        let found: Vec<(f64, f64)> = stretch.grid.iter().map(|(x, _)| likelihood.at(*x)).collect();
+        let found: Vec<(f64, f64)> = stretch.places.iter().map(|x| likelihood.at(*x)).collect();
         let heights: Vec<f64> = found.iter().map(|(height, _)| *height).collect();
-        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        let (mut best, mut at) = (f64::INFINITY, self.stretches[0].places[0]);
         for (k, bracket) in peaks(&heights, |here, there| here <= there) {
-            let end = |k: usize| (stretch.grid[k].0, found[k].1);
+            let end = |k: usize| (stretch.places[k], found[k].1);
             let refined = sign_change(end(bracket.0), end(bracket.1), |x| likelihood.at(x).1);
             let there = refined.map(|x| (x, likelihood.at(x).0));
-            for (x, height) in std::iter::once((stretch.grid[k].0, heights[k])).chain(there) {
+            for (x, height) in std::iter::once((stretch.places[k], heights[k])).chain(there) {
                 if height < best {
                     (best, at) = (height, x);
                 }
@@ -226,12 +235,12 @@ impl<'a> Search<'a> {
                 .collect();
             value(&removed)
         };
-        let (mut best, mut place) = (f64::INFINITY, self.stretches[0].grid[0].0);
+        let (mut best, mut place) = (f64::INFINITY, self.stretches[0].places[0]);
         for stretch in &self.stretches {
-            let heights: Vec<f64> = stretch.grid.iter().map(|(x, _)| at(stretch, *x)).collect();
+            let heights: Vec<f64> = stretch.places.iter().map(|x| at(stretch, *x)).collect();
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
-                let ends = [stretch.grid[bracket.0].0, stretch.grid[bracket.1].0];
-                let (x, height) = minimum(ends, (stretch.grid[k].0, heights[k]), PEAK, |x| at(stretch, x));
+                let ends = [stretch.places[bracket.0], stretch.places[bracket.1]];
+                let (x, height) = minimum(ends, (stretch.places[k], heights[k]), PEAK, |x| at(stretch, x));
                 // a gain below rounding is no gain: prefer the smaller λ*
                 if height < best - 1e-13 * best.abs() || (best == f64::INFINITY && height.is_finite()) {
                     (best, place) = (height, x);
@@ -243,16 +252,17 @@ impl<'a> Search<'a> {
 
     /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).
     fn corner(&self) -> f64 {
-        let heights: Vec<Vec<f64>> =
-            self.stretches.iter().map(|s| s.grid.iter().map(|(_, sums)| curvature(sums)).collect()).collect();
+        let curvatures =
+            |s: &Stretch| (0..s.places.len()).map(|k| curvature(&self.of_grid(s, k))).collect::<Vec<f64>>();
+        let heights: Vec<Vec<f64>> = self.stretches.iter().map(curvatures).collect();
         let largest = heights.iter().flatten().copied().fold(f64::NEG_INFINITY, f64::max);
-        let (mut best, mut at) = (f64::NEG_INFINITY, self.stretches[0].grid[0].0);
+        let (mut best, mut at) = (f64::NEG_INFINITY, self.stretches[0].places[0]);
         for (stretch, heights) in self.stretches.iter().zip(&heights) {
             for (k, bracket) in peaks(heights, |here, there| here >= there) {
                 if heights[k] < WORTH_REFINING * largest {
                     continue;
                 }
-                let place = |k: usize| stretch.grid[k].0;
+                let place = |k: usize| stretch.places[k];
                 let middle = (place(k), -heights[k]);
                 let (x, height) =
                     minimum([place(bracket.0), place(bracket.1)], middle, PEAK, |x| -curvature(&self.sums(stretch, x)));
@@ -266,15 +276,16 @@ impl<'a> Search<'a> {
 
     fn discrepancy(&self, target: f64) -> Chosen {
         let answer = |x: f64, reached| Chosen { lambda_star: x.exp(), interval: None, reached };
-        let first = &self.stretches[0].grid[0];
-        if first.1.rss[0] >= target {
-            return answer(first.0, true);
+        let rss = |stretch: &Stretch, k: usize| self.of_grid(stretch, k).rss[0];
+        let first = &self.stretches[0];
+        if rss(first, 0) >= target {
+            return answer(first.places[0], true);
         }
         for stretch in &self.stretches {
-            if let Some(pair) = stretch.grid.windows(2).find(|pair| pair[1].1.rss[0] >= target) {
-                let end = |(x, sums): &(f64, Sums)| (*x, sums.rss[0] - target);
-                let x = sign_change(end(&pair[0]), end(&pair[1]), |x| self.sums(stretch, x).rss[0] - target);
-                return answer(x.unwrap_or(pair[1].0), true);
+            if let Some(k) = (1..stretch.places.len()).find(|k| rss(stretch, *k) >= target) {
+                let end = |k: usize| (stretch.places[k], rss(stretch, k) - target);
+                let x = sign_change(end(k - 1), end(k), |x| self.sums(stretch, x).rss[0] - target);
+                return answer(x.unwrap_or(stretch.places[k]), true);
             }
         }
         answer(range(self.problem, self.rule)[1].ln(), false)

@@ -103,6 +103,11 @@ pub(crate) struct Sums {
 /// Sums carried per lane.
 const CARRIED: usize = 11;
 
+/// Sums over the touched directions at four parameters, as they were carried:
+/// [`Spectral::sums_of`] makes those of one of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SumsAtFour([F64x4; CARRIED]);
+
 impl<'a> Spectral<'a> {
     /// Lays out a problem with coefficients `a` along the directions of `lambda`.
     pub(crate) fn new(
@@ -191,8 +196,15 @@ impl<'a> Spectral<'a> {
     }
 
     /// The same at four parameters side by side.
-    pub(crate) fn sums_at_four(&self, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
+    pub(crate) fn sums_at_four(&self, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> SumsAtFour {
         sums_at_four(self, rule, parameters, touched)
+    }
+
+    /// Those of the parameter in lane `k`, where the directions before `end` were touched.
+    /// Inlined, as [`Self::sums_touching`].
+    #[inline(always)]
+    pub(crate) fn sums_of(&self, SumsAtFour(sums): &SumsAtFour, k: usize, end: usize) -> Sums {
+        self.finished(std::array::from_fn(|i| sums[i].as_array()[k]), end)
     }
 
     /// Adds to the sums over the touched directions what the others (those from `end` on)
@@ -231,11 +243,9 @@ with_fma! {
         problem.finished(sums.map(Lanes::sum_of_pairs), touched.end)
     }
 
-    fn sums_at_four(problem: &Spectral, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> [Sums; LANES] {
-        let directions = touched.clone().map(|i| problem.blocks[i / LANES].repeated(i % LANES));
-        let sums = carried(rule, directions, F64x4::new(parameters));
-        let sums = sums.map(F64x4::to_array);
-        std::array::from_fn(|k| problem.finished(sums.map(|x| x[k]), touched.end))
+    fn sums_at_four(problem: &Spectral, rule: Rule, parameters: [f64; LANES], touched: Range<usize>) -> SumsAtFour {
+        let directions = touched.map(|i| problem.blocks[i / LANES].repeated(i % LANES));
+        SumsAtFour(carried(rule, directions, F64x4::new(parameters)))
     }
 }
 

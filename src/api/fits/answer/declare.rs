@@ -183,7 +183,7 @@ written! {
 
 impl<W> WriteAs<W> for Name {
     fn write_as(&self, object: &mut Object<'_>, name: &'static str, _: &Include) {
-        object.string(name, self.0);
+        object.word(name, self.0);
     }
 }
 
