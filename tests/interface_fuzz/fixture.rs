@@ -5,10 +5,11 @@ use std::time::Duration;
 use axum::{Router, body::Body, http};
 use flankfit::{app::App, config::ServeSettings, http::router};
 use http_body_util::BodyExt as _;
+use hyper::body::Frame;
 use serde_json::Value;
 use tower::ServiceExt as _;
 
-use super::{node::Node, rng::Rng};
+use super::{node::Node, rng::Rng, spool::Spool};
 use std::net::SocketAddr;
 
 /// Seconds that an answer may take before the service gives up.
@@ -40,24 +41,29 @@ impl Service {
         Service { router, address, _folder: folder }
     }
 
-    /// Status, headers and body of an answer whose body ends.
-    pub async fn call(&self, request: http::Request<Body>) -> (u16, http::HeaderMap, Vec<u8>) {
+    /// Status, headers and body of an answer whose body ends; no piece of it is held here.
+    pub async fn spool(&self, request: http::Request<Body>) -> (u16, http::HeaderMap, Spool) {
         let response = self.router.clone().oneshot(request).await.expect("a router does not fail");
-        let (head, body) = response.into_parts();
+        let (head, mut body) = response.into_parts();
         let endless =
             head.headers.get("content-type").is_some_and(|media| media.as_bytes().starts_with(b"text/event-stream"));
-        if endless {
-            // what is there already is looked at; the rest would come as things happen
-            let mut body = body;
-            let first = tokio::time::timeout(Duration::from_millis(20), body.frame()).await;
-            let data = first.ok().flatten().and_then(|frame| frame.ok()?.into_data().ok());
-            return (head.status.as_u16(), head.headers, data.map(Vec::from).unwrap_or_default());
+        // of what has no end only what is there already is looked at
+        let wait = if endless { Duration::from_millis(20) } else { Duration::MAX };
+        let mut spool = Spool::default();
+        while let Ok(Some(frame)) = tokio::time::timeout(wait, body.frame()).await {
+            match frame.map(Frame::into_data) {
+                Ok(Ok(data)) => spool.put(&data),
+                Ok(Err(_trailers)) => {}
+                Err(error) => {
+                    spool.put(format!("the answer ends early: {error}").as_bytes());
+                    break;
+                }
+            }
+            if endless {
+                break;
+            }
         }
-        let body = match body.collect().await {
-            Ok(body) => Vec::from(body.to_bytes()),
-            Err(error) => format!("the answer ends early: {error}").into_bytes(),
-        };
-        (head.status.as_u16(), head.headers, body)
+        (head.status.as_u16(), head.headers, spool)
     }
 
     /// An answer that must be what is asked for: the stock of a batch.
@@ -65,8 +71,8 @@ impl Service {
         let request = http::Request::builder().method(method).uri(path);
         let request = request.header("host", "localhost").header("content-type", "application/json");
         let request = request.body(Body::from(body.to_owned())).expect("a request");
-        let (status, _, text) = self.call(request).await;
-        let text = String::from_utf8_lossy(&text);
+        let (status, _, text) = self.spool(request).await;
+        let text = String::from_utf8(text.into_bytes()).expect("JSON is UTF-8");
         assert!((200..300).contains(&status), "{method} {path}: {status} {text}");
         serde_json::from_str(&text).unwrap_or(Value::Null)
     }

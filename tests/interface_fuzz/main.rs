@@ -24,6 +24,7 @@ mod report;
 mod request;
 mod rng;
 mod send;
+mod spool;
 mod worker;
 
 use std::process::ExitCode;

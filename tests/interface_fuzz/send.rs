@@ -11,7 +11,7 @@ use tokio::{
     net::TcpStream,
 };
 
-use super::{fixture::Service, request::Request};
+use super::{fixture::Service, memory, request::Request, spool::Spool};
 
 /// An answer; status 0 where the connection ended without one.
 #[derive(Debug)]
@@ -20,8 +20,12 @@ pub struct Answer {
     pub media: String,
     pub tag: Option<String>,
     pub body: Vec<u8>,
+    /// The most memory that was held until all of it had come.
+    pub peak: usize,
 }
 
+/// Bytes of a head that are looked at.
+const HEAD: usize = 2000;
 /// How long a connection is listened to after the last byte.
 const SILENCE: Duration = Duration::from_secs(8);
 
@@ -37,11 +41,12 @@ pub async fn send(service: &Service, request: &Request) -> Option<Answer> {
         let (name, value) = (HeaderName::from_bytes(name.as_bytes()).ok()?, HeaderValue::from_bytes(value).ok()?);
         built = built.header(name, value);
     }
-    let (status, headers, body) = service.call(built.body(Body::from(request.body.clone())).ok()?).await;
+    let (status, headers, body) = service.spool(built.body(Body::from(request.body.clone())).ok()?).await;
+    let (peak, body) = (memory::peak(), body.into_bytes());
     let text = |name: &str| headers.get(name).map(|value| String::from_utf8_lossy(value.as_bytes()).into_owned());
     let (media, tag) = (text("content-type").unwrap_or_default(), text("etag"));
     let body = unpacked(text("content-encoding").as_deref(), body);
-    Some(Answer { status, media, tag, body })
+    Some(Answer { status, media, tag, body, peak })
 }
 
 /// The bytes of a request with its head.
@@ -67,7 +72,9 @@ pub fn wire(request: &Request) -> Vec<u8> {
 }
 
 async fn by_wire(address: SocketAddr, request: &Request) -> Answer {
-    let mut got = Vec::new();
+    let mut got = Spool::default();
+    // the part by which an answer without an end is known
+    let mut head = Vec::new();
     if let Ok(mut stream) = TcpStream::connect(address).await {
         // a server may answer and close before it has read everything
         let _refused = stream.write_all(&wire(request)).await;
@@ -78,23 +85,26 @@ async fn by_wire(address: SocketAddr, request: &Request) -> Answer {
         }
         let mut buffer = vec![0; 1 << 16];
         loop {
-            let wait = if endless(&got) { Duration::from_millis(20) } else { SILENCE };
+            let wait = if endless(&head) { Duration::from_millis(20) } else { SILENCE };
             match tokio::time::timeout(wait, stream.read(&mut buffer)).await {
-                Ok(Ok(count)) if count > 0 => got.extend_from_slice(&buffer[..count]),
+                Ok(Ok(count)) if count > 0 => {
+                    got.put(&buffer[..count]);
+                    head.extend_from_slice(&buffer[..count.min(HEAD - head.len())]);
+                }
                 _ => break,
             }
         }
     }
-    parsed(&got)
+    let peak = memory::peak();
+    parsed(&got.into_bytes(), peak)
 }
 
-fn endless(got: &[u8]) -> bool {
-    let head = &got[..got.len().min(2000)];
+fn endless(head: &[u8]) -> bool {
     let has = |needle: &[u8]| head.windows(needle.len()).any(|window| window == needle);
     has(b"text/event-stream") || has(b"101 Switching")
 }
 
-fn parsed(got: &[u8]) -> Answer {
+fn parsed(got: &[u8], peak: usize) -> Answer {
     let split = got.windows(4).position(|window| window == b"\r\n\r\n").unwrap_or(got.len());
     let head = String::from_utf8_lossy(&got[..split]).into_owned();
     let mut body = got.get(split + 4..).unwrap_or_default().to_vec();
@@ -104,13 +114,13 @@ fn parsed(got: &[u8]) -> Answer {
         lines.find(|(name, _)| name.eq_ignore_ascii_case(wanted)).map(|(_, value)| value.to_owned())
     };
     if status == 100 {
-        return parsed(&body);
+        return parsed(&body, peak);
     }
     if of("transfer-encoding").is_some() {
         body = joined(&body);
     }
     let body = unpacked(of("content-encoding").as_deref(), body);
-    Answer { status, media: of("content-type").unwrap_or_default(), tag: of("etag"), body }
+    Answer { status, media: of("content-type").unwrap_or_default(), tag: of("etag"), body, peak }
 }
 
 /// The chunks of a body.

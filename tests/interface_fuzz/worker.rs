@@ -104,14 +104,12 @@ impl Batch {
         let (start, processor) = (Instant::now(), processor_seconds());
         let answer = tokio::time::timeout(HANGS, send::send(&self.service, &request)).await;
         let (seconds, processor) = (start.elapsed().as_secs_f64(), processor_seconds() - processor);
-        let bytes = memory::peak().saturating_sub(before);
         let mut findings: Vec<Finding> = Vec::new();
         if answer.is_err() {
             findings.push(("hangs", format!("no answer within {HANGS:?}")));
         }
         let answer = answer.ok().flatten();
-        // the pieces of the answer and the whole of it are the fuzzer's own
-        let bytes = bytes.saturating_sub(2 * answer.as_ref().map_or(0, |answer| answer.body.len()));
+        let bytes = answer.as_ref().map_or_else(memory::peak, |answer| answer.peak).saturating_sub(before);
         if let Some(answer) = &answer {
             let operation = stage.contract.operations.iter().find(|operation| operation.id == request.operation);
             check::answer(&request, operation, answer, &mut findings);
