@@ -1,5 +1,24 @@
-//! Migrations are embedded at compile time; a new file must lead to a new build.
+//! Migrations are embedded at compile time; a new file must lead to a new build. And tests that need a
+//! PostgreSQL server are ignored where there is none, unless FLANKFIT_TEST_POSTGRES=required.
+
+use std::{env, fs, path::PathBuf};
 
 fn main() {
     println!("cargo:rerun-if-changed=migrations");
+    println!("cargo:rerun-if-changed=build.rs");
+    println!("cargo:rerun-if-env-changed=FLANKFIT_TEST_POSTGRES");
+    println!("cargo:rerun-if-env-changed=FLANKFIT_POSTGRES_BIN");
+    println!("cargo:rustc-check-cfg=cfg(without_postgres)");
+    let required = env::var("FLANKFIT_TEST_POSTGRES").is_ok_and(|wanted| wanted == "required");
+    if !required && !is_installed() {
+        println!("cargo:rustc-cfg=without_postgres");
+    }
+}
+
+fn is_installed() -> bool {
+    let installed = fs::read_dir("/usr/lib/postgresql").into_iter().flatten().flatten();
+    let path = env::var_os("PATH").unwrap_or_default();
+    let named = env::var_os("FLANKFIT_POSTGRES_BIN").map(PathBuf::from);
+    let folders = installed.map(|entry| entry.path().join("bin")).chain(env::split_paths(&path)).chain(named);
+    folders.into_iter().any(|folder| folder.join("initdb").exists() && folder.join("postgres").exists())
 }

@@ -5,13 +5,13 @@ use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
 use crate::{
-    config::ServeSettings,
+    config::{MigrateMode, PostgresArguments, ServeSettings},
     http::{
         self, AppState, rates,
         server::{self, Service, Tls, TlsError},
     },
     jobs::{Clock, JobService, OrderedIds, Store, SystemClock},
-    store::{OpenError, SqliteStore, StoreSettings},
+    store::{Migrate, OpenError, PostgresError, PostgresSettings, PostgresStore, SqliteStore, StoreSettings},
     telemetry,
 };
 
@@ -23,7 +23,7 @@ const DRAIN_TIME: Duration = Duration::from_secs(5);
 const CLOSE_TIME: Duration = Duration::from_millis(1500);
 
 /// Time between two looks for what is kept too long.
-const UPKEEP: std::time::Duration = std::time::Duration::from_secs(3600);
+const UPKEEP: Duration = Duration::from_secs(60);
 
 /// Connections to the listener for operation.
 const OPERATION_CONNECTIONS: usize = 64;
@@ -49,6 +49,8 @@ pub enum StartError {
     Tls(#[from] TlsError),
     #[error(transparent)]
     Store(#[from] OpenError),
+    #[error(transparent)]
+    Postgres(#[from] PostgresError),
     #[error("cannot start the fit workers: {0}")]
     Workers(io::Error),
 }
@@ -62,9 +64,9 @@ impl App {
             Some(address) => Some(bind(address, "--ops-bind or FLANKFIT_OPS_BIND").await?),
             None => None,
         };
-        let store = SqliteStore::open(StoreSettings::of_url(&settings.database_url)?, SystemClock.now()).await?;
-        let store: Arc<dyn Store> = Arc::new(store);
-        let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
+        let ids = Arc::new(OrderedIds::new());
+        let store = open_store(&settings, ids.clone()).await?;
+        let jobs = JobService::new(store.clone(), Arc::new(SystemClock), ids);
         let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
         Ok(App { listener, operation, tls, state, store })
     }
@@ -140,6 +142,33 @@ impl App {
     }
 }
 
+/// The store that the scheme of the database's URL names.
+async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
+    let url = &settings.database_url;
+    if !PostgresSettings::takes(url) {
+        return Ok(Arc::new(SqliteStore::open(StoreSettings::of_url(url)?, SystemClock.now()).await?));
+    }
+    let store = postgres_settings(url, &settings.postgres)?;
+    Ok(Arc::new(PostgresStore::open(store, ids, Arc::new(SystemClock)).await?))
+}
+
+/// How a PostgreSQL database is used.
+pub fn postgres_settings(url: &str, arguments: &PostgresArguments) -> Result<PostgresSettings, PostgresError> {
+    let mut settings = PostgresSettings::of_url(url)?;
+    if let Some(direct) = &arguments.database_direct_url {
+        settings = settings.direct(direct)?;
+    }
+    settings.writers = arguments.store_writers.into();
+    settings.readers = arguments.database_readers.into();
+    settings.patience = arguments.patience();
+    settings.migrate = match arguments.migrate {
+        MigrateMode::Auto => Migrate::Auto,
+        MigrateMode::Check => Migrate::Check,
+    };
+    settings.unsafe_store = arguments.unsafe_store;
+    Ok(settings)
+}
+
 async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener, StartError> {
     TcpListener::bind(address).await.map_err(|source| match source.kind() {
         io::ErrorKind::AddrInUse => StartError::AddressTaken { address, setting },
@@ -153,6 +182,8 @@ fn background(state: &AppState, tls: Option<Arc<Tls>>) -> JoinSet<()> {
     all.spawn(telemetry::upkeep());
     let jobs = state.clone();
     all.spawn(async move { jobs.jobs.upkeep(UPKEEP).await });
+    let jobs = state.clone();
+    all.spawn(async move { jobs.jobs.follow_others().await });
     let callers = state.clone();
     all.spawn(async move {
         loop {

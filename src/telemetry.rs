@@ -29,6 +29,17 @@ pub const BUSY_WORKERS: &str = "flankfit_fit_workers_busy";
 pub const CANCELLED_SECONDS: &str = "flankfit_cancelled_work_seconds";
 /// Seconds from asking the store to its answer. Label: `operation`.
 pub const STORE_SECONDS: &str = "flankfit_store_duration_seconds";
+/// Transactions of the store that were tried again.
+pub const STORE_RETRIES: &str = "flankfit_store_retries_total";
+
+/// 1 where the store answers and can be written, as far as it was asked.
+pub const STORE_UP: &str = "flankfit_store_up";
+/// Seconds by which the clock of the database is before that of this process.
+pub const CLOCK_SKEW: &str = "flankfit_clock_skew_seconds";
+/// Seconds from telling other processes of an event until they hear it.
+pub const WAKE_DELAY: &str = "flankfit_wake_delay_seconds";
+/// Times that a stream in memory was behind the store.
+pub const STREAM_CATCH_UPS: &str = "flankfit_stream_catch_ups_total";
 
 /// Seconds of one block of a stream, from its nodes to its stored answer.
 pub const BLOCK_SECONDS: &str = "flankfit_stream_block_duration_seconds";
@@ -84,15 +95,14 @@ pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), LogError> {
 pub fn metrics() -> &'static PrometheusHandle {
     static HANDLE: OnceLock<PrometheusHandle> = OnceLock::new();
     HANDLE.get_or_init(|| {
-        let builder = [REQUEST_SECONDS, FIT_SECONDS, CANCELLED_SECONDS, STORE_SECONDS, BLOCK_SECONDS].into_iter().fold(
-            PrometheusBuilder::new(),
-            |builder, name| {
+        let builder = [REQUEST_SECONDS, FIT_SECONDS, CANCELLED_SECONDS, STORE_SECONDS, BLOCK_SECONDS, WAKE_DELAY]
+            .into_iter()
+            .fold(PrometheusBuilder::new(), |builder, name| {
                 // Only an empty list of buckets is refused.
                 builder
                     .set_buckets_for_metric(Matcher::Full(name.into()), &SECONDS_BUCKETS)
                     .unwrap_or_else(|_| PrometheusBuilder::new())
-            },
-        );
+            });
         let recorder = builder.build_recorder();
         let handle = recorder.handle();
         let _already = metrics::set_global_recorder(recorder);
@@ -122,6 +132,11 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_gauge!(TLS_EXPIRY, metrics::Unit::Seconds, "Time until the server's certificate ends");
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
         metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
+        metrics::describe_counter!(STORE_RETRIES, "Transactions of the store that were tried again");
+        metrics::describe_gauge!(STORE_UP, "1 where the store answers and can be written");
+        metrics::describe_gauge!(CLOCK_SKEW, metrics::Unit::Seconds, "The database's clock before ours");
+        metrics::describe_histogram!(WAKE_DELAY, metrics::Unit::Seconds, "Time until other servers hear of an event");
+        metrics::describe_counter!(STREAM_CATCH_UPS, "Times that a stream in memory was behind the store");
         metrics::describe_histogram!(STORE_SECONDS, metrics::Unit::Seconds, "Time of one operation of the store");
         handle
     })
@@ -150,6 +165,16 @@ pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
 /// Notes what the key of a request was.
 pub fn record_authentication(outcome: &'static str) {
     metrics::counter!(AUTHENTICATIONS, "outcome" => outcome).increment(1);
+}
+
+/// Notes that a stream in memory was behind the store.
+pub fn record_catch_up() {
+    metrics::counter!(STREAM_CATCH_UPS).increment(1);
+}
+
+/// Notes whether the store answers and can be written.
+pub fn record_store_up(up: bool) {
+    metrics::gauge!(STORE_UP).set(f64::from(up));
 }
 
 /// Notes that somebody was turned away.

@@ -110,13 +110,15 @@ pub enum ProblemCode {
     RequestTimeout,
     /// 503: the store does not answer.
     StoreUnavailable,
+    /// 503: the store was lost before it said whether something was stored.
+    OutcomeUnknown,
     /// 503: the process is about to end.
     Draining,
 }
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 23] = [
+    pub const ALL: [ProblemCode; 24] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -139,6 +141,7 @@ impl ProblemCode {
         Self::Overloaded,
         Self::RequestTimeout,
         Self::StoreUnavailable,
+        Self::OutcomeUnknown,
         Self::Draining,
     ];
 
@@ -183,6 +186,9 @@ impl ProblemCode {
             Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
             Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),
             Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),
+            Self::OutcomeUnknown => {
+                (503, "urn:flankfit:problem:outcome_unknown", "It is not known whether something was stored")
+            }
             Self::Draining => (503, "urn:flankfit:problem:draining", "The process is about to end"),
         }
     }

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::CommandError;
-use crate::store::{StoreSettings, backup};
+use crate::store::{PostgresSettings, StoreSettings, backup};
 
 #[derive(Debug, Args)]
 pub struct BackupArguments {
@@ -17,6 +17,13 @@ pub struct BackupArguments {
 }
 
 pub fn run(arguments: &BackupArguments) -> Result<(), CommandError> {
+    if PostgresSettings::takes(&arguments.database_url) {
+        return Err(
+            "PostgreSQL is backed up by its own means: pg_basebackup with an archive of the write-ahead log, which \
+                    is recovered to any moment (point-in-time recovery), or pg_dump"
+                .into(),
+        );
+    }
     let source = StoreSettings::of_url(&arguments.database_url)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     runtime.block_on(backup(&source, &arguments.file))?;

@@ -5,6 +5,7 @@ pub mod demo;
 pub mod evaluate;
 pub mod fit;
 pub mod healthcheck;
+pub mod migrate;
 pub mod openapi;
 pub mod serve;
 pub mod study;
@@ -43,6 +44,8 @@ enum Command {
     Openapi(openapi::OpenapiArguments),
     /// Copy the database to a new file, consistently, also while a server writes to it.
     Backup(backup::BackupArguments),
+    /// Make or renew the schema of a PostgreSQL database. (SQLite's is renewed at start.)
+    Migrate(migrate::MigrateArguments),
     /// Check that a running server answers; exit code 0 if it does.
     Healthcheck(healthcheck::HealthcheckArguments),
 }
@@ -59,6 +62,7 @@ pub fn main() -> ExitCode {
         Command::Study(arguments) => study::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Backup(arguments) => backup::run(&arguments),
+        Command::Migrate(arguments) => migrate::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
     };
     telemetry::flush_logs();

@@ -5,6 +5,7 @@ mod address;
 mod digest;
 mod network;
 mod origin;
+mod store;
 mod tls;
 
 use std::{net::SocketAddr, num::NonZeroU32, time::Duration};
@@ -15,6 +16,7 @@ pub use address::parse_address;
 pub use digest::{Digest, Digests, parse_digests};
 pub use network::{Networks, parse_networks};
 pub use origin::{Origin, Origins, parse_origins};
+pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
 
 /// How log lines look.
@@ -56,9 +58,11 @@ pub struct ServeSettings {
     /// given.
     #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit")]
     pub rate_burst: Option<NonZeroU32>,
-    /// Database of the gear jobs: sqlite://FILE.
-    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
+    /// Database of the gear jobs: sqlite://FILE, or postgres://USER@HOST/NAME for several servers.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
     pub database_url: String,
+    #[command(flatten)]
+    pub postgres: PostgresArguments,
     /// Threads that compute fits; 0 means one per processor.
     #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0)]
     pub workers: usize,
@@ -165,6 +169,7 @@ impl Default for ServeSettings {
         ServeSettings {
             bind: SocketAddr::from(([127, 0, 0, 1], 8080)),
             database_url: "sqlite://flankfit.db".into(),
+            postgres: PostgresArguments::default(),
             workers: 0,
             queue: 1024,
             body_limit: 256 * 1024 * 1024,

@@ -4,7 +4,7 @@ use std::time::{Duration, Instant};
 
 use tokio::{sync::Mutex, time::timeout};
 
-use crate::jobs::JobService;
+use crate::{jobs::JobService, telemetry};
 
 /// How long what the store said is believed.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -34,6 +34,7 @@ impl Readiness {
             Ok(outcome) => outcome.map_err(|error| error.to_string()),
             Err(_elapsed) => Err(format!("no answer within {} s", PATIENCE.as_secs())),
         };
+        telemetry::record_store_up(outcome.is_ok());
         *last = Some((Instant::now(), outcome.clone()));
         outcome
     }

@@ -98,6 +98,19 @@ impl JobNotifier {
             sender.send_replace(());
         }
     }
+
+    /// Something may have happened to any job.
+    pub fn notify_all(&self) {
+        for sender in self.jobs.lock().unwrap_or_else(PoisonError::into_inner).values() {
+            sender.send_replace(());
+        }
+    }
+
+    /// The jobs that somebody listens to.
+    pub fn listened(&self) -> Vec<Owned> {
+        let jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
+        jobs.iter().filter(|(_, sender)| sender.receiver_count() > 0).map(|(job, _)| job.clone()).collect()
+    }
 }
 
 #[cfg(test)]
@@ -117,8 +130,13 @@ mod tests {
         drop(first);
         let again = notifier.subscribe(two.clone());
         assert_eq!(notifier.jobs.lock().unwrap().len(), 1);
+        assert_eq!(notifier.listened(), std::slice::from_ref(&two));
         notifier.notify(&two);
         assert!(again.has_changed().unwrap());
         second.changed().await.unwrap();
+        notifier.notify_all();
+        second.changed().await.unwrap();
+        drop((second, again));
+        assert_eq!(notifier.listened(), []);
     }
 }

@@ -9,9 +9,11 @@ use super::{
     draft::ExpectedGear,
     encoded_nodes::EncodedNodes,
     fit::{Figures, NewFit},
+    gear::JobGear,
     job::Job,
     measurand::Measurand,
     measurement::MeasurementDetails,
+    outcome::RepositoryError,
     page::Cursor,
     record::{Record, RecordSummary},
 };
@@ -31,6 +33,21 @@ pub struct NewIteration {
     pub records: Vec<Record>,
     /// The gear that the job must still have.
     pub expected_gear: Option<ExpectedGear>,
+}
+
+impl NewIteration {
+    /// Refuses what the job's gear, a document, contradicts as it is now.
+    pub fn check_gear(&self, gear: Option<&str>) -> Result<(), RepositoryError> {
+        let of_another = |ExpectedGear(expected): &ExpectedGear| expected.as_deref() != gear;
+        if self.expected_gear.as_ref().is_some_and(of_another) {
+            return Err(RepositoryError::GearChanged);
+        }
+        if self.measurand.tooth.is_none() {
+            return Ok(());
+        }
+        let gear = gear.map(|document| JobGear::from(document.to_owned()));
+        self.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))
+    }
 }
 
 /// A job about to be stored with its iterations.

@@ -20,6 +20,7 @@ mod draft;
 mod encoded_nodes;
 mod event;
 mod fit;
+mod follow;
 mod gear;
 mod idempotency;
 mod iteration;
@@ -39,6 +40,7 @@ mod repository;
 mod runs;
 mod service;
 mod streams;
+mod wake;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use caller::{Caller, Owned, Tenant};
@@ -60,8 +62,9 @@ pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
-pub use repository::{Repository, RepositoryFuture, Store, Upkeep};
+pub use repository::{Repository, RepositoryFuture, Store, Upkeep, Wakes};
 pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,
 };
+pub use wake::Wake;

@@ -53,6 +53,9 @@ pub enum RepositoryError {
     /// The store cannot be used now; nothing was stored.
     #[error("the store cannot be used now: {0}")]
     Unavailable(String),
+    /// The store was lost while it was about to say that all is stored: all of it was, or nothing.
+    #[error("it is not known whether it was stored: {0}")]
+    OutcomeUnknown(String),
     /// Anything else; nothing was stored.
     #[error("the store failed: {0}")]
     Failed(String),

@@ -21,6 +21,7 @@ use super::{
     prior::{Predecessor, Predecessors},
     record::{Record, RecordKind, RecordSummary},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
+    wake::Wake,
 };
 use flankfit_engine::estimation::Nodes;
 
@@ -31,6 +32,24 @@ pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, Reposit
 pub trait Store: Upkeep {
     /// The store as a caller sees it: other tenants' jobs, and what belongs to these, do not exist.
     fn of(&self, caller: &Caller) -> Arc<dyn Repository>;
+
+    /// How the processes that use the store wake each other; `None` where it is one process's
+    /// alone.
+    fn wakes(&self) -> Option<Arc<dyn Wakes>> {
+        None
+    }
+}
+
+/// How processes that use one store wake each other.
+pub trait Wakes: Send + Sync + 'static {
+    /// Tells the others, soon and without waiting.
+    fn tell(&self, wake: Wake);
+
+    /// Passes on what is told to the others, and rings for what they tell, until it is dropped.
+    fn pass_on<'a>(&'a self, ring: &'a (dyn Fn(Wake) + Send + Sync)) -> Pin<Box<dyn Future<Output = ()> + Send + 'a>>;
+
+    /// The numbers of the last events of jobs, whosever they are; 0 before the first.
+    fn last_events(&self, jobs: Vec<Uuid>) -> RepositoryFuture<'_, Vec<(Uuid, u64)>>;
 }
 
 /// What is done with a store as a whole, for no caller.

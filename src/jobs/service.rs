@@ -17,7 +17,7 @@ use super::{
     known_jobs::KnownJobs,
     outcome::{Precondition, RepositoryError},
     page::{Page, PageRequest},
-    repository::{Repository, Store},
+    repository::{Repository, Store, Wakes},
     streams::StreamCache,
 };
 
@@ -29,12 +29,15 @@ pub struct JobService {
     known: KnownJobs,
     pub(super) cache: StreamCache,
     pub(super) notifier: JobNotifier,
+    /// How other processes are woken that use the store.
+    pub(super) wakes: Option<Arc<dyn Wakes>>,
 }
 
 impl JobService {
     pub fn new(store: Arc<dyn Store>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Arc<Self> {
         let (known, cache, notifier) = Default::default();
-        Arc::new(JobService { store, clock, ids, known, cache, notifier })
+        let wakes = store.wakes();
+        Arc::new(JobService { store, clock, ids, known, cache, notifier, wakes })
     }
 
     /// The jobs of a caller's tenant.
@@ -187,7 +190,7 @@ impl Jobs {
         let (writing, service, job) = (write(self.repository.clone()), self.service.clone(), self.owned(job));
         run_to_completion(async move {
             let written = writing.await?;
-            service.notifier.notify(&job);
+            service.announce(&job);
             Ok(written)
         })
         .await

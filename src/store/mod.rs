@@ -5,7 +5,9 @@
 //! A store adds its SQL: one `impl Read<Readers> for …` of each read and one
 //! `impl Write<Connection> for …` of each write.
 
+mod postgres;
 mod shared;
 mod sqlite;
 
+pub use postgres::{Migrate, PostgresError, PostgresSettings, PostgresStore, migrate, postgres_migrations};
 pub use sqlite::{BackupError, OpenError, SqliteStore, StoreSettings, backup, migrations};

@@ -81,6 +81,13 @@ impl From<RepositoryError> for Problem {
                     .caused_by(cause)
                     .retry_after(2)
             }
+            RepositoryError::OutcomeUnknown(cause) => Problem::new(
+                ProblemCode::OutcomeUnknown,
+                "The store was lost before it answered: everything was stored, or nothing. Send the request again with \
+                 the same Idempotency-Key, which stores nothing twice; one that had no key: look whether it is there.",
+            )
+            .caused_by(cause)
+            .retry_after(2),
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
     }

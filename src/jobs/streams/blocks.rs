@@ -112,7 +112,7 @@ impl Jobs {
                         estimate,
                         unsaved,
                     });
-                    service.notifier.notify(&job);
+                    service.announce(&job);
                     Ok(())
                 }
                 Err(error @ (RepositoryError::Overloaded | RepositoryError::UnexpectedBlock { .. })) => {

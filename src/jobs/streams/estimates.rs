@@ -9,7 +9,7 @@ use super::{
     state_codec,
     stream::Stream,
 };
-use crate::jobs::service::Jobs;
+use crate::{jobs::service::Jobs, telemetry};
 use flankfit_engine::estimation::{FitSpec, Nodes, Recursive};
 
 impl Jobs {
@@ -41,6 +41,9 @@ impl Jobs {
         if slot.is_some() {
             let stored = self.repository.stream(id).await.map_err(StreamError::from)?;
             if let Some(live) = slot.take() {
+                if stored.sequence > live.stream.sequence {
+                    telemetry::record_catch_up();
+                }
                 **slot = self.followed(host, live, stored).await?;
                 self.service.cache.set_size(&self.owned(id), slot.as_ref());
             }

@@ -105,7 +105,7 @@ impl Jobs {
             // stored or not: what is in memory is no longer sure
             *slot = None;
             let stored = repository.finish_stream(finished, receipt).await?;
-            service.cache.announce_end();
+            service.announce_stream_end();
             Ok((iteration, stored))
         });
         stored.await.map_err(|error| StreamError::from(error).into())
@@ -119,7 +119,7 @@ impl Jobs {
         self.write(stream.job_id, |repository| async move {
             *slot = None;
             repository.delete_stream(id, precondition, now).await?;
-            service.cache.announce_end();
+            service.announce_stream_end();
             Ok(())
         })
         .await

@@ -1,7 +1,7 @@
 //! Columns that hold more than a number or a text, of any database that has integers, texts and
 //! byte strings. A value that does not read is an error, never a guess.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 use sqlx::{Database, Decode, Type, error::BoxDynError};
@@ -30,6 +30,22 @@ impl Tags {
     /// The document of [`Tags`].
     pub fn write(tags: &BTreeMap<String, String>) -> String {
         if tags.is_empty() { "{}".to_owned() } else { serde_json::json!(tags).to_string() }
+    }
+}
+
+/// A JSON document as it was written. How it is stored is each database's own.
+#[derive(Clone, Debug)]
+pub struct Document(pub String);
+
+impl From<Document> for String {
+    fn from(Document(text): Document) -> Self {
+        text
+    }
+}
+
+impl From<Document> for Arc<str> {
+    fn from(Document(text): Document) -> Self {
+        text.into()
     }
 }
 

@@ -16,6 +16,7 @@ use super::{
         InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob,
     },
     queue::Queue,
+    subject::Subject,
 };
 use crate::{
     jobs::{
@@ -36,11 +37,17 @@ pub trait Backend: Send + Sync + 'static {
     type Connection: Send + 'static;
 
     fn readers(&self) -> &Self::Readers;
-    fn queue(&self) -> &Queue<Self::Connection>;
+    /// Where writes wait that change this.
+    fn queue(&self, subject: Subject) -> &Queue<Self::Connection>;
     /// Hears how long each read took.
     fn read_seconds(&self) -> &metrics::Histogram;
     /// An error of the database as the callers see it.
     fn failure(error: &sqlx::Error) -> RepositoryError;
+
+    /// Whether a read that failed so, and that began then, is tried again.
+    fn reads_again(&self, _error: &sqlx::Error, _begun: Instant) -> bool {
+        false
+    }
 }
 
 /// See the module's documentation.
@@ -57,10 +64,14 @@ impl<B: Backend> Handle<B> {
     fn read<O: Read<B::Readers>>(&self, operation: O) -> RepositoryFuture<'_, O::Reply> {
         Box::pin(async move {
             let begun = Instant::now();
-            let found = operation.read(&self.caller, self.backend.readers()).await.map_err(|error| match error {
-                StoreError::Refused(error) => error,
-                StoreError::Broken(error) => B::failure(&error),
-            });
+            let found = loop {
+                match operation.read(&self.caller, self.backend.readers()).await {
+                    Ok(found) => break Ok(found),
+                    Err(StoreError::Refused(error)) => break Err(error),
+                    Err(StoreError::Broken(error)) if self.backend.reads_again(&error, begun) => {}
+                    Err(StoreError::Broken(error)) => break Err(B::failure(&error)),
+                }
+            };
             self.backend.read_seconds().record(begun.elapsed());
             found
         })
@@ -69,7 +80,8 @@ impl<B: Backend> Handle<B> {
     /// The operation is in the queue before this returns its future: dropping the future changes
     /// nothing.
     fn write<O: Write<B::Connection>>(&self, write: O) -> RepositoryFuture<'_, O::Reply> {
-        Box::pin(self.backend.queue().write(Asked { caller: self.caller.clone(), write }))
+        let queue = self.backend.queue(write.subject());
+        Box::pin(queue.write(Asked { caller: self.caller.clone(), write }))
     }
 }
 

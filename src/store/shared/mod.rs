@@ -1,32 +1,44 @@
 //! What stores of different databases share: operations as data, the handles that take them, the
 //! queue of writes, and rows.
 
+mod about;
 mod access;
 mod around;
 mod columns;
 mod error;
+mod group;
 mod handle;
+mod incoming;
+mod lists;
 mod maintenance;
+mod neighbours;
 mod operation;
 mod queue;
 mod row;
+mod subject;
 mod weight;
 
 pub use access::{Read, Write};
 pub use around::around;
-pub use columns::{Digest, Integer, Moment, NodesColumn, Tags};
+pub use columns::{Digest, Document, Integer, Moment, Tags};
 pub use error::{Outcome, StoreError, damaged};
+pub use group::{InsertTogether, run_group};
 pub use handle::{Backend, Handle};
+pub use incoming::Incoming;
+pub use lists::{Counted, Listed, in_order, page, told};
 pub use maintenance::{ForgetAnswers, Probe};
+pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
     Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetBlockSha256, GetBlocks, GetEvents,
     GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors,
     GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob,
-    InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob,
+    InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords, PatchJob, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, MeasurandRow,
-    RecordRow, RecordSummaryRow, StreamRow, TracedFitRow, TracedIterationRow,
+    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, Latest,
+    MeasurandRow, MeasuredTooth, NodesRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow,
+    TracedIterationRow,
 };
 pub(in crate::store) use row::{figure_columns, job_columns};
+pub use subject::Subject;

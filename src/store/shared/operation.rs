@@ -5,13 +5,16 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
-use super::weight::Weight;
+use super::{
+    subject::{About, Subject},
+    weight::Weight,
+};
 use crate::{
     jobs::{
         Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
         JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Stored, Stream, StreamState, Successors,
-        Trace,
+        Tenant, Trace,
     },
     repository_operations,
 };
@@ -25,6 +28,29 @@ pub trait Operation: Send + Sync + 'static {
     fn bytes(&self) -> usize {
         0
     }
+
+    /// What a write changes.
+    fn subject(&self) -> Subject {
+        Subject::Nothing
+    }
+
+    /// What is kept of its request.
+    fn receipt(&self) -> Option<&Receipt> {
+        None
+    }
+
+    /// The idempotency key that it uses, once it is known whose.
+    fn key(&self) -> Option<Key<'_>> {
+        None
+    }
+}
+
+/// An idempotency key: tenant, key and scope.
+pub type Key<'a> = (&'a str, &'a str, &'a str);
+
+/// The key of a receipt.
+pub fn key_of<'a>(tenant: &'a Tenant, receipt: &'a Receipt) -> Key<'a> {
+    (tenant.as_str(), receipt.request.key.as_str(), receipt.request.scope.as_str())
 }
 
 /// A write as a caller asks for it.
@@ -38,6 +64,14 @@ impl<O: Operation> Operation for Asked<O> {
 
     fn bytes(&self) -> usize {
         self.write.bytes()
+    }
+
+    fn subject(&self) -> Subject {
+        self.write.subject()
+    }
+
+    fn key(&self) -> Option<Key<'_>> {
+        self.write.receipt().map(|receipt| key_of(&self.caller.tenant, receipt))
     }
 }
 
@@ -69,6 +103,14 @@ macro_rules! declare {
 
                 fn bytes(&self) -> usize {
                     [$(self.$with.bytes()),*].iter().sum()
+                }
+
+                fn subject(&self) -> Subject {
+                    About::about(self)
+                }
+
+                fn receipt(&self) -> Option<&Receipt> {
+                    [$(self.$with.receipt()),*].into_iter().flatten().next()
                 }
             }
         )*

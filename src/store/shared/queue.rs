@@ -11,7 +11,8 @@ use tokio::sync::{mpsc, oneshot};
 
 use super::{
     error::{Outcome, StoreError},
-    operation::{Asked, InsertIteration, Operation},
+    operation::{Asked, InsertIteration, Key, Operation},
+    subject::Subject,
 };
 use crate::jobs::RepositoryError;
 
@@ -63,6 +64,8 @@ type Running<'a> = Pin<Box<dyn Future<Output = Result<(), Error>> + Send + 'a>>;
 /// A pending operation, whichever it is.
 pub trait AnyPending<C>: Send {
     fn bytes(&self) -> usize;
+    fn subject(&self) -> Subject;
+    fn key(&self) -> Option<Key<'_>>;
     fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a>;
     fn end(self: Box<Self>, failure: Option<RepositoryError>);
 }
@@ -70,6 +73,14 @@ pub trait AnyPending<C>: Send {
 impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
     fn bytes(&self) -> usize {
         self.operation.bytes()
+    }
+
+    fn subject(&self) -> Subject {
+        self.operation.subject()
+    }
+
+    fn key(&self) -> Option<Key<'_>> {
+        self.operation.key()
     }
 
     fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a> {
@@ -101,6 +112,22 @@ impl<C> Queued<C> {
         match self {
             Queued::Iteration(pending) => pending.operation.bytes(),
             Queued::Single(pending) => pending.bytes(),
+        }
+    }
+
+    /// What it changes.
+    pub fn subject(&self) -> Subject {
+        match self {
+            Queued::Iteration(pending) => pending.operation.subject(),
+            Queued::Single(pending) => pending.subject(),
+        }
+    }
+
+    /// The idempotency key that it uses.
+    pub fn key(&self) -> Option<Key<'_>> {
+        match self {
+            Queued::Iteration(pending) => pending.operation.key(),
+            Queued::Single(pending) => pending.key(),
         }
     }
 

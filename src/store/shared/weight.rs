@@ -16,6 +16,11 @@ pub trait Weight {
     fn bytes(&self) -> usize {
         0
     }
+
+    /// The receipt, of the part that is one.
+    fn receipt(&self) -> Option<&Receipt> {
+        None
+    }
 }
 
 /// Parts that are little.
@@ -25,7 +30,13 @@ macro_rules! light {
     };
 }
 
-light!(Choice, DecisionEvent, Job, JobPatch, NewStream, Option<Receipt>, Precondition, Timestamp, Uuid, u32);
+light!(Choice, DecisionEvent, Job, JobPatch, NewStream, Precondition, Timestamp, Uuid, u32);
+
+impl Weight for Option<Receipt> {
+    fn receipt(&self) -> Option<&Receipt> {
+        self.as_ref()
+    }
+}
 
 impl<T: Weight> Weight for Arc<T> {
     fn bytes(&self) -> usize {

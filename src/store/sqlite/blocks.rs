@@ -1,12 +1,12 @@
 //! Blocks of an open stream, and the estimate's numbers after some of them.
 
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{answers, locate::signed, streams, time};
 use crate::{
     jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState},
     store::shared::{
-        BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Integer, Outcome, Read, Write,
+        BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Outcome, Read, StateRow, Write,
     },
 };
 
@@ -14,12 +14,6 @@ use crate::{
 const BYTES_AT_A_TIME: i64 = 8 << 20;
 /// Blocks that are read at a time.
 const BLOCKS_AT_A_TIME: i64 = 1024;
-
-#[derive(FromRow)]
-struct StateRow {
-    sequence: Integer<u64>,
-    data: Vec<u8>,
-}
 
 impl Read<SqlitePool> for GetStreamState {
     async fn read(
@@ -33,14 +27,13 @@ impl Read<SqlitePool> for GetStreamState {
             .bind(seq)
             .fetch_optional(&mut *db)
             .await?;
-        let state = state.map(|StateRow { sequence, data }| StreamState { sequence: sequence.0, data });
         let last: Option<Digest> =
             sqlx::query_scalar("SELECT sha256 FROM stream_blocks WHERE stream = ? AND sequence = ?")
                 .bind(seq)
                 .bind(signed(stream.sequence))
                 .fetch_optional(&mut *db)
                 .await?;
-        Ok((stream, state, last.map(|digest| digest.0)))
+        Ok((stream, state.map(Into::into), last.map(|digest| digest.0)))
     }
 }
 

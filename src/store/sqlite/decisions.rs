@@ -1,6 +1,6 @@
 //! What was decided of an iteration.
 
-use sqlx::{FromRow, SqliteConnection};
+use sqlx::SqliteConnection;
 
 use super::{
     locate::{self, IterationVersion},
@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     jobs::{Caller, Decision, DecisionEvent, Stored},
-    store::shared::{Decide, DecisionRow, Outcome, Write},
+    store::shared::{Decide, DecisionRow, Latest, Outcome, Write},
 };
 
 /// The latest decision on an iteration.
@@ -22,32 +22,23 @@ pub async fn latest(db: &mut SqliteConnection, iteration: i64) -> Outcome<Option
     Ok(row.map(Into::into))
 }
 
-#[derive(FromRow)]
-struct LatestDecision {
-    position: i64,
-    decision: Decision,
-    reason: Option<String>,
-}
-
 impl Write<SqliteConnection> for Decide {
     async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let Decide { job, number, decision, precondition } = self;
         let IterationVersion { seq, version } = locate::iteration(db, &caller.tenant, *job, *number).await?;
         precondition.check(version)?;
-        let latest: Option<LatestDecision> = sqlx::query_as(
-            "SELECT position, decision, reason FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
+        let latest: Option<Latest<Decision>> = sqlx::query_as(
+            "SELECT position, decision AS what, reason FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
         )
         .bind(seq)
         .fetch_optional(&mut *db)
         .await?;
-        let same =
-            |latest: &LatestDecision| (latest.decision, &latest.reason) == (decision.decision, &decision.event.reason);
-        if latest.as_ref().is_some_and(same) {
+        if latest.as_ref().is_some_and(|latest| latest.is(&decision.decision, &decision.event)) {
             return Ok(Stored { number: *number, version });
         }
         sqlx::query("INSERT INTO decisions (iteration, position, decision, reason, created_at) VALUES (?, ?, ?, ?, ?)")
             .bind(seq)
-            .bind(latest.map_or(0, |latest| latest.position) + 1)
+            .bind(Latest::next(latest.as_ref()))
             .bind(decision.decision.name())
             .bind(decision.event.reason.as_deref())
             .bind(time::to_text(decision.event.created_at))

@@ -1,22 +1,20 @@
 //! Fits of an iteration, and which of them stands.
 
-use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments};
+use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments};
 
 use super::{
     answers::{self, StoredFit},
-    lists::{Counted, in_order},
-    locate::{self, IterationVersion, iteration_seq},
+    locate::{self, IterationVersion, within},
     time,
 };
 use crate::{
     jobs::{
-        Caller, Choice, Computed, Cursor, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
-        RepositoryError, Resource, Stored, TracedFit,
+        Caller, Choice, Computed, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
+        Resource, Stored, TracedFit,
     },
     store::shared::{
-        ChoiceRow, Choose, FitRow, FitSummaryRow, GetFit, InsertFit, Integer, ListFits, Outcome, Read, TracedFitRow,
-        Write, figure_columns,
+        ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome, Read,
+        TracedFitRow, Write, figure_columns, page, told,
     },
 };
 
@@ -70,30 +68,28 @@ pub fn bind<'q>(
 
 /// The last fits of an iteration, and how many stand before them.
 pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<FitSummary>, u64)> {
-    let rows: Vec<Counted<FitSummaryRow>> = sqlx::query_as(concat!(
-        "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
-        summary_columns!(),
-        " FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
-    ))
-    .bind(iteration)
-    .bind(MAX_LISTED)
-    .fetch_all(db)
-    .await?;
-    Ok(in_order(rows))
+    locate::last::<FitSummaryRow, _>(
+        db,
+        concat!(
+            "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
+            summary_columns!(),
+            " FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+        ),
+        iteration,
+    )
+    .await
 }
 
 /// The last choices of an iteration, and how many stand before them.
 pub async fn last_choices(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<Choice>, u64)> {
-    let rows: Vec<Counted<ChoiceRow>> = sqlx::query_as(
+    locate::last::<ChoiceRow, _>(
+        db,
         "SELECT (SELECT count(*) FROM fit_choices WHERE iteration = ?1) AS total,
                 f.id AS fit_id, c.reason AS reason, c.created_at AS created_at
          FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = ?1 ORDER BY c.position DESC LIMIT ?2",
+        iteration,
     )
-    .bind(iteration)
-    .bind(MAX_LISTED)
-    .fetch_all(db)
-    .await?;
-    Ok(in_order(rows))
+    .await
 }
 
 /// The last fits of an iteration with their coefficients, as many as `text` holds the coefficients
@@ -105,7 +101,7 @@ pub async fn last_with_coefficients(
 ) -> Outcome<(Vec<TracedFit>, u64)> {
     // of an answer, which may be long, only the coefficients leave the database, as they were
     // answered
-    let mut rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
+    let rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
         summary_columns!(),
         ", result -> '$.coefficients' AS coefficients, result -> '$.prior' AS prior
@@ -114,33 +110,16 @@ pub async fn last_with_coefficients(
     .bind(iteration)
     .bind(MAX_LISTED)
     .fetch(db);
-    let (mut fits, mut length) = (Vec::new(), 0);
-    while let Some(fit) = rows.try_next().await? {
-        length += fit.row.coefficients.len();
-        if length > text && !fits.is_empty() {
-            break;
-        }
-        fits.push(fit);
-    }
-    Ok(in_order(fits))
-}
-
-#[derive(FromRow)]
-struct ListedFitRow {
-    seq: Integer<u64>,
-    #[sqlx(flatten)]
-    row: FitSummaryRow,
+    Ok(told(rows, text).await?)
 }
 
 impl Read<SqlitePool> for ListFits {
-    /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<FitSummary>> {
         let PageRequest { limit, after } = self.page;
-        let mut db = from.begin().await?;
-        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
-        let rows: Vec<ListedFitRow> = sqlx::query_as(concat!(
-            "SELECT seq, ",
+        let rows: Vec<Listed<FitSummaryRow>> = sqlx::query_as(concat!(
+            "SELECT seq AS place, ",
             summary_columns!(),
             " FROM fits WHERE iteration = ?1 AND seq > ?2 ORDER BY seq LIMIT ?3"
         ))
@@ -149,15 +128,13 @@ impl Read<SqlitePool> for ListFits {
         .bind(i64::from(limit) + 1)
         .fetch_all(&mut *db)
         .await?;
-        let page = Page::of(rows, limit, |row| Cursor::after_number(row.seq.0));
-        Ok(page.map(|row| row.row.into()))
+        Ok(page(rows, limit))
     }
 }
 
 impl Read<SqlitePool> for GetFit {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<FitRecord> {
-        let mut db = from.begin().await?;
-        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<FitRow> = sqlx::query_as(concat!(
             "SELECT id, reason, created_at, seq = ",
             chosen_fit!(),
@@ -186,13 +163,6 @@ impl Write<SqliteConnection> for InsertFit {
     }
 }
 
-#[derive(FromRow)]
-struct LatestChoice {
-    position: i64,
-    fit: i64,
-    reason: Option<String>,
-}
-
 impl Write<SqliteConnection> for Choose {
     async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
         let Choose { job, number, choice, precondition } = self;
@@ -204,19 +174,18 @@ impl Write<SqliteConnection> for Choose {
             .fetch_optional(&mut *db)
             .await?
             .ok_or(RepositoryError::ForeignFit(choice.fit_id))?;
-        let latest: Option<LatestChoice> = sqlx::query_as(
-            "SELECT position, fit, reason FROM fit_choices WHERE iteration = ? ORDER BY position DESC LIMIT 1",
+        let latest: Option<Latest<i64>> = sqlx::query_as(
+            "SELECT position, fit AS what, reason FROM fit_choices WHERE iteration = ? ORDER BY position DESC LIMIT 1",
         )
         .bind(seq)
         .fetch_optional(&mut *db)
         .await?;
-        let same = |latest: &LatestChoice| (latest.fit, &latest.reason) == (fit, &choice.event.reason);
-        if latest.as_ref().is_some_and(same) {
+        if latest.as_ref().is_some_and(|latest| latest.is(&fit, &choice.event)) {
             return Ok(Stored { number: *number, version });
         }
         sqlx::query("INSERT INTO fit_choices (iteration, position, fit, reason, created_at) VALUES (?, ?, ?, ?, ?)")
             .bind(seq)
-            .bind(latest.map_or(0, |latest| latest.position) + 1)
+            .bind(Latest::next(latest.as_ref()))
             .bind(fit)
             .bind(choice.event.reason.as_deref())
             .bind(time::to_text(choice.event.created_at))

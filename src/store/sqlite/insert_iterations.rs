@@ -20,33 +20,15 @@ use super::{
     records, time,
 };
 use crate::{
-    jobs::{Caller, ExpectedGear, JobGear, NewIteration, Receipt, RepositoryError, Resource, Stored, Tenant},
-    store::shared::{Asked, InsertIteration, Integer, Outcome, Pending, Queued, StoreError, Write, figure_columns},
+    jobs::{Caller, RepositoryError, Resource, Stored},
+    store::shared::{
+        Asked, Incoming, InsertIteration, InsertTogether, Integer, Key, Outcome, Pending, Queued, StoreError, Write,
+        figure_columns,
+    },
 };
 
 /// Rows of one statement: 35 variables each, far below SQLite's 32,766.
 const MOST_ROWS: usize = 64;
-
-/// An iteration about to be stored, with the tenant whose job it names.
-#[derive(Clone, Copy)]
-pub struct Incoming<'a> {
-    pub tenant: &'a Tenant,
-    pub iteration: &'a NewIteration,
-    pub receipt: Option<&'a Receipt>,
-}
-
-impl<'a> Incoming<'a> {
-    pub fn of(Asked { caller, write: InsertIteration { iteration, receipt } }: &'a Asked<InsertIteration>) -> Self {
-        Incoming { tenant: &caller.tenant, iteration, receipt: receipt.as_ref() }
-    }
-
-    fn key(&self) -> Option<Key<'a>> {
-        self.receipt.map(|receipt| (self.tenant.as_str(), receipt.request.key.as_str(), receipt.request.scope.as_str()))
-    }
-}
-
-/// Tenant, key and scope.
-type Key<'a> = (&'a str, &'a str, &'a str);
 
 impl Write<SqliteConnection> for InsertIteration {
     async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
@@ -61,8 +43,13 @@ impl Write<SqliteConnection> for InsertIteration {
     }
 }
 
-/// Stores what can be stored and refuses the rest, in the order given. It is refused as a whole
-/// only before anything was changed.
+impl InsertTogether for SqliteConnection {
+    async fn insert(&mut self, incoming: &[Incoming<'_>]) -> Outcome<Vec<Result<Stored, RepositoryError>>> {
+        insert(self, incoming).await
+    }
+}
+
+/// See [`InsertTogether::insert`].
 pub async fn insert(
     db: &mut SqliteConnection,
     incoming: &[Incoming<'_>],
@@ -141,26 +128,11 @@ impl LastNumbers {
         if new.key().is_some_and(|key| taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
         }
-        job.check(new.iteration)?;
+        new.iteration.check_gear(job.gear.as_deref())?;
         job.last_number.0 += 1;
         self.iteration += 1;
         self.fit += 1;
         Ok(Numbered { new, job: job.seq, number: job.last_number.0, seq: self.iteration, fit: self.fit })
-    }
-}
-
-impl JobCounters {
-    /// Refuses what the job's gear contradicts as it is now.
-    fn check(&self, iteration: &NewIteration) -> Result<(), RepositoryError> {
-        let of_another = |ExpectedGear(gear): &ExpectedGear| gear.as_deref() != self.gear.as_deref();
-        if iteration.expected_gear.as_ref().is_some_and(of_another) {
-            return Err(RepositoryError::GearChanged);
-        }
-        if iteration.measurand.tooth.is_none() {
-            return Ok(());
-        }
-        let gear = self.gear.clone().map(JobGear::from);
-        iteration.measurand.check_tooth(gear.as_ref().and_then(JobGear::teeth))
     }
 }
 

@@ -1,18 +1,16 @@
 //! Iterations and their nodes, read.
 
-use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, SqlitePool};
-use uuid::Uuid;
+use sqlx::SqlitePool;
 
 use super::{
     decisions, fits,
-    locate::{WithSeq, which_is_missing},
+    locate::{self, WithSeq, which_is_missing},
 };
 use crate::{
     jobs::{Caller, Iteration, Measurand, Predecessor, RepositoryError, Successors},
     store::shared::{
-        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, Integer, IterationRow,
-        MeasurandRow, NodesColumn, Outcome, Read, damaged,
+        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow, MeasurandRow,
+        NodesRow, Outcome, PredecessorRow, Read, SuccessorRow, damaged, predecessors, successors,
     },
 };
 use flankfit_engine::estimation::Nodes;
@@ -21,7 +19,8 @@ impl Read<SqlitePool> for GetIteration {
     async fn read(&self, Caller { tenant, .. }: &Caller, from: &SqlitePool) -> Outcome<Iteration> {
         let GetIteration { job, number } = *self;
         let mut db = from.begin().await?;
-        let row: Option<WithSeq<IterationRow>> = sqlx::query_as(
+        let WithSeq { seq, row }: WithSeq<IterationRow> = locate::row(
+            &mut db,
             "SELECT i.seq AS seq, i.id AS id, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
                 i.measured_at AS measured_at, i.instrument AS instrument, i.operator AS operator, i.note AS note,
                 i.created_at AS created_at,
@@ -30,13 +29,9 @@ impl Read<SqlitePool> for GetIteration {
                 + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
                 + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1 AS version
          FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
+            (tenant, job, number),
         )
-        .bind(job)
-        .bind(tenant.as_str())
-        .bind(number)
-        .fetch_optional(&mut *db)
         .await?;
-        let Some(WithSeq { seq, row }) = row else { return Err(which_is_missing(&mut db, tenant, job).await) };
         let fits = fits::last(&mut db, seq).await?;
         let decision = decisions::latest(&mut db, seq).await?;
         Ok(row.with((job, number), fits, decision))
@@ -48,12 +43,6 @@ impl Read<SqlitePool> for GetNodes {
         let all = GetNodesUpTo { job: self.job, number: self.number, most: usize::MAX }.read(caller, from).await?;
         all.map_err(|length| RepositoryError::Failed(damaged("nodes", &format!("{length} bytes are not read"))).into())
     }
-}
-
-#[derive(FromRow)]
-struct NodesRow {
-    length: Integer<usize>,
-    data: Option<NodesColumn>,
 }
 
 impl Read<SqlitePool> for GetNodesUpTo {
@@ -73,8 +62,7 @@ impl Read<SqlitePool> for GetNodesUpTo {
         .fetch_optional(&mut *db)
         .await?;
         match row {
-            Some(NodesRow { data: Some(NodesColumn(nodes)), .. }) => Ok(Ok(nodes)),
-            Some(NodesRow { length, data: None }) => Ok(Err(length.0)),
+            Some(row) => Ok(row.into()),
             None => Err(which_is_missing(&mut db, tenant, job).await),
         }
     }
@@ -84,27 +72,15 @@ impl Read<SqlitePool> for GetMeasurand {
     async fn read(&self, Caller { tenant, .. }: &Caller, from: &SqlitePool) -> Outcome<Measurand> {
         let GetMeasurand { job, number } = *self;
         let mut db = from.acquire().await?;
-        let row: Option<MeasurandRow> = sqlx::query_as(
+        let row: MeasurandRow = locate::row(
+            &mut db,
             "SELECT i.flank AS flank, i.tooth AS tooth, i.axes AS axes
          FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
+            (tenant, job, number),
         )
-        .bind(job)
-        .bind(tenant.as_str())
-        .bind(number)
-        .fetch_optional(&mut *db)
         .await?;
-        match row {
-            Some(row) => Ok(row.into()),
-            None => Err(which_is_missing(&mut db, tenant, job).await),
-        }
+        Ok(row.into())
     }
-}
-
-#[derive(FromRow)]
-struct SuccessorRow {
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
 }
 
 impl Read<SqlitePool> for GetSuccessors {
@@ -112,7 +88,7 @@ impl Read<SqlitePool> for GetSuccessors {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Successors> {
         let GetSuccessors { job, number } = *self;
         let mut db = from.acquire().await?;
-        let mut rows = sqlx::query_as::<_, SuccessorRow>(
+        let rows = sqlx::query_as::<_, SuccessorRow>(
             "SELECT i.number AS number, i.flank AS flank, i.tooth AS tooth, NULL AS axes
          FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number >= ?
          ORDER BY i.number",
@@ -121,41 +97,15 @@ impl Read<SqlitePool> for GetSuccessors {
         .bind(caller.tenant.as_str())
         .bind(number)
         .fetch(&mut *db);
-        // names of teeth may be older than the rule how they are written, so they are compared here;
-        // the rows are short
-        let mut found = Successors::default();
-        let mut own: Option<Measurand> = None;
-        while let Some(SuccessorRow { number: Integer(at), measurand }) = rows.try_next().await? {
-            let measurand = Measurand::from(measurand);
-            match &own {
-                None if at == number => own = Some(measurand),
-                None => break,
-                Some(own) => {
-                    found.any = found.any.or(Some(at));
-                    if measurand.is_alike(own) {
-                        found.alike = Some(at);
-                        break;
-                    }
-                }
-            }
-        }
-        Ok(found)
+        Ok(successors(rows, number).await?)
     }
-}
-
-#[derive(FromRow)]
-struct PredecessorRow {
-    number: Integer<u32>,
-    #[sqlx(flatten)]
-    measurand: MeasurandRow,
-    fit_id: Uuid,
 }
 
 impl Read<SqlitePool> for GetPredecessors {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Vec<Predecessor>> {
         let GetPredecessors { job, wanted } = self;
         let mut db = from.acquire().await?;
-        let mut rows = sqlx::query_as::<_, PredecessorRow>(
+        let rows = sqlx::query_as::<_, PredecessorRow>(
             "SELECT i.number AS number, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
                 (SELECT f.id FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = i.seq
                  ORDER BY c.position DESC LIMIT 1) AS fit_id
@@ -167,17 +117,6 @@ impl Read<SqlitePool> for GetPredecessors {
         .bind(wanted.from)
         .bind(wanted.before.map_or(i64::MAX, i64::from))
         .fetch(&mut *db);
-        let mut found = Vec::new();
-        while let Some(PredecessorRow { number: Integer(number), measurand, fit_id }) = rows.try_next().await? {
-            let measurand = Measurand::from(measurand);
-            if measurand.is_alike(&wanted.of) {
-                found.push(Predecessor { number, measurand, fit_id });
-                if found.len() == wanted.most {
-                    break;
-                }
-            }
-        }
-        found.reverse();
-        Ok(found)
+        Ok(predecessors(rows, wanted).await?)
     }
 }

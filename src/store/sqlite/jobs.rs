@@ -1,6 +1,6 @@
 //! Jobs.
 
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
@@ -9,9 +9,10 @@ use super::{
     streams, time,
 };
 use crate::{
-    jobs::{Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant, has_no_tooth},
+    jobs::{Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant},
     store::shared::{
-        DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, Outcome, PatchJob, Read, Tags, Write, job_columns,
+        DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob, Read, Tags, Write,
+        job_columns,
     },
 };
 
@@ -116,13 +117,6 @@ impl Write<SqliteConnection> for PatchJob {
     }
 }
 
-/// A tooth that was measured, by an iteration or by a stream that may become one.
-#[derive(FromRow)]
-struct MeasuredTooth {
-    tooth: String,
-    iteration: Option<Integer<u32>>,
-}
-
 /// Refuses a gear without a tooth that the job's iterations, or streams that may become some, are
 /// of.
 async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&JobGear>) -> Outcome<()> {
@@ -135,13 +129,7 @@ async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&J
     .bind(job)
     .fetch_all(db)
     .await?;
-    match measured.into_iter().find(|measured| has_no_tooth(&measured.tooth, teeth)) {
-        None => Ok(()),
-        Some(MeasuredTooth { tooth, iteration }) => {
-            let iteration = iteration.map(|number| number.0);
-            Err(RepositoryError::ToothMeasured { tooth, teeth, iteration }.into())
-        }
-    }
+    Ok(MeasuredTooth::check(measured, teeth)?)
 }
 
 impl Write<SqliteConnection> for DeleteJob {

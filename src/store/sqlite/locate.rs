@@ -1,11 +1,11 @@
 //! Where jobs and iterations are: the rows of SQLite's own keys.
 
-use sqlx::{FromRow, SqliteConnection};
+use sqlx::{FromRow, Sqlite, SqliteConnection, SqlitePool, Transaction, sqlite::SqliteRow};
 use uuid::Uuid;
 
 use crate::{
-    jobs::{RepositoryError, Resource, Tenant},
-    store::shared::{Integer, Outcome, StoreError},
+    jobs::{Caller, MAX_LISTED, RepositoryError, Resource, Tenant},
+    store::shared::{Counted, Integer, Outcome, StoreError, in_order},
 };
 
 /// A row with the key that SQLite gave it.
@@ -16,20 +16,47 @@ pub struct WithSeq<T> {
     pub row: T,
 }
 
-/// The row of an iteration.
-pub async fn iteration_seq(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid, number: u32) -> Outcome<i64> {
-    let seq = sqlx::query_scalar(
-        "SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
-    )
-    .bind(job)
-    .bind(tenant.as_str())
-    .bind(number)
-    .fetch_optional(&mut *db)
-    .await?;
-    match seq {
-        Some(seq) => Ok(seq),
+/// What a statement reads of the iteration that is its variables: job, tenant and number.
+pub async fn row<T>(
+    db: &mut SqliteConnection,
+    sql: &'static str,
+    (tenant, job, number): (&Tenant, Uuid, u32),
+) -> Outcome<T>
+where
+    T: for<'r> FromRow<'r, SqliteRow> + Send + Unpin,
+{
+    let row = sqlx::query_as(sql).bind(job).bind(tenant.as_str()).bind(number).fetch_optional(&mut *db).await?;
+    match row {
+        Some(row) => Ok(row),
         None => Err(which_is_missing(db, tenant, job).await),
     }
+}
+
+/// A transaction that sees one state, and the row of an iteration in it.
+pub async fn within(
+    from: &SqlitePool,
+    Caller { tenant, .. }: &Caller,
+    job: Uuid,
+    number: u32,
+) -> Outcome<(Transaction<'static, Sqlite>, i64)> {
+    let mut db = from.begin().await?;
+    let (seq,) = row(
+        &mut db,
+        "SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
+        (tenant, job, number),
+    )
+    .await?;
+    Ok((db, seq))
+}
+
+/// The last entries of a list of an iteration, as a statement reads them newest first whose
+/// variables are row of the iteration and how many; and how many stand before them.
+pub async fn last<T, U: From<T>>(db: &mut SqliteConnection, sql: &'static str, iteration: i64) -> Outcome<(Vec<U>, u64)>
+where
+    Counted<T>: for<'r> FromRow<'r, SqliteRow> + Send + Unpin,
+{
+    let rows: Vec<Counted<T>> = sqlx::query_as(sql).bind(iteration).bind(MAX_LISTED).fetch_all(db).await?;
+    Ok(in_order(rows))
 }
 
 /// Whether the job or only its iteration does not exist.

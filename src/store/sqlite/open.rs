@@ -46,7 +46,7 @@ impl StoreSettings {
         }
         let refused = |reason: String| OpenError::Url { url: url.to_owned(), reason };
         if !url.starts_with("sqlite:") {
-            return Err(refused("this build keeps its jobs in SQLite".into()));
+            return Err(refused("another is of the form postgres://USER@HOST/NAME".into()));
         }
         let options = SqliteConnectOptions::from_str(url).map_err(|error| refused(error.to_string()))?;
         if options.get_filename().as_os_str().is_empty() {

@@ -1,21 +1,17 @@
 //! What is kept with an iteration beside its fits.
 
-use sqlx::{FromRow, SqliteConnection, SqlitePool};
+use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{
     answers,
-    lists::{Counted, in_order},
-    locate::{self, IterationVersion, iteration_seq},
+    locate::{self, IterationVersion, within},
     time,
 };
 use crate::{
-    jobs::{
-        Caller, Cursor, MAX_LISTED, Page, PageRequest, Record, RecordDraft, RecordSummary, RepositoryError, Resource,
-        Stored,
-    },
+    jobs::{Caller, Page, PageRequest, Record, RecordDraft, RecordSummary, RepositoryError, Resource, Stored},
     store::shared::{
-        GetLatestRecord, GetRecord, InsertRecord, Integer, ListRecords, Outcome, Read, RecordRow, RecordSummaryRow,
-        Write,
+        GetLatestRecord, GetRecord, InsertRecord, ListRecords, Listed, Outcome, Read, RecordRow, RecordSummaryRow,
+        Write, page,
     },
 };
 
@@ -54,8 +50,7 @@ pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Reco
 
 impl Read<SqlitePool> for GetRecord {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Record> {
-        let mut db = from.begin().await?;
-        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
             "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND id = ?",
         )
@@ -67,50 +62,38 @@ impl Read<SqlitePool> for GetRecord {
     }
 }
 
-#[derive(FromRow)]
-struct ListedRecordRow {
-    seq: Integer<u64>,
-    #[sqlx(flatten)]
-    row: RecordSummaryRow,
-}
-
 impl Read<SqlitePool> for ListRecords {
-    /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<RecordSummary>> {
         let PageRequest { limit, after } = self.page;
-        let mut db = from.begin().await?;
-        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
-        let rows: Vec<ListedRecordRow> = sqlx::query_as(
-            "SELECT seq, id, kind, method, created_at FROM records WHERE iteration = ? AND seq > ? ORDER BY seq LIMIT ?",
+        let rows: Vec<Listed<RecordSummaryRow>> = sqlx::query_as(
+            "SELECT seq AS place, id, kind, method, created_at FROM records
+             WHERE iteration = ? AND seq > ? ORDER BY seq LIMIT ?",
         )
         .bind(iteration)
         .bind(after)
         .bind(i64::from(limit) + 1)
         .fetch_all(&mut *db)
         .await?;
-        let page = Page::of(rows, limit, |row| Cursor::after_number(row.seq.0));
-        Ok(page.map(|row| row.row.into()))
+        Ok(page(rows, limit))
     }
 }
 
 /// The last of an iteration, oldest first, and how many stand before them.
 pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
-    let rows: Vec<Counted<RecordSummaryRow>> = sqlx::query_as(
+    locate::last::<RecordSummaryRow, _>(
+        db,
         "SELECT id, kind, method, created_at, (SELECT count(*) FROM records WHERE iteration = ?1) AS total
          FROM records WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2",
+        iteration,
     )
-    .bind(iteration)
-    .bind(MAX_LISTED)
-    .fetch_all(db)
-    .await?;
-    Ok(in_order(rows))
+    .await
 }
 
 impl Read<SqlitePool> for GetLatestRecord {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Option<Record>> {
-        let mut db = from.begin().await?;
-        let iteration = iteration_seq(&mut db, &caller.tenant, self.job, self.number).await?;
+        let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
             "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND kind = ?
          ORDER BY seq DESC LIMIT 1",

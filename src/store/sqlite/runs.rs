@@ -2,14 +2,10 @@
 
 use sqlx::SqliteConnection;
 
-use super::{
-    answers,
-    insert_iterations::{self, Incoming},
-    jobs,
-};
+use super::{answers, insert_iterations, jobs};
 use crate::{
     jobs::{Caller, NewRun, Stored},
-    store::shared::{InsertRuns, Outcome, StoreError, Write},
+    store::shared::{Incoming, InsertRuns, Outcome, StoreError, Write},
 };
 
 impl Write<SqliteConnection> for InsertRuns {

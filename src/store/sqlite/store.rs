@@ -14,7 +14,7 @@ use super::{
 };
 use crate::{
     jobs::{self, ANSWERS_KEPT, Caller, Repository, RepositoryError, RepositoryFuture, Upkeep},
-    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, queue},
+    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, Subject, queue},
     telemetry,
 };
 
@@ -55,7 +55,7 @@ impl Backend for Database {
         &self.readers
     }
 
-    fn queue(&self) -> &Queue<SqliteConnection> {
+    fn queue(&self, _subject: Subject) -> &Queue<SqliteConnection> {
         &self.queue
     }
 

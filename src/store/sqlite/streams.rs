@@ -4,14 +4,15 @@ use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers,
-    insert_iterations::{self, Incoming},
+    answers, insert_iterations,
     locate::{WithSeq, signed},
     time,
 };
 use crate::{
     jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant},
-    store::shared::{DeleteStream, FinishStream, GetStream, InsertStream, Integer, Outcome, Read, StreamRow, Write},
+    store::shared::{
+        DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, Outcome, Read, StreamRow, Write,
+    },
 };
 
 /// A stream with its row.

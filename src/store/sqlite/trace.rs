@@ -4,12 +4,11 @@ use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{
     fits, jobs,
-    lists::{Counted, in_order},
     locate::{self, WithSeq},
     records,
 };
 use crate::{
-    jobs::{Caller, Cursor, DecisionEvent, Earlier, MAX_LISTED, PageRequest, Trace, TracedIteration},
+    jobs::{Caller, Cursor, DecisionEvent, Earlier, PageRequest, Trace, TracedIteration},
     store::shared::{DecisionRow, GetTrace, Outcome, Read, TracedIterationRow},
 };
 
@@ -70,13 +69,11 @@ async fn iteration(
 
 /// The last decisions on an iteration, and how many stand before them.
 async fn last_decisions(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<DecisionEvent>, u64)> {
-    let rows: Vec<Counted<DecisionRow>> = sqlx::query_as(
+    locate::last::<DecisionRow, _>(
+        db,
         "SELECT decision, reason, created_at, (SELECT count(*) FROM decisions WHERE iteration = ?1) AS total
          FROM decisions WHERE iteration = ?1 ORDER BY position DESC LIMIT ?2",
+        iteration,
     )
-    .bind(iteration)
-    .bind(MAX_LISTED)
-    .fetch_all(db)
-    .await?;
-    Ok(in_order(rows))
+    .await
 }

@@ -11,11 +11,10 @@ use sqlx::SqliteConnection;
 
 use super::{
     error::{code, failure},
-    insert_iterations::{self, Incoming},
     open::StoreSettings,
 };
 use crate::{
-    store::shared::{Asked, InsertIteration, Pending, Queued, StoreError, Waiting},
+    store::shared::{Queued, Waiting, run_group},
     telemetry,
 };
 
@@ -75,7 +74,7 @@ impl Writer {
 
     /// One transaction. Afterwards it is committed or undone, whatever happened.
     async fn transact(&mut self, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
-        let result = run_group(&mut self.connection, group).await;
+        let result = run(&mut self.connection, group).await;
         if let Err(error) = &result {
             // SQLite undoes some failed transactions itself and then says that there is none: both
             // are fine.
@@ -92,44 +91,9 @@ impl Writer {
     }
 }
 
-async fn run_group(db: &mut SqliteConnection, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
+async fn run(db: &mut SqliteConnection, group: &mut [Queued<SqliteConnection>]) -> Result<(), sqlx::Error> {
     sqlx::query("BEGIN IMMEDIATE").execute(&mut *db).await?;
-    let mut iterations = Vec::new();
-    for write in group {
-        match write {
-            Queued::Iteration(pending) => iterations.push(pending),
-            Queued::Single(pending) => pending.run(&mut *db).await?,
-        }
-    }
-    if !iterations.is_empty() {
-        insert(db, iterations).await?;
-    }
+    run_group(db, group).await?;
     sqlx::query("COMMIT").execute(db).await?;
     Ok(())
-}
-
-/// Inserts iterations together. Where they are refused together, because the row of one job does
-/// not read, each is tried by itself.
-async fn insert(
-    db: &mut SqliteConnection,
-    iterations: Vec<&mut Pending<Asked<InsertIteration>>>,
-) -> Result<(), sqlx::Error> {
-    let incoming: Vec<Incoming<'_>> = iterations.iter().map(|pending| Incoming::of(&pending.operation)).collect();
-    match insert_iterations::insert(db, &incoming).await {
-        Ok(replies) => {
-            iterations.into_iter().zip(replies).for_each(|(pending, reply)| pending.note(reply));
-            Ok(())
-        }
-        Err(StoreError::Broken(error)) => Err(error),
-        Err(StoreError::Refused(_)) => {
-            for pending in iterations {
-                match insert_iterations::insert(db, &[Incoming::of(&pending.operation)]).await {
-                    Ok(replies) => replies.into_iter().for_each(|reply| pending.note(reply)),
-                    Err(StoreError::Refused(error)) => pending.note(Err(error)),
-                    Err(StoreError::Broken(error)) => return Err(error),
-                }
-            }
-            Ok(())
-        }
-    }
 }

@@ -12,7 +12,7 @@ use flankfit::{
         Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
         JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
-        RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep,
+        RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep, Wakes,
     },
     repository_operations,
 };
@@ -86,6 +86,8 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::Unavailable(_) => "unavailable",
         RepositoryError::Overloaded => "overloaded",
         RepositoryError::Failed(_) => "failed",
+        // no store says so unless its server is killed, which is tested elsewhere
+        RepositoryError::OutcomeUnknown(_) => "outcome unknown",
     }
 }
 
@@ -101,6 +103,10 @@ pub struct Watched {
 impl Store for Watched {
     fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
         self.store.of(caller)
+    }
+
+    fn wakes(&self) -> Option<Arc<dyn Wakes>> {
+        self.store.wakes()
     }
 }
 

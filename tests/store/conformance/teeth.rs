@@ -10,7 +10,7 @@ use flankfit_engine::gear::Side;
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::Values;
+use crate::support::{Values, caller};
 
 fn of(tooth: &str) -> Measurand {
     Measurand { flank: Some(Side::Left), tooth: Some(tooth.to_owned()), axes: None }
@@ -38,8 +38,10 @@ pub async fn a_tooth_that_the_gear_has_not_got_is_not_written(pair: &mut Pair) {
     let refused = store.insert_stream(Arc::new(stream), None).await;
     assert!(matches!(refused, Err(RepositoryError::NoSuchTooth { .. })), "{refused:?}");
     assert!(matches!(store.iteration(job, 1).await, Err(RepositoryError::NotFound(_))), "nothing was stored");
-    // in one group with others, that are stored and numbered without a gap
-    let each = ["30", "40", "master", "1"].map(|tooth| store.insert_iteration(iteration(&place, job, tooth), None));
+    // in one group with others, that are stored and numbered without a gap; of one handle, which
+    // keeps their order
+    let one = pair.handles[0].of(&caller("default"));
+    let each = ["30", "40", "master", "1"].map(|tooth| one.insert_iteration(iteration(&place, job, tooth), None));
     let answers = futures_util::future::join_all(each).await;
     let numbers: Vec<Option<u32>> = answers.into_iter().map(|answer| answer.ok().map(|stored| stored.number)).collect();
     assert_eq!(numbers, [Some(1), None, Some(2), Some(3)]);

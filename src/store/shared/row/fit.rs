@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Choice, Decision, DecisionEvent, Event, Figures, FitRecord, FitSummary, TracedFit},
-    store::shared::columns::{CriterionName, Integer, Moment, SchemeName},
+    store::shared::columns::{CriterionName, Document, Integer, Moment, SchemeName},
 };
 
 /// The columns of [`FigureRow`].
@@ -67,8 +67,8 @@ pub struct FitRow {
     reason: Option<String>,
     created_at: Moment,
     chosen: bool,
-    spec: String,
-    result: String,
+    spec: Document,
+    result: Document,
 }
 
 impl From<FitRow> for FitRecord {
@@ -104,13 +104,33 @@ impl From<FitSummaryRow> for FitSummary {
 pub struct TracedFitRow {
     #[sqlx(flatten)]
     summary: FitSummaryRow,
-    pub coefficients: String,
-    prior: Option<String>,
+    pub coefficients: Document,
+    prior: Option<Document>,
 }
 
 impl From<TracedFitRow> for TracedFit {
     fn from(TracedFitRow { summary, coefficients, prior }: TracedFitRow) -> Self {
-        TracedFit { summary: summary.into(), coefficients, prior }
+        TracedFit { summary: summary.into(), coefficients: coefficients.0, prior: prior.map(Into::into) }
+    }
+}
+
+/// What was chosen or decided last of an iteration, and why.
+#[derive(FromRow)]
+pub struct Latest<W> {
+    position: i64,
+    what: W,
+    reason: Option<String>,
+}
+
+impl<W: PartialEq> Latest<W> {
+    /// Whether to say this would be to say the same again.
+    pub fn is(&self, what: &W, event: &Event) -> bool {
+        (&self.what, &self.reason) == (what, &event.reason)
+    }
+
+    /// The position of what is said next.
+    pub fn next(latest: Option<&Self>) -> i64 {
+        latest.map_or(0, |latest| latest.position) + 1
     }
 }
 

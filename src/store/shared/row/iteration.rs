@@ -4,9 +4,13 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{DecisionEvent, FitSummary, Iteration, Measurand, MeasurementDetails, TracedIteration},
-    store::shared::columns::{Flank, Integer, Moment},
+    jobs::{
+        DecisionEvent, FitSummary, Iteration, Measurand, MeasurementDetails, RepositoryError, TracedIteration,
+        has_no_tooth,
+    },
+    store::shared::columns::{Flank, Integer, Moment, NodesColumn},
 };
+use flankfit_engine::estimation::Nodes;
 
 #[derive(FromRow)]
 pub struct MeasurandRow {
@@ -95,6 +99,38 @@ impl From<TracedIterationRow> for TracedIteration {
             decisions: Vec::new(),
             records: Vec::new(),
             earlier: Default::default(),
+        }
+    }
+}
+
+/// Nodes, unless they are longer than what was asked for, with their length.
+#[derive(FromRow)]
+pub struct NodesRow {
+    length: Integer<usize>,
+    data: Option<NodesColumn>,
+}
+
+impl From<NodesRow> for Result<Nodes, usize> {
+    fn from(NodesRow { length, data }: NodesRow) -> Self {
+        data.map(|NodesColumn(nodes)| nodes).ok_or(length.0)
+    }
+}
+
+/// A tooth that was measured, by an iteration or by a stream that may become one.
+#[derive(FromRow)]
+pub struct MeasuredTooth {
+    tooth: String,
+    iteration: Option<Integer<u32>>,
+}
+
+impl MeasuredTooth {
+    /// Refuses a gear with so many teeth, if it has not got one that was measured.
+    pub fn check(measured: Vec<MeasuredTooth>, teeth: u32) -> Result<(), RepositoryError> {
+        match measured.into_iter().find(|measured| has_no_tooth(&measured.tooth, teeth)) {
+            None => Ok(()),
+            Some(MeasuredTooth { tooth, iteration }) => {
+                Err(RepositoryError::ToothMeasured { tooth, teeth, iteration: iteration.map(|number| number.0) })
+            }
         }
     }
 }

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Answer, Job},
-    store::shared::columns::{Digest, Integer, Moment, Tags},
+    store::shared::columns::{Digest, Document, Integer, Moment, Tags},
 };
 
 /// The columns of [`JobRow`].
@@ -55,14 +55,14 @@ pub struct AnswerRow {
     location: Option<String>,
     etag: Option<String>,
     body: Vec<u8>,
-    result: Option<String>,
+    result: Option<Document>,
     body_end: Option<Vec<u8>>,
 }
 
 impl From<AnswerRow> for ([u8; 32], Answer) {
     fn from(row: AnswerRow) -> Self {
         let mut body = row.body;
-        body.extend(row.result.unwrap_or_default().into_bytes());
+        body.extend(row.result.map_or_else(Vec::new, |result| result.0.into_bytes()));
         body.extend(row.body_end.unwrap_or_default());
         let answer = Answer { status: row.status.0, location: row.location, etag: row.etag, body };
         (row.request_sha256.0, answer)

@@ -7,9 +7,9 @@ mod job;
 mod record;
 mod stream;
 
-pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, TracedFitRow};
-pub use iteration::{IterationRow, MeasurandRow, TracedIterationRow};
+pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRow};
+pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use record::{RecordRow, RecordSummaryRow};
-pub use stream::{BlockRow, EventRow, StreamRow};
+pub use stream::{BlockRow, EventRow, StateRow, StreamRow};
 pub(in crate::store) use {fit::figure_columns, job::job_columns};

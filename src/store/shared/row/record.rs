@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Record, RecordDraft, RecordKind, RecordSummary},
-    store::shared::columns::Moment,
+    store::shared::columns::{Document, Moment},
 };
 
 #[derive(FromRow)]
@@ -26,8 +26,8 @@ impl From<RecordSummaryRow> for RecordSummary {
 pub struct RecordRow {
     #[sqlx(flatten)]
     summary: RecordSummaryRow,
-    request: String,
-    result: String,
+    request: Document,
+    result: Document,
     gear: Option<String>,
 }
 

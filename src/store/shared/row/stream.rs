@@ -5,9 +5,9 @@ use uuid::Uuid;
 
 use super::iteration::MeasurandRow;
 use crate::{
-    jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent},
+    jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent, StreamState},
     store::shared::{
-        columns::{Digest, Integer, Moment, NodesColumn},
+        columns::{Digest, Document, Integer, Moment, NodesColumn},
         error::{StoreError, damaged},
     },
 };
@@ -16,7 +16,7 @@ use crate::{
 pub struct StreamRow {
     id: Uuid,
     job_id: Uuid,
-    spec: String,
+    spec: Document,
     forgetting_factor: f64,
     sequence: Integer<u64>,
     node_count: Integer<u64>,
@@ -58,6 +58,19 @@ pub struct BlockRow {
 impl From<BlockRow> for Block {
     fn from(BlockRow { sequence, sha256, data }: BlockRow) -> Self {
         Block { sequence: sequence.0, sha256: sha256.0, nodes: data.0 }
+    }
+}
+
+/// The numbers of an estimate.
+#[derive(FromRow)]
+pub struct StateRow {
+    sequence: Integer<u64>,
+    data: Vec<u8>,
+}
+
+impl From<StateRow> for StreamState {
+    fn from(StateRow { sequence, data }: StateRow) -> Self {
+        StreamState { sequence: sequence.0, data }
     }
 }
 

@@ -1,3 +1,4 @@
 //! The stores that there are.
 
+pub mod postgres;
 pub mod sqlite;

@@ -19,7 +19,7 @@ pub struct Sqlite {
     store: Mutex<Option<Arc<dyn Store>>>,
 }
 
-pub fn sqlite() -> Sqlite {
+pub async fn sqlite() -> Sqlite {
     Sqlite { place: Place::new(), store: Mutex::default() }
 }
 

@@ -1,0 +1,21 @@
+//! `flankfit migrate`: makes or renews the schema of a PostgreSQL database, as its owner.
+
+use clap::Args;
+
+use super::CommandError;
+use crate::store::{PostgresSettings, migrate};
+
+#[derive(Debug, Args)]
+pub struct MigrateArguments {
+    /// The database, by a user who owns it and past any pooler: postgres://OWNER@HOST/NAME.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", hide_env_values = true)]
+    database_url: String,
+}
+
+pub fn run(arguments: &MigrateArguments) -> Result<(), CommandError> {
+    let settings = PostgresSettings::of_url(&arguments.database_url)?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(migrate(&settings))?;
+    println!("the schema of {} is up to date", settings.address());
+    Ok(())
+}

@@ -1,0 +1,70 @@
+//! What other processes store is told to those who listen to this one.
+
+use std::{collections::HashMap, time::Duration};
+
+use uuid::Uuid;
+
+use super::{caller::Owned, repository::Wakes, service::JobService, wake::Wake};
+
+/// Between two looks for what was not told.
+const LOOK: Duration = Duration::from_secs(2);
+
+impl JobService {
+    /// Something happened to a job: who listens here or at another process is woken.
+    pub(super) fn announce(&self, job: &Owned) {
+        self.notifier.notify(job);
+        if let Some(wakes) = &self.wakes {
+            wakes.tell(Wake::Job(job.clone()));
+        }
+    }
+
+    /// Some stream was finished or deleted.
+    pub(super) fn announce_stream_end(&self) {
+        self.cache.announce_end();
+        if let Some(wakes) = &self.wakes {
+            wakes.tell(Wake::StreamEnd);
+        }
+    }
+
+    /// Hears what other processes tell, and tells them. It ends only where the store is this
+    /// process's alone.
+    pub async fn follow_others(&self) {
+        if let Some(wakes) = &self.wakes {
+            let ring = |wake| self.ring(wake);
+            tokio::join!(wakes.pass_on(&ring), self.look(&**wakes));
+        }
+    }
+
+    fn ring(&self, wake: Wake) {
+        match wake {
+            Wake::Job(job) => self.notifier.notify(&job),
+            Wake::StreamEnd => self.cache.announce_end(),
+            Wake::Anything => {
+                self.notifier.notify_all();
+                self.cache.announce_end();
+            }
+        }
+    }
+
+    /// Looks now and then whether something happened to the jobs that somebody listens to.
+    async fn look(&self, wakes: &dyn Wakes) {
+        let mut known: HashMap<Uuid, u64> = HashMap::new();
+        loop {
+            tokio::time::sleep(LOOK).await;
+            let listened = self.notifier.listened();
+            if listened.is_empty() {
+                known.clear();
+                continue;
+            }
+            match wakes.last_events(listened.iter().map(|job| job.id).collect()).await {
+                Ok(last) => {
+                    let last: HashMap<Uuid, u64> = last.into_iter().collect();
+                    let changed = listened.iter().filter(|job| last.get(&job.id) != known.get(&job.id));
+                    changed.for_each(|job| self.notifier.notify(job));
+                    known = last;
+                }
+                Err(error) => tracing::debug!(%error, "the last events of jobs could not be read"),
+            }
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What can go wrong with the database, in words that help. No password is in any of them: a
+//! database is named by host, port and name.
+
+use crate::jobs::RepositoryError;
+
+/// Why the store could not be opened.
+#[derive(Debug, thiserror::Error)]
+pub enum PostgresError {
+    #[error("this is not a database URL of the form postgres://USER@HOST:PORT/DATABASE: {reason}")]
+    Url { reason: String },
+    #[error("the database {address} cannot be reached: {source}")]
+    Connect { address: String, source: sqlx::Error },
+    #[error("the database {address} is PostgreSQL {version}; flankfit needs 15 or later")]
+    TooOld { address: String, version: i64 },
+    #[error("the database {address} is a standby: name the service that follows the primary")]
+    InRecovery { address: String },
+    #[error("the database {address} keeps texts as {encoding}; make one with ENCODING 'UTF8'")]
+    Encoding { address: String, encoding: String },
+    #[error(
+        "the server of {address} has {setting} = off: what it says is stored may be lost with its power; turn it on, or \
+         say --unsafe-store"
+    )]
+    Unsafe { address: String, setting: &'static str },
+    #[error("the database {address} needs a newer flankfit (one that knows migration {migration})")]
+    Newer { address: String, migration: i64 },
+    #[error("the database {address} cannot be brought up to date: {source}")]
+    Migration { address: String, source: sqlx::migrate::MigrateError },
+}
+
+/// What is done after an error.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Class {
+    /// The data will not be had: each write of the group is tried alone.
+    Refused,
+    /// Another transaction was in the way: the same once more.
+    Again,
+    /// The server or the connection is gone: the same on another connection.
+    Lost,
+    Other,
+}
+
+pub fn class(error: &sqlx::Error) -> Class {
+    let sqlx::Error::Database(database) = error else {
+        return match error {
+            sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::PoolTimedOut => Class::Lost,
+            _ => Class::Other,
+        };
+    };
+    match database.code().as_deref() {
+        Some("40001" | "40P01" | "55P03") => Class::Again,
+        // ended by an administrator, shutting down, starting up; too many connections; ended while
+        // idle in a transaction; a primary that has become a standby
+        Some("57P01" | "57P02" | "57P03" | "57P05" | "53300" | "25P03" | "25006") => Class::Lost,
+        Some(code) if code.starts_with("22") || code.starts_with("23") => Class::Refused,
+        Some(code) if code.starts_with("08") => Class::Lost,
+        _ => Class::Other,
+    }
+}
+
+/// An SQL error as the callers of the repository see it; the detail is for the log.
+pub fn failure(error: &sqlx::Error) -> RepositoryError {
+    let code = error.as_database_error().and_then(|error| error.code());
+    match (class(error), code.as_deref()) {
+        (Class::Lost | Class::Again, _) => RepositoryError::Unavailable(error.to_string()),
+        (Class::Other, _) if matches!(error, sqlx::Error::PoolClosed) => {
+            RepositoryError::Unavailable(error.to_string())
+        }
+        // out of disk or memory; took too long; the schema is not there yet; no rights
+        (Class::Other, Some("57014" | "42P01" | "42501")) => RepositoryError::Unavailable(error.to_string()),
+        (Class::Other, Some(code)) if code.starts_with("53") => RepositoryError::Unavailable(error.to_string()),
+        _ => RepositoryError::Failed(error.to_string()),
+    }
+}

@@ -1,0 +1,13 @@
+-- What the service may do where it is not the owner of the tables: members of flankfit_app read everything, add to the trace, and
+-- change only what is no part of it. Where there is no such role the owner serves.
+DO $$
+BEGIN
+    IF EXISTS (SELECT FROM pg_roles WHERE rolname = 'flankfit_app') THEN
+        GRANT SELECT ON ALL TABLES IN SCHEMA public TO flankfit_app;
+        GRANT INSERT ON commits, jobs, iterations, nodes, fits, fit_choices, decisions, records, streams, stream_blocks,
+            stream_states, events, idempotency_keys, probe TO flankfit_app;
+        GRANT UPDATE ON jobs, streams, stream_states, idempotency_keys, probe TO flankfit_app;
+        GRANT DELETE ON commits, jobs, streams, stream_blocks, stream_states, events, idempotency_keys TO flankfit_app;
+    END IF;
+END
+$$;

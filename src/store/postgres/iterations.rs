@@ -1,0 +1,119 @@
+//! Iterations and their nodes, read.
+
+use sqlx::PgPool;
+
+use super::{
+    decisions, fits,
+    locate::{self, version, which_is_missing},
+    open::snapshot,
+};
+use crate::{
+    jobs::{Caller, Iteration, Measurand, Predecessor, RepositoryError, Successors},
+    store::shared::{
+        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow, MeasurandRow,
+        NodesRow, Outcome, PredecessorRow, Read, SuccessorRow, damaged, predecessors, successors,
+    },
+};
+use flankfit_engine::estimation::Nodes;
+
+impl Read<PgPool> for GetIteration {
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Iteration> {
+        let GetIteration { job, number } = *self;
+        let mut db = snapshot(from).await?;
+        let row: IterationRow = locate::row(
+            &mut db,
+            concat!(
+                "SELECT i.id, i.flank, i.tooth, i.axes, i.measured_at, i.instrument, i.operator, i.note, i.created_at,
+                        (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
+                version!(),
+                " AS version
+                 FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3"
+            ),
+            (tenant, job, number),
+        )
+        .await?;
+        let fits = fits::last(&mut db, job, i64::from(number)).await?;
+        let decision = decisions::latest(&mut db, job, i64::from(number)).await?;
+        Ok(row.with((job, number), fits, decision))
+    }
+}
+
+impl Read<PgPool> for GetNodes {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Nodes> {
+        let all = GetNodesUpTo { job: self.job, number: self.number, most: usize::MAX }.read(caller, from).await?;
+        all.map_err(|length| RepositoryError::Failed(damaged("nodes", &format!("{length} bytes are not read"))).into())
+    }
+}
+
+impl Read<PgPool> for GetNodesUpTo {
+    /// Longer ones are not read: their length is known without.
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Result<Nodes, usize>> {
+        let GetNodesUpTo { job, number, most } = *self;
+        let mut db = snapshot(from).await?;
+        let row: Option<NodesRow> = sqlx::query_as(
+            "SELECT octet_length(n.data)::bigint AS length, CASE WHEN octet_length(n.data) <= $3 THEN n.data END AS data
+             FROM jobs j JOIN nodes n ON n.job = j.id WHERE j.id = $1 AND n.number = $2 AND j.tenant = $4",
+        )
+        .bind(job)
+        .bind(i64::from(number))
+        .bind(i64::try_from(most).unwrap_or(i64::MAX))
+        .bind(tenant.as_str())
+        .fetch_optional(&mut *db)
+        .await?;
+        match row {
+            Some(row) => Ok(row.into()),
+            None => Err(which_is_missing(&mut db, tenant, job).await),
+        }
+    }
+}
+
+impl Read<PgPool> for GetMeasurand {
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Measurand> {
+        let GetMeasurand { job, number } = *self;
+        let mut db = snapshot(from).await?;
+        let row: MeasurandRow = locate::row(
+            &mut db,
+            "SELECT i.flank, i.tooth, i.axes
+             FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3",
+            (tenant, job, number),
+        )
+        .await?;
+        Ok(row.into())
+    }
+}
+
+impl Read<PgPool> for GetSuccessors {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Successors> {
+        let GetSuccessors { job, number } = *self;
+        let rows = sqlx::query_as::<_, SuccessorRow>(
+            "SELECT i.number, i.flank, i.tooth, NULL::text AS axes
+             FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
+             ORDER BY i.number",
+        )
+        .bind(job)
+        .bind(caller.tenant.as_str())
+        .bind(i64::from(number))
+        .fetch(from);
+        Ok(successors(rows, number).await?)
+    }
+}
+
+impl Read<PgPool> for GetPredecessors {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Vec<Predecessor>> {
+        let GetPredecessors { job, wanted } = self;
+        let rows = sqlx::query_as::<_, PredecessorRow>(
+            "SELECT i.number, i.flank, i.tooth, i.axes,
+                    (SELECT f.id FROM fit_choices c
+                          JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+                     WHERE c.job = i.job AND c.number = i.number ORDER BY c.position DESC LIMIT 1) AS fit_id
+             FROM jobs j JOIN iterations i ON i.job = j.id
+             WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3 AND i.number < $4 ORDER BY i.number DESC",
+        )
+        .bind(*job)
+        .bind(caller.tenant.as_str())
+        .bind(i64::from(wanted.from))
+        .bind(wanted.before.map_or(i64::MAX, i64::from))
+        .fetch(from);
+        Ok(predecessors(rows, wanted).await?)
+    }
+}

@@ -1,0 +1,144 @@
+//! Jobs.
+
+use sqlx::{PgConnection, PgPool};
+use uuid::Uuid;
+
+use super::{locate::signed, session::Session, streams, time::stamp};
+use crate::{
+    jobs::{Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant},
+    store::shared::{
+        DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob, Read, Tags, Write,
+        job_columns,
+    },
+};
+
+/// A job.
+pub async fn located(db: &mut PgConnection, tenant: &Tenant, id: Uuid) -> Outcome<Job> {
+    let row: Option<JobRow> =
+        sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1 AND tenant = $2"))
+            .bind(id)
+            .bind(tenant.as_str())
+            .fetch_optional(db)
+            .await?;
+    Ok(row.ok_or(RepositoryError::NotFound(Resource::Job))?.into())
+}
+
+impl Read<PgPool> for GetJob {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Job> {
+        let mut db = from.acquire().await?;
+        located(&mut db, &caller.tenant, self.id).await
+    }
+}
+
+impl Read<PgPool> for ListJobs {
+    /// One row more than asked for tells whether there is a next page.
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Page<Job>> {
+        let PageRequest { limit, after } = self.page;
+        let rows: Vec<JobRow> = sqlx::query_as(concat!(
+            "SELECT ",
+            job_columns!(),
+            " FROM jobs WHERE tenant = $1 AND id < $2 ORDER BY id DESC LIMIT $3"
+        ))
+        .bind(caller.tenant.as_str())
+        .bind(after.map_or(Uuid::max(), |Cursor(id)| id))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(from)
+        .await?;
+        Ok(Page::of(rows.into_iter().map(Job::from).collect(), limit, |job: &Job| Cursor(job.id)))
+    }
+}
+
+/// Stores a job of a tenant.
+pub async fn insert(db: &mut PgConnection, tenant: &Tenant, job: &Job) -> Outcome<()> {
+    sqlx::query(
+        "INSERT INTO jobs
+             (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+    )
+    .bind(tenant.as_str())
+    .bind(job.id)
+    .bind(job.name.as_str())
+    .bind(job.part_number.as_deref())
+    .bind(job.serial_number.as_deref())
+    .bind(job.machine.as_deref())
+    .bind(job.gear.as_deref())
+    .bind(Tags::write(&job.tags))
+    .bind(signed(job.version))
+    .bind(stamp(job.created_at))
+    .bind(stamp(job.updated_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+impl Write<Session> for InsertJob {
+    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
+        let InsertJob { job, receipt } = self;
+        session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        insert(&mut session.db, tenant, job).await?;
+        let stored = Stored { number: 0, version: job.version };
+        session.keys.keep(tenant, receipt.as_ref(), stored, job.created_at, None);
+        Ok(stored)
+    }
+}
+
+impl Write<Session> for PatchJob {
+    async fn write(&self, caller: &Caller, Session { db, .. }: &mut Session) -> Outcome<Job> {
+        let before = located(db, &caller.tenant, self.id).await?;
+        self.precondition.check(before.version)?;
+        let after = before.patched(self.patch.clone(), self.now);
+        if after.gear != before.gear {
+            refuse_fewer_teeth(db, self.id, after.gear.as_ref()).await?;
+        }
+        if after.version != before.version {
+            sqlx::query(
+                "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5, tags = $6,
+                 version = $7, updated_at = $8 WHERE id = $9",
+            )
+            .bind(after.name.as_str())
+            .bind(after.part_number.as_deref())
+            .bind(after.serial_number.as_deref())
+            .bind(after.machine.as_deref())
+            .bind(after.gear.as_deref())
+            .bind(Tags::write(&after.tags))
+            .bind(signed(after.version))
+            .bind(stamp(after.updated_at))
+            .bind(self.id)
+            .execute(db)
+            .await?;
+        }
+        Ok(after)
+    }
+}
+
+/// Refuses a gear without a tooth that the job's iterations, or streams that may become some, are
+/// of.
+async fn refuse_fewer_teeth(db: &mut PgConnection, job: Uuid, gear: Option<&JobGear>) -> Outcome<()> {
+    let Some(teeth) = gear.and_then(JobGear::teeth) else { return Ok(()) };
+    let measured: Vec<MeasuredTooth> = sqlx::query_as(
+        "SELECT tooth, min(number) AS iteration FROM iterations WHERE job = $1 AND tooth IS NOT NULL GROUP BY tooth
+         UNION ALL
+         SELECT DISTINCT tooth, NULL::bigint FROM streams WHERE job = $1 AND tooth IS NOT NULL AND iteration IS NULL",
+    )
+    .bind(job)
+    .fetch_all(db)
+    .await?;
+    Ok(MeasuredTooth::check(measured, teeth)?)
+}
+
+impl Write<Session> for DeleteJob {
+    async fn write(&self, caller: &Caller, Session { db, .. }: &mut Session) -> Outcome<()> {
+        let job = located(db, &caller.tenant, self.id).await?;
+        self.precondition.check(job.version)?;
+        let iterations: Integer<u64> = sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = $1")
+            .bind(self.id)
+            .fetch_one(&mut *db)
+            .await?;
+        if iterations.0 > 0 {
+            return Err(RepositoryError::HasIterations(iterations.0).into());
+        }
+        streams::release_job(db, self.id).await?;
+        sqlx::query("DELETE FROM jobs WHERE id = $1").bind(self.id).execute(db).await?;
+        Ok(())
+    }
+}

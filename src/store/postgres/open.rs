@@ -1,0 +1,97 @@
+//! Opening the database: what the server must be, and its connections.
+
+use std::{io, time::Duration};
+
+use sqlx::{Connection as _, FromRow, PgConnection, PgPool, Postgres, Transaction, postgres::PgPoolOptions};
+
+use super::{error::PostgresError, settings::PostgresSettings};
+
+/// A server that does not answer at all is given up after this.
+const CONNECT_TIME: Duration = Duration::from_secs(5);
+
+/// PostgreSQL 15.
+const OLDEST: i64 = 15_00_00;
+
+#[derive(FromRow)]
+struct Server {
+    version: i64,
+    in_recovery: bool,
+    encoding: String,
+    fsync: String,
+    full_page_writes: String,
+    synchronous_commit: String,
+}
+
+/// A connection to a server that may be written to.
+pub async fn connect(settings: &PostgresSettings) -> Result<PgConnection, sqlx::Error> {
+    let connecting = PgConnection::connect_with(&settings.options);
+    let late = || sqlx::Error::Io(io::ErrorKind::TimedOut.into());
+    let mut db = tokio::time::timeout(CONNECT_TIME, connecting).await.unwrap_or_else(|_| Err(late()))?;
+    refuse_standby(&mut db).await?;
+    Ok(db)
+}
+
+/// After a failover the old server may answer as a standby: it is as good as none.
+async fn refuse_standby(db: &mut PgConnection) -> Result<(), sqlx::Error> {
+    match sqlx::query_scalar("SELECT pg_is_in_recovery()").fetch_one(db).await? {
+        true => Err(sqlx::Error::Io(io::Error::other("the server is a standby"))),
+        false => Ok(()),
+    }
+}
+
+/// Refuses a server that is too old, that is a standby, or that does not keep what it says it
+/// keeps.
+pub async fn check(settings: &PostgresSettings) -> Result<(), PostgresError> {
+    let address = settings.address();
+    let failed = |source| PostgresError::Connect { address: settings.address(), source };
+    let mut db = PgConnection::connect_with(&settings.options).await.map_err(failed)?;
+    let server: Server = sqlx::query_as(
+        "SELECT current_setting('server_version_num')::bigint AS version, pg_is_in_recovery() AS in_recovery,
+                current_setting('server_encoding') AS encoding, current_setting('fsync') AS fsync,
+                current_setting('full_page_writes') AS full_page_writes,
+                current_setting('synchronous_commit') AS synchronous_commit",
+    )
+    .fetch_one(&mut db)
+    .await
+    .map_err(failed)?;
+    // it has told everything
+    let _closed = db.close().await;
+    if server.version < OLDEST {
+        return Err(PostgresError::TooOld { address, version: server.version / 10_000 });
+    }
+    if server.in_recovery {
+        return Err(PostgresError::InRecovery { address });
+    }
+    if server.encoding != "UTF8" {
+        return Err(PostgresError::Encoding { address, encoding: server.encoding });
+    }
+    let settings_of_server = [
+        ("fsync", &server.fsync),
+        ("full_page_writes", &server.full_page_writes),
+        ("synchronous_commit", &server.synchronous_commit),
+    ];
+    match settings_of_server.into_iter().find(|(_, value)| *value == "off") {
+        Some((setting, _)) if !settings.unsafe_store => Err(PostgresError::Unsafe { address, setting }),
+        Some((setting, _)) => {
+            tracing::warn!(setting, "the server may lose what it says is stored");
+            Ok(())
+        }
+        None => Ok(()),
+    }
+}
+
+/// The readers. A connection that the server has closed is found out when it is used; the read is
+/// then tried again.
+pub fn readers(settings: &PostgresSettings) -> PgPool {
+    PgPoolOptions::new()
+        .max_connections(settings.readers.max(1))
+        .acquire_timeout(settings.patience)
+        .test_before_acquire(false)
+        .after_connect(|db, _| Box::pin(refuse_standby(db)))
+        .connect_lazy_with(settings.options.clone())
+}
+
+/// A transaction that sees one consistent state and changes nothing.
+pub async fn snapshot(from: &PgPool) -> Result<Transaction<'static, Postgres>, sqlx::Error> {
+    from.begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await
+}

@@ -1,0 +1,124 @@
+//! What is kept with an iteration beside its fits.
+
+use sqlx::{PgConnection, PgPool};
+use uuid::Uuid;
+
+use super::{
+    document::encode,
+    locate::{self, signed, within},
+    session::Session,
+    time::stamp,
+};
+use crate::{
+    jobs::{Caller, Page, PageRequest, Record, RecordSummary, RepositoryError, Resource, Stored},
+    store::shared::{
+        GetLatestRecord, GetRecord, InsertRecord, ListRecords, Listed, Outcome, Read, RecordRow, RecordSummaryRow,
+        Write, page,
+    },
+};
+
+impl Write<Session> for InsertRecord {
+    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
+        let InsertRecord { job, number, record, receipt } = self;
+        let version = locate::iteration(&mut session.db, tenant, *job, *number).await?;
+        session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        let number = i64::from(*number);
+        let last: i64 =
+            sqlx::query_scalar("SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2")
+                .bind(job)
+                .bind(number)
+                .fetch_one(&mut session.db)
+                .await?;
+        insert_rows(&mut session.db, *job, number, last, std::slice::from_ref(&**record)).await?;
+        // Records are beside the iteration: its version stays.
+        let stored = Stored { number: self.number, version };
+        session.keys.keep(tenant, receipt.as_ref(), stored, record.created_at, None);
+        Ok(stored)
+    }
+}
+
+/// Stores records of an iteration behind the one at the position `last`.
+pub async fn insert_rows(db: &mut PgConnection, job: Uuid, number: i64, last: i64, records: &[Record]) -> Outcome<()> {
+    for (position, record) in (last + 1..).zip(records) {
+        let draft = &record.draft;
+        sqlx::query(
+            "INSERT INTO records (job, number, position, id, kind, method, created_at, request, result, gear)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+        )
+        .bind(job)
+        .bind(number)
+        .bind(position)
+        .bind(record.id)
+        .bind(draft.kind.name())
+        .bind(draft.method.as_str())
+        .bind(stamp(record.created_at))
+        .bind(encode(&draft.request))
+        .bind(encode(&draft.result))
+        .bind(draft.gear.as_deref())
+        .execute(&mut *db)
+        .await?;
+    }
+    Ok(())
+}
+
+impl Read<PgPool> for GetRecord {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Record> {
+        let mut db = within(from, caller, self.job, self.number).await?;
+        let row: Option<RecordRow> = sqlx::query_as(
+            "SELECT id, kind, method, created_at, request, result, gear FROM records
+             WHERE job = $1 AND number = $2 AND id = $3",
+        )
+        .bind(self.job)
+        .bind(i64::from(self.number))
+        .bind(self.id)
+        .fetch_optional(&mut *db)
+        .await?;
+        Ok(row.ok_or(RepositoryError::NotFound(Resource::Record))?.into())
+    }
+}
+
+impl Read<PgPool> for ListRecords {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Page<RecordSummary>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = within(from, caller, self.job, self.number).await?;
+        let rows: Vec<Listed<RecordSummaryRow>> = sqlx::query_as(
+            "SELECT position AS place, id, kind, method, created_at FROM records
+             WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4",
+        )
+        .bind(self.job)
+        .bind(i64::from(self.number))
+        .bind(after.map_or(0, |cursor| signed(cursor.number())))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        Ok(page(rows, limit))
+    }
+}
+
+/// The last of an iteration, oldest first, and how many stand before them.
+pub async fn last(db: &mut PgConnection, job: Uuid, number: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
+    locate::last::<RecordSummaryRow, _>(
+        db,
+        "SELECT id, kind, method, created_at,
+                (SELECT count(*) FROM records WHERE job = $1 AND number = $2) AS total
+         FROM records WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3",
+        (job, number),
+    )
+    .await
+}
+
+impl Read<PgPool> for GetLatestRecord {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Option<Record>> {
+        let mut db = within(from, caller, self.job, self.number).await?;
+        let row: Option<RecordRow> = sqlx::query_as(
+            "SELECT id, kind, method, created_at, request, result, gear FROM records
+             WHERE job = $1 AND number = $2 AND kind = $3 ORDER BY position DESC LIMIT 1",
+        )
+        .bind(self.job)
+        .bind(i64::from(self.number))
+        .bind(self.kind.name())
+        .fetch_optional(&mut *db)
+        .await?;
+        Ok(row.map(Into::into))
+    }
+}

@@ -1,0 +1,165 @@
+//! A task that owns a writing connection.
+//!
+//! It runs each group of its queue inside one transaction. Should the database refuse a group as a
+//! whole, each of its writes is tried again alone, so that only the guilty one fails. Where another
+//! transaction was in the way the group is tried again, and where the connection was lost, on
+//! another one, as long as there is patience.
+
+use std::{
+    io, slice,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use uuid::Uuid;
+
+use super::{
+    error::{Class, class, failure},
+    open,
+    session::{Session, Wanted},
+    settings::PostgresSettings,
+};
+use crate::{
+    jobs::{Clock, Ids, RepositoryError},
+    store::shared::{Queued, Waiting, run_group},
+    telemetry,
+};
+
+/// How often a transaction is tried again that was in another's way.
+const MOST_CONFLICTS: u32 = 3;
+/// Between two attempts to reach a server.
+const PAUSE: Duration = Duration::from_millis(100);
+/// A transaction that has heard nothing for so long is lost with its connection.
+const SILENCE: Duration = Duration::from_secs(45);
+
+pub struct Writer {
+    pub settings: Arc<PostgresSettings>,
+    /// Where the ids of transactions come from.
+    pub ids: Arc<dyn Ids>,
+    pub clock: Arc<dyn Clock>,
+    pub waiting: Waiting<Session>,
+    /// None before the first transaction and after the connection was lost.
+    pub session: Option<Session>,
+}
+
+/// What a transaction came to.
+enum Failure {
+    /// Nothing was stored.
+    Nothing(sqlx::Error),
+    /// Nobody knows whether everything was stored or nothing.
+    Unknown(sqlx::Error),
+}
+
+impl Failure {
+    fn is_refusal(&self) -> bool {
+        matches!(self, Failure::Nothing(error) if class(error) == Class::Refused)
+    }
+
+    fn told(&self) -> RepositoryError {
+        match self {
+            Failure::Nothing(error) => failure(error),
+            Failure::Unknown(error) => RepositoryError::OutcomeUnknown(error.to_string()),
+        }
+    }
+}
+
+impl Writer {
+    /// Writes until everybody who could ask is gone or somebody closes the store.
+    pub async fn run(mut self) {
+        let commit_seconds = metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit");
+        while let Some(group) = self.waiting.next_group().await {
+            let begun = Instant::now();
+            self.serve(group).await;
+            commit_seconds.record(begun.elapsed());
+        }
+        if let Some(session) = self.session
+            && let Err(error) = session.close().await
+        {
+            tracing::warn!(%error, "a connection to the database did not close cleanly");
+        }
+        self.waiting.closed();
+    }
+
+    async fn serve(&mut self, mut group: Vec<Queued<Session>>) {
+        match self.store(&mut group).await {
+            Ok(()) => group.into_iter().for_each(|write| write.end(None)),
+            Err(failure) if group.len() > 1 && failure.is_refusal() => {
+                tracing::error!(error = %failure.told(), requests = group.len(), "a group of writes failed; trying each alone");
+                for mut write in group {
+                    let failed = self.store(slice::from_mut(&mut write)).await.err();
+                    write.end(failed.map(|failure| failure.told()));
+                }
+            }
+            Err(failure) => {
+                tracing::error!(error = %failure.told(), requests = group.len(), "a transaction failed");
+                group.into_iter().for_each(|write| write.end(Some(failure.told())));
+            }
+        }
+    }
+
+    /// Stores a group, in as many attempts as it takes.
+    async fn store(&mut self, group: &mut [Queued<Session>]) -> Result<(), Failure> {
+        let (change, begun) = (self.ids.fresh(self.clock.now()), Instant::now());
+        let (mut conflicts, mut undecided) = (0, false);
+        loop {
+            let Err(error) = self.attempt(change, group, &mut undecided).await else { return Ok(()) };
+            match class(&error) {
+                Class::Again if conflicts < MOST_CONFLICTS => conflicts += 1,
+                Class::Lost if begun.elapsed() < self.settings.patience => tokio::time::sleep(PAUSE).await,
+                _ if undecided => return Err(Failure::Unknown(error)),
+                _ => return Err(Failure::Nothing(error)),
+            }
+            metrics::counter!(telemetry::STORE_RETRIES).increment(1);
+            tracing::debug!(%error, "a transaction is tried again");
+        }
+    }
+
+    /// One transaction. Afterwards it is committed, or undone, or its connection is given up.
+    /// `undecided` tells whether it may have been committed by this attempt or an earlier one.
+    async fn attempt(
+        &mut self,
+        change: Uuid,
+        group: &mut [Queued<Session>],
+        undecided: &mut bool,
+    ) -> Result<(), sqlx::Error> {
+        let mut session = match self.session.take() {
+            Some(session) => session,
+            None => Session::of(open::connect(&self.settings).await?),
+        };
+        let silent = || Err(sqlx::Error::Io(io::ErrorKind::TimedOut.into()));
+        let running = transact(&mut session, change, group, undecided);
+        let outcome = tokio::time::timeout(SILENCE, running).await.unwrap_or_else(|_| silent());
+        let kept = match &outcome {
+            Ok(()) => true,
+            Err(error @ sqlx::Error::Database(_)) if class(error) != Class::Lost => session.rollback().await.is_ok(),
+            Err(sqlx::Error::Protocol(_)) => session.rollback().await.is_ok(),
+            Err(_) => false,
+        };
+        if kept {
+            self.session = Some(session);
+        }
+        outcome
+    }
+}
+
+async fn transact(
+    session: &mut Session,
+    change: Uuid,
+    group: &mut [Queued<Session>],
+    undecided: &mut bool,
+) -> Result<(), sqlx::Error> {
+    let new = session.begin(change).await?;
+    // an earlier attempt has ended by now, and it is known how
+    *undecided = false;
+    if !new {
+        // what it came to was noted then
+        return session.rollback().await;
+    }
+    session.lock(Wanted::by(group)).await?;
+    run_group(session, group).await?;
+    session.write_answers().await?;
+    *undecided = true;
+    let committed = session.commit().await;
+    *undecided = committed.as_ref().is_err_and(|error| !matches!(class(error), Class::Again | Class::Refused));
+    committed
+}

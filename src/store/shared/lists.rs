@@ -1,0 +1,52 @@
+//! Lists of which the last entries are read, or a page.
+
+use futures_util::{TryStream, TryStreamExt as _};
+use sqlx::FromRow;
+
+use super::{columns::Integer, row::TracedFitRow};
+use crate::jobs::{Cursor, Page, TracedFit};
+
+/// An entry of a list that is read page by page, with its place in it.
+#[derive(FromRow)]
+pub struct Listed<T> {
+    place: Integer<u64>,
+    #[sqlx(flatten)]
+    row: T,
+}
+
+/// A page of so many entries. One row more than that tells whether there is a next page.
+pub fn page<T, U: From<T>>(rows: Vec<Listed<T>>, limit: u32) -> Page<U> {
+    Page::of(rows, limit, |row| Cursor::after_number(row.place.0)).map(|row| row.row.into())
+}
+
+/// An entry of a list of which the last are read, with the length of the whole list.
+#[derive(FromRow)]
+pub struct Counted<T> {
+    pub total: Integer<u64>,
+    #[sqlx(flatten)]
+    pub row: T,
+}
+
+/// Entries that were read newest first, in their order, and how many stand before them.
+pub fn in_order<T, U: From<T>>(rows: Vec<Counted<T>>) -> (Vec<U>, u64) {
+    let total = rows.first().map_or(0, |row| row.total.0);
+    let earlier = total.saturating_sub(rows.len() as u64);
+    (rows.into_iter().rev().map(|row| row.row.into()).collect(), earlier)
+}
+
+/// Of an iteration's fits, newest first, as many as `text` holds the coefficients of and at least
+/// one, in their order; and how many stand before them.
+pub async fn told(
+    mut rows: impl TryStream<Ok = Counted<TracedFitRow>, Error = sqlx::Error> + Unpin,
+    text: usize,
+) -> Result<(Vec<TracedFit>, u64), sqlx::Error> {
+    let (mut fits, mut length) = (Vec::new(), 0);
+    while let Some(fit) = rows.try_next().await? {
+        length += fit.row.coefficients.0.len();
+        if length > text && !fits.is_empty() {
+            break;
+        }
+        fits.push(fit);
+    }
+    Ok(in_order(fits))
+}

@@ -1,0 +1,64 @@
+//! PostgreSQL: a database of its own on the server of the tests, on which every handle is a store
+//! of its own, as those of two processes are.
+
+use std::sync::Arc;
+
+use flankfit::{
+    jobs::{OrderedIds, Store, SystemClock},
+    store::{PostgresSettings, PostgresStore},
+};
+use sqlx::{AssertSqlSafe, Connection, PgConnection};
+
+use crate::{
+    conformance::pair::{Ground, Soon},
+    server::Server,
+};
+
+pub struct Postgres {
+    url: String,
+}
+
+/// A new database.
+pub async fn postgres() -> Postgres {
+    Postgres { url: Server::shared().database().await }
+}
+
+impl Postgres {
+    async fn opened(&self, settings: PostgresSettings) -> Arc<dyn Store> {
+        let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
+        Arc::new(PostgresStore::open(settings, ids, clock).await.unwrap())
+    }
+
+    fn settings(&self) -> PostgresSettings {
+        let mut settings = PostgresSettings::of_url(&self.url).unwrap();
+        (settings.readers, settings.writers) = (2, 2);
+        // the server of the tests syncs nothing
+        settings.unsafe_store = true;
+        settings
+    }
+}
+
+impl Ground for Postgres {
+    fn open(&self) -> Soon<'_, Arc<dyn Store>> {
+        Box::pin(self.opened(self.settings()))
+    }
+
+    fn open_narrow(&self, places: usize) -> Soon<'_, Arc<dyn Store>> {
+        let mut settings = self.settings();
+        settings.queue = places;
+        Box::pin(self.opened(settings))
+    }
+
+    fn closed(&self) -> Soon<'_, ()> {
+        Box::pin(async {})
+    }
+
+    fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            let outcome = sqlx::query(AssertSqlSafe(sql)).execute(&mut own).await;
+            own.close().await.unwrap();
+            outcome.err().map(|error| error.to_string())
+        })
+    }
+}

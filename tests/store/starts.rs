@@ -1,0 +1,168 @@
+//! How stores on PostgreSQL begin: who makes the schema, what is refused, and with which rights
+//! they work.
+
+use std::sync::Arc;
+
+use flankfit::{
+    jobs::{Clock, OrderedIds, Precondition, RepositoryError, Store as _, SystemClock, Upkeep as _},
+    store::{Migrate, PostgresError, PostgresSettings, PostgresStore, migrate, postgres_migrations},
+};
+use futures_util::future::join_all;
+use jiff::{SignedDuration, Timestamp};
+use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection, migrate::Migrator};
+
+use crate::{
+    server::Server,
+    support::{Values, caller},
+};
+
+fn settings(url: &str) -> PostgresSettings {
+    let mut settings = PostgresSettings::of_url(url).unwrap();
+    (settings.writers, settings.readers, settings.unsafe_store) = (1, 1, true);
+    settings
+}
+
+/// The URL of a new database without a schema.
+async fn empty() -> String {
+    let server = Server::shared();
+    server.url(&server.copy_of("template1").await)
+}
+
+async fn open(settings: PostgresSettings) -> Result<PostgresStore, PostgresError> {
+    PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn eight_start_at_once_on_an_empty_database_or_an_old_one() {
+    let all: Vec<_> = postgres_migrations().iter().cloned().collect();
+    for there in 0..all.len() {
+        let url = empty().await;
+        let mut db = PgConnection::connect(&url).await.unwrap();
+        Migrator::with_migrations(all[..there].to_vec()).run(&mut db).await.unwrap();
+        for store in join_all((0..8).map(|_| open(settings(&url)))).await {
+            let store = store.unwrap();
+            store.ping().await.unwrap();
+            store.close().await;
+        }
+        let made: i64 = sqlx::query_scalar("SELECT count(*) FROM _sqlx_migrations").fetch_one(&mut db).await.unwrap();
+        assert_eq!(made, all.len() as i64);
+    }
+}
+
+/// Migrations go past the pooler of the other URL, behind which there is nobody here.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn migrations_take_the_direct_way() {
+    let url = empty().await;
+    let nowhere = settings("postgres://owner@127.0.0.1:1/nowhere");
+    assert!(matches!(migrate(&nowhere).await, Err(PostgresError::Connect { .. })));
+    migrate(&nowhere.direct(&url).unwrap()).await.unwrap();
+    let mut checked = settings(&url);
+    checked.migrate = Migrate::Check;
+    let store = open(checked).await.unwrap();
+    store.ping().await.unwrap();
+    store.close().await;
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_store_that_makes_no_schema_is_ready_once_there_is_one() {
+    let url = empty().await;
+    let mut settings = settings(&url);
+    settings.migrate = Migrate::Check;
+    let store = open(settings.clone()).await.unwrap();
+    let (repository, values) = (store.of(&caller("default")), Values::default());
+    let unready = store.ping().await;
+    assert!(matches!(&unready, Err(RepositoryError::Unavailable(why)) if why.contains("migrate")), "{unready:?}");
+    let refused = repository.insert_job(values.job("early"), None).await;
+    assert!(matches!(refused, Err(RepositoryError::Unavailable(_))), "{refused:?}");
+    migrate(&settings).await.unwrap();
+    store.ping().await.unwrap();
+    values.stored_job(&repository).await;
+
+    // the next version has been here, and this one works on what it has added
+    let mut db = PgConnection::connect(&url).await.unwrap();
+    let next = "INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
+                VALUES (1000, 'the next version', true, '', 0)";
+    db.execute(next).await.unwrap();
+    store.ping().await.unwrap();
+    let mut beside = settings.clone();
+    beside.migrate = Migrate::Auto;
+    let beside = open(beside).await.unwrap();
+    values.stored_job(&beside.of(&caller("default"))).await;
+    beside.close().await;
+
+    // a schema for which this version is too old
+    db.execute("UPDATE schema_floor SET migration = 1000").await.unwrap();
+    let unready = store.ping().await;
+    assert!(matches!(&unready, Err(RepositoryError::Unavailable(why)) if why.contains("1000")), "{unready:?}");
+    settings.migrate = Migrate::Auto;
+    let refused = open(settings).await.map(drop);
+    assert!(matches!(refused, Err(PostgresError::Newer { migration: 1000, .. })), "{refused:?}");
+    store.close().await;
+}
+
+/// A clock that is before the right one.
+struct Before(SignedDuration);
+
+impl Clock for Before {
+    fn now(&self) -> Timestamp {
+        SystemClock.now() + self.0
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_clock_far_from_the_databases_is_not_served_with() {
+    let url = Server::shared().database().await;
+    for (seconds, ready) in [(-12, false), (-8, true), (0, true), (8, true), (12, false)] {
+        let clock = Arc::new(Before(SignedDuration::from_secs(seconds)));
+        let store = PostgresStore::open(settings(&url), Arc::new(OrderedIds::new()), clock).await.unwrap();
+        match store.ping().await {
+            Ok(()) => assert!(ready, "{seconds} s"),
+            Err(RepositoryError::Unavailable(why)) => assert!(!ready && why.contains("clock"), "{seconds} s: {why}"),
+            Err(other) => panic!("{other}"),
+        }
+        store.close().await;
+    }
+}
+
+/// The service as a member of `flankfit_app`: it does everything, and may not change the trace.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn the_service_has_no_right_to_change_the_trace() {
+    let url = empty().await;
+    let mut owner = PgConnection::connect(&url).await.unwrap();
+    for sql in ["CREATE ROLE flankfit_app NOLOGIN", "CREATE ROLE service LOGIN IN ROLE flankfit_app"] {
+        owner.execute(sql).await.unwrap();
+    }
+    migrate(&settings(&url)).await.unwrap();
+    let url = url.replace("owner@", "service@");
+    let mut settings = settings(&url);
+    settings.migrate = Migrate::Check;
+    let store = open(settings).await.unwrap();
+    let (repository, values) = (store.of(&caller("default")), Values::default());
+    store.ping().await.unwrap();
+    store.check_writable(values.now()).await.unwrap();
+    let job = values.stored_job(&repository).await.id;
+    values.stored_iteration(&repository, job).await;
+    values.stored_record(&repository, job).await;
+    let stream = Arc::new(values.stream(job));
+    repository.insert_stream(stream.clone(), None).await.unwrap();
+    repository.insert_block(values.block(stream.id, 1), None).await.unwrap();
+    repository.delete_stream(stream.id, Precondition::None, values.now()).await.unwrap();
+    let empty = values.stored_job(&repository).await.id;
+    repository.delete_job(empty, Precondition::None).await.unwrap();
+    store.forget_answers(values.now(), 10).await.unwrap();
+
+    let mut service = PgConnection::connect(&url).await.unwrap();
+    for table in ["iterations", "nodes", "fits", "fit_choices", "decisions", "records"] {
+        for sql in [format!("DELETE FROM {table}"), format!("UPDATE {table} SET number = number")] {
+            let refused = service.execute(sqlx::raw_sql(AssertSqlSafe(sql))).await.unwrap_err();
+            let code = refused.as_database_error().and_then(|error| error.code()).map(|code| code.into_owned());
+            assert_eq!(code.as_deref(), Some("42501"), "{refused}");
+        }
+    }
+    store.close().await;
+}
