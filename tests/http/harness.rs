@@ -1,6 +1,6 @@
 //! A server of its own for every test: a free port, a database file in a directory that goes away.
 
-use std::{net::SocketAddr, path::PathBuf, sync::mpsc};
+use std::{net::SocketAddr, sync::mpsc};
 
 use flankfit::{app::App, config::ServeSettings, http::AppState};
 use reqwest::{Client, RequestBuilder, Response, StatusCode, header};
@@ -12,6 +12,8 @@ use tokio::{
     sync::oneshot,
     task::JoinHandle,
 };
+
+use crate::database;
 
 pub struct TestApp {
     pub address: SocketAddr,
@@ -53,14 +55,27 @@ impl TestApp {
         Self::start_in(directory, change).await
     }
 
+    /// A server on a file, for tests that reach into it.
+    pub async fn start_on_file() -> Self {
+        Self::start_with_file(tempfile::tempdir().expect("a temporary directory")).await
+    }
+
+    /// The same on a file that may be there already.
+    pub async fn start_with_file(directory: TempDir) -> Self {
+        let url = database::in_file(&directory.path().join("test.db"));
+        Self::start_in(directory, |settings| settings.database_url = url).await
+    }
+
     /// A server on a database that may be there already.
     pub async fn start_in(directory: TempDir, change: impl FnOnce(&mut ServeSettings)) -> Self {
         let mut settings = ServeSettings {
             bind: SocketAddr::from(([127, 0, 0, 1], 0)),
-            database_url: database_url(directory.path().join("test.db")),
+            database_url: database::url(directory.path()).await,
             workers: 2,
             ..ServeSettings::default()
         };
+        // the PostgreSQL server of the tests syncs nothing
+        settings.postgres.unsafe_store = true;
         change(&mut settings);
         let app = App::start(settings).await.expect("the server starts");
         let address = app.address().expect("an address");
@@ -132,10 +147,6 @@ impl TestApp {
     pub async fn fit(&self, text: &str) -> Answer {
         send(self.post("/v1/fits", text.to_owned())).await
     }
-}
-
-fn database_url(file: PathBuf) -> String {
-    format!("sqlite://{}", file.display())
 }
 
 /// What a server answers to these very bytes, until it closes the connection.

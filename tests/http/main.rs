@@ -1,5 +1,6 @@
 //! The service over real HTTP: one binary, one harness, one file per subject.
 
+mod database;
 mod harness;
 mod influence;
 mod intervals;
@@ -28,6 +29,8 @@ mod left_out;
 mod limits;
 mod mutations;
 mod operation;
+#[path = "../store/server.rs"]
+mod postgres;
 mod prior;
 mod regularization;
 mod representative;

@@ -98,7 +98,7 @@ async fn a_correction_is_compared_by_the_gear_that_it_was_made_for() {
 /// gear makes the same of them.
 #[tokio::test]
 async fn a_correction_without_its_gear_is_compared_as_long_as_it_is_the_same() {
-    let app = TestApp::start().await;
+    let app = TestApp::start_on_file().await;
     let job = job(&app, Some(spur())).await;
     measure(&app, &job, &flank(1.0, [1.0; 3], None)).await;
     correct(&app, &job, &by_machine()).await;

@@ -58,6 +58,11 @@ impl TestApp {
         TestApp::around(harness::TestApp::start().await)
     }
 
+    /// On a file, for tests that reach into it.
+    pub async fn start_on_file() -> Self {
+        TestApp::around(harness::TestApp::start_on_file().await)
+    }
+
     pub fn around(server: harness::TestApp) -> Self {
         TestApp {
             client: server.client.clone(),
@@ -78,14 +83,15 @@ impl TestApp {
 
     /// Stops the server as a signal would and starts another one on the same database.
     pub async fn restart(&mut self) {
-        self.restart_after(async |_| {}).await;
+        let directory = self.stop_server().await;
+        *self = TestApp::around(harness::TestApp::start_in(directory, |_| {}).await);
     }
 
-    /// The same, with something done to the database in between.
+    /// The same on a file, with something done to it in between.
     pub async fn restart_after(&mut self, between: impl AsyncFnOnce(&Path)) {
         let directory = self.stop_server().await;
         between(&self.database).await;
-        *self = TestApp::around(harness::TestApp::start_in(directory, |_| {}).await);
+        *self = TestApp::around(harness::TestApp::start_with_file(directory).await);
     }
 
     /// Stops the server; the database goes away.

@@ -22,7 +22,7 @@ fn flankfit(arguments: &[&str], database: &Path) -> (bool, String) {
 
 #[tokio::test]
 async fn a_backup_is_made_while_the_service_runs() {
-    let mut app = TestApp::start().await;
+    let mut app = TestApp::start_on_file().await;
     let job = app.job().await;
     app.iteration(&job).await;
     let copy = app.database().with_file_name("copy.db");
@@ -44,7 +44,7 @@ async fn a_backup_is_made_while_the_service_runs() {
 
 #[tokio::test]
 async fn a_second_server_on_one_database_is_refused() {
-    let mut app = TestApp::start().await;
+    let mut app = TestApp::start_on_file().await;
     app.job().await;
     let url = format!("sqlite://{}", app.database().display());
     for arguments in
@@ -67,7 +67,7 @@ fn a_database_that_cannot_be_is_explained() {
     let (served, said) = flankfit(&["serve", "--bind", "127.0.0.1:0"], &nowhere);
     assert!(!served && said.contains("directory must exist and be writable"), "{said}");
     let (served, said) = flankfit(&["serve", "--bind", "127.0.0.1:0", "--database-url", "mysql://host"], &nowhere);
-    assert!(!served && said.contains("keeps its jobs in SQLite"), "{said}");
+    assert!(!served && said.contains("sqlite://FILE: another is of the form postgres://"), "{said}");
 }
 
 #[test]

@@ -13,6 +13,7 @@ use sqlx::{ConnectOptions, Connection, sqlite::SqliteConnectOptions};
 use tokio::sync::Notify;
 
 use super::app::{iteration, send};
+use crate::database::{self, in_file};
 
 const ROUNDS: usize = 12;
 const WRITERS: usize = 8;
@@ -24,13 +25,14 @@ pub struct Server {
 
 impl Server {
     /// Starts the built program on a free port, which its log tells.
-    pub fn start(database: &std::path::Path) -> Self {
-        Self::start_with(database, &[])
+    pub fn start(database_url: &str) -> Self {
+        // the PostgreSQL server of the tests syncs nothing
+        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database_url, &["--unsafe-store"])
     }
 
-    /// The same with further arguments.
+    /// The same on a file, with further arguments.
     pub fn start_with(database: &std::path::Path, arguments: &[&str]) -> Self {
-        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database, arguments)
+        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), &in_file(database), arguments)
     }
 
     /// The same within a limit of the shell.
@@ -38,13 +40,13 @@ impl Server {
     pub fn start_within(limit: &str, database: &std::path::Path) -> Self {
         let mut shell = Command::new("/bin/sh");
         shell.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_flankfit")]);
-        Self::start_by(shell, database, &[])
+        Self::start_by(shell, &in_file(database), &[])
     }
 
-    fn start_by(mut command: Command, database: &std::path::Path, arguments: &[&str]) -> Self {
+    fn start_by(mut command: Command, database_url: &str, arguments: &[&str]) -> Self {
         let mut child = command
             .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "info", "--database-url"])
-            .arg(format!("sqlite://{}", database.display()))
+            .arg(database_url)
             .args(arguments)
             .env_clear()
             .stdin(Stdio::null())
@@ -143,7 +145,7 @@ async fn idle_clients_do_not_take_all_handles() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn what_was_answered_survives_being_killed() {
     let directory = tempfile::tempdir().unwrap();
-    let database = directory.path().join("jobs.db");
+    let database = database::url(directory.path()).await;
     let answered: Arc<Mutex<Vec<Value>>> = Arc::default();
     let news = Arc::new(Notify::new());
     let mut job = String::new();
@@ -191,7 +193,8 @@ async fn what_was_answered_survives_being_killed() {
         }
         assert!(answered.lock().unwrap().len() >= enough);
 
-        let mut own = SqliteConnectOptions::new().filename(&database).connect().await.unwrap();
+        let Some(file) = database.strip_prefix("sqlite://") else { continue };
+        let mut own = SqliteConnectOptions::new().filename(file).connect().await.unwrap();
         let findings: Vec<String> = sqlx::query_scalar("PRAGMA integrity_check").fetch_all(&mut own).await.unwrap();
         assert_eq!(findings, ["ok"]);
         let strays: Vec<String> = sqlx::query_scalar("PRAGMA foreign_key_check").fetch_all(&mut own).await.unwrap();

@@ -142,7 +142,7 @@ async fn a_job_from_creation_to_acceptance() {
 
 #[tokio::test]
 async fn a_replay_says_how_another_engines_answer_differs() {
-    let mut app = TestApp::start().await;
+    let mut app = TestApp::start_on_file().await;
     let job = app.job().await;
     let place = app.iteration(&job).await;
     let fit = app.get(&place).await.json()["fits"][0]["id"].as_str().unwrap().to_owned();

@@ -1,67 +1,44 @@
-//! Two services on one store, each with a memory of its own: whichever gets the next block of a
-//! stream, the answers are those of one service.
+//! Several servers on one store, each with a memory of its own: whichever gets the next request,
+//! the answers are those of one server.
 
-use std::sync::{Arc, mpsc};
+use std::sync::mpsc;
 
-use flankfit::{
-    config::ServeSettings,
-    http::{self, AppState},
-    jobs::{Clock, JobService, OrderedIds, SystemClock},
-    store::{SqliteStore, StoreSettings},
-};
+use reqwest::Method;
 use serde_json::json;
-use tempfile::TempDir;
-use tokio::{net::TcpListener, sync::oneshot};
+use tokio::{sync::oneshot, task::JoinSet};
 
 use super::{
     app::{Answer, TestApp, iteration, send},
+    several::Replicas,
     streams::{block, spec},
 };
 
-/// Services on one store.
-struct Replicas {
-    client: reqwest::Client,
-    bases: Vec<String>,
-    states: Vec<AppState>,
-    _directory: TempDir,
+/// A test of each case with two servers on each store.
+macro_rules! on_each_store {
+    ($($case:ident),+ $(,)?) => {
+        $(mod $case {
+            use super::Replicas;
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            async fn sqlite() {
+                super::$case(Replicas::on_sqlite(2).await).await;
+            }
+
+            #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+            #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+            async fn postgres() {
+                super::$case(Replicas::on_postgres(2).await).await;
+            }
+        })+
+    };
 }
 
-impl Replicas {
-    async fn start(count: usize) -> Self {
-        let directory = tempfile::tempdir().unwrap();
-        let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
-        let store = Arc::new(SqliteStore::open(settings, SystemClock.now()).await.unwrap());
-        let (mut bases, mut states) = (Vec::new(), Vec::new());
-        for _ in 0..count {
-            let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
-            let settings = ServeSettings { workers: 2, ..ServeSettings::default() };
-            let state = AppState::new(settings, jobs).unwrap();
-            let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
-            bases.push(format!("http://{}", listener.local_addr().unwrap()));
-            states.push(state.clone());
-            tokio::spawn(async move { axum::serve(listener, http::router(state)).await });
-        }
-        let client = reqwest::Client::builder().no_proxy().no_gzip().build().unwrap();
-        Replicas { client, bases, states, _directory: directory }
-    }
-
-    async fn post(&self, replica: usize, path: &str, body: &serde_json::Value) -> Answer {
-        send(self.client.post(format!("{}{path}", self.bases[replica])).json(body)).await
-    }
-
-    fn keyed(&self, replica: usize, path: &str, key: &str, body: &serde_json::Value) -> reqwest::RequestBuilder {
-        self.client.post(format!("{}{path}", self.bases[replica])).header("Idempotency-Key", key).json(body)
-    }
-
-    async fn get(&self, replica: usize, path: &str) -> Answer {
-        send(self.client.get(format!("{}{path}", self.bases[replica]))).await
-    }
-
-    async fn open(&self) -> String {
-        let job = self.post(0, "/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
-        let streams = format!("{}/streams", job.header("location").unwrap());
-        self.post(0, &streams, &spec()).await.expect(201).header("location").unwrap().to_owned()
-    }
+on_each_store! {
+    blocks_may_come_to_any_replica,
+    of_two_blocks_of_one_number_one_counts_wherever_they_come,
+    one_of_two_replicas_stores_under_a_key,
+    under_one_key_and_one_version_one_change_is_made,
+    numbers_have_no_gap_wherever_iterations_come,
 }
 
 /// Without what names the moment.
@@ -73,13 +50,11 @@ fn without_times(answer: &Answer) -> serde_json::Value {
     json
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn blocks_may_come_to_any_replica() {
-    let replicas = Replicas::start(2).await;
+async fn blocks_may_come_to_any_replica(replicas: Replicas) {
     let alone = TestApp::start().await;
     let job = alone.job().await;
     let own = alone.post(&format!("{job}/streams"), &spec()).await.expect(201).header("location").unwrap().to_owned();
-    let stream = replicas.open().await;
+    let stream = replicas.stream().await;
     let nodes = format!("{stream}/nodes");
     // each replica has an estimate of its own before the other goes on
     let turns = [0, 1, 0, 0, 0, 1, 1, 0, 1];
@@ -111,10 +86,8 @@ async fn blocks_may_come_to_any_replica() {
     }
 }
 
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn of_two_blocks_of_one_number_one_counts_wherever_they_come() {
-    let replicas = Replicas::start(2).await;
-    let stream = replicas.open().await;
+async fn of_two_blocks_of_one_number_one_counts_wherever_they_come(replicas: Replicas) {
+    let stream = replicas.stream().await;
     let nodes = format!("{stream}/nodes");
     let mut count = 0;
     for sequence in 1..=12 {
@@ -135,11 +108,8 @@ async fn of_two_blocks_of_one_number_one_counts_wherever_they_come() {
 
 /// A key whose first request runs at another replica: both compute, one stores, and the other gives
 /// that answer, or says that the key was used for another request.
-#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-async fn one_of_two_replicas_stores_under_a_key() {
-    let replicas = Replicas::start(2).await;
-    let job = replicas.post(0, "/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
-    let path = format!("{}/iterations", job.header("location").unwrap());
+async fn one_of_two_replicas_stores_under_a_key(replicas: Replicas) {
+    let path = format!("{}/iterations", replicas.job().await);
     let mut another = iteration();
     another["note"] = json!("another request");
     for (key, body) in [("same", iteration()), ("other", another)] {
@@ -177,4 +147,51 @@ async fn one_of_two_replicas_stores_under_a_key() {
     }
     let trace = replicas.get(0, &path.replace("iterations", "trace")).await.json();
     assert_eq!(trace["iterations"].as_array().unwrap().len(), 2);
+}
+
+/// The same request at both replicas at once: one answer, byte for byte. Two changes of one
+/// version: one is made.
+async fn under_one_key_and_one_version_one_change_is_made(replicas: Replicas) {
+    let job = replicas.job().await;
+    let path = format!("{job}/iterations");
+    for number in 1..=8 {
+        let key = number.to_string();
+        let ask = |replica| send(replicas.keyed(replica, &path, &key, &iteration()));
+        let (one, two) = tokio::join!(ask(0), ask(1));
+        let (one, two) = (one.expect(201), two.expect(201));
+        assert_eq!(one.text, two.text);
+        assert_eq!((one.json()["number"].as_u64(), one.header("etag")), (Some(number), two.header("etag")));
+
+        let tag = replicas.get(number as usize % 2, &job).await.expect(200).header("etag").unwrap().to_owned();
+        let patch = |replica| {
+            let request = replicas.request(replica, Method::PATCH, &job).header("If-Match", &tag);
+            send(request.json(&json!({"name": format!("{number} by {replica}")})))
+        };
+        let (one, two) = tokio::join!(patch(0), patch(1));
+        let mut statuses = [one.status.as_u16(), two.status.as_u16()];
+        statuses.sort_unstable();
+        assert_eq!(statuses, [200, 412]);
+        let changed = if one.status == 200 { one } else { two };
+        for replica in [0, 1] {
+            assert_eq!(replicas.get(replica, &job).await.header("etag"), changed.header("etag"));
+        }
+    }
+}
+
+async fn numbers_have_no_gap_wherever_iterations_come(replicas: Replicas) {
+    let job = replicas.job().await;
+    let mut asked = JoinSet::new();
+    for count in 0..60 {
+        asked.spawn(send(replicas.keyed(count % 2, &format!("{job}/iterations"), &count.to_string(), &iteration())));
+    }
+    let answers = asked.join_all().await;
+    let mut numbers: Vec<u64> =
+        answers.into_iter().map(|answer| answer.expect(201).json()["number"].as_u64().unwrap()).collect();
+    numbers.sort_unstable();
+    assert!(numbers.into_iter().eq(1..=60));
+    // what was acknowledged is seen everywhere
+    for replica in [0, 1] {
+        let trace = replicas.get(replica, &format!("{job}/trace?limit=200")).await.expect(200).json();
+        assert_eq!(trace["iterations"].as_array().unwrap().len(), 60);
+    }
 }

@@ -15,10 +15,14 @@ use super::{
     streams::{block, spec},
 };
 
-type Socket = WebSocketStream<MaybeTlsStream<tokio::net::TcpStream>>;
+pub type Socket = WebSocketStream<MaybeTlsStream<tokio::net::TcpStream>>;
 
 async fn open(app: &TestApp, stream: &str) -> Socket {
-    let url = format!("{}{stream}/ws", app.base.replace("http://", "ws://"));
+    connect(&app.base, stream).await
+}
+
+pub async fn connect(base: &str, stream: &str) -> Socket {
+    let url = format!("{}{stream}/ws", base.replace("http://", "ws://"));
     connect_async(url).await.expect("a WebSocket").0
 }
 
@@ -32,7 +36,7 @@ async fn ask(socket: &mut Socket, message: &Value) -> (String, Value) {
 }
 
 /// How the server closes.
-async fn close(socket: &mut Socket) -> Option<CloseCode> {
+pub async fn close(socket: &mut Socket) -> Option<CloseCode> {
     loop {
         match socket.next().await? {
             Ok(Message::Close(frame)) => return frame.map(|frame| frame.code),

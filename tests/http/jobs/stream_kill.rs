@@ -9,6 +9,7 @@ use super::{
     kill::Server,
     streams::{block, nodes, spec},
 };
+use crate::database;
 
 const ROUNDS: u64 = 6;
 const BLOCKS: u64 = 15;
@@ -16,7 +17,7 @@ const BLOCKS: u64 = 15;
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_stream_goes_on_after_being_killed() {
     let directory = tempfile::tempdir().unwrap();
-    let database = directory.path().join("jobs.db");
+    let database = database::url(directory.path()).await;
     let (mut paths, mut job) = (Vec::new(), String::new());
     let mut answered = 0;
     for round in 0..=ROUNDS {

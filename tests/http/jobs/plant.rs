@@ -1,0 +1,251 @@
+//! A plant: three servers on one PostgreSQL, whose clients ask again at the next server whatever
+//! happens. Servers are killed one after the other and PostgreSQL is restarted or killed; what was
+//! acknowledged is there once, numbers have no gap, streams and events go on as if nothing had
+//! been.
+//!
+//! `FLANKFIT_PLANT_SECONDS` says for how long.
+
+use std::{
+    env,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use reqwest::{Client, Method, RequestBuilder};
+use serde_json::{Value, json};
+use tokio::{task::JoinSet, time::sleep};
+
+use super::{
+    app::{Answer, iteration, send},
+    events::Listener,
+    kill,
+    streams::{block, spec},
+};
+use crate::postgres::{Server, shell};
+
+const REPLICAS: usize = 3;
+const JOBS: usize = 2;
+const WRITERS: usize = 6;
+const MOST_BLOCKS: usize = 5000;
+/// For so long a client asks again.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// What happens to PostgreSQL, one after the other.
+const INTERRUPTIONS: [&str; 3] = [
+    "$BIN/pg_ctl -D data -l log -m fast -w restart",
+    "$BIN/pg_ctl -D data -l log -m immediate -w restart",
+    "kill -9 $(head -1 data/postmaster.pid); until $BIN/pg_ctl -D data -l log -w start 2>/dev/null; do sleep 0.1; done",
+];
+
+/// The servers as their clients know them.
+struct Plant {
+    client: Client,
+    bases: Mutex<Vec<String>>,
+    over: AtomicBool,
+}
+
+impl Plant {
+    fn base(&self, replica: usize) -> String {
+        self.bases.lock().unwrap()[replica % REPLICAS].clone()
+    }
+
+    fn is_over(&self) -> bool {
+        self.over.load(Ordering::SeqCst)
+    }
+
+    /// Asks one server after the other until one has answered, and not that it cannot.
+    async fn ask(&self, first: usize, path: &str, request: impl Fn(RequestBuilder) -> RequestBuilder) -> Answer {
+        let begun = Instant::now();
+        let mut replica = first;
+        loop {
+            let asked = self.client.request(Method::POST, format!("{}{path}", self.base(replica)));
+            if let Some(answer) = answered(request(asked)).await {
+                return answer;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{path} is not answered");
+            sleep(Duration::from_millis(20)).await;
+            replica += 1;
+        }
+    }
+
+    async fn post(&self, first: usize, path: &str, body: &Value) -> Answer {
+        self.ask(first, path, |request| request.json(body)).await
+    }
+
+    /// Stores iterations one after the other: their numbers and answers.
+    async fn write(&self, writer: usize, job: &str) -> Vec<(u64, String)> {
+        let mut stored = Vec::new();
+        while !self.is_over() {
+            let key = format!("{writer}-{}", stored.len());
+            let body = iteration();
+            let path = format!("{job}/iterations");
+            let keyed = |request: RequestBuilder| request.header("Idempotency-Key", &key).json(&body);
+            let answer = self.ask(writer + stored.len(), &path, keyed).await.expect(201);
+            stored.push((answer.json()["number"].as_u64().unwrap(), answer.text));
+        }
+        stored
+    }
+
+    /// Posts the blocks of a stream, each to another server: the answers.
+    async fn stream(&self, stream: &str) -> Vec<String> {
+        let mut answers = Vec::new();
+        for sequence in (1..=MOST_BLOCKS).take_while(|_| !self.is_over()) {
+            let path = format!("{stream}/nodes");
+            answers.push(self.post(sequence, &path, &nodes(sequence)).await.expect(200).text);
+            sleep(Duration::from_millis(10)).await;
+        }
+        answers
+    }
+
+    /// Listens to a job wherever it can: the numbers of its events in the order in which they came.
+    async fn listen(&self, job: &str, seen: &Mutex<Vec<u64>>) {
+        for replica in 0.. {
+            let last = seen.lock().unwrap().last().map(u64::to_string);
+            let request = self.client.request(Method::GET, format!("{}{job}/events", self.base(replica)));
+            if let Some(mut listener) = Listener::of(request, last.as_deref()).await {
+                while let Some((number, ..)) = listener.next().await {
+                    seen.lock().unwrap().push(number);
+                }
+            }
+            sleep(Duration::from_millis(20)).await;
+        }
+    }
+}
+
+/// A block of a stream.
+fn nodes(sequence: usize) -> Value {
+    block(sequence as u64, 5 * sequence..5 * sequence + 5)
+}
+
+/// An answer that is one: of a server that is there, whose store is there, and that does not work
+/// on the same request already.
+async fn answered(request: RequestBuilder) -> Option<Answer> {
+    let response = request.send().await.ok()?;
+    let (status, headers) = (response.status(), response.headers().clone());
+    let answer = Answer { status, headers, text: response.text().await.ok()? };
+    let again = status == 503 || status == 409 && answer.json()["code"] == "idempotency_key_in_use";
+    (!again).then_some(answer)
+}
+
+/// Kills servers and what they store in, until it is enough; the servers that are left.
+async fn interrupted(
+    plant: &Plant,
+    server: &Server,
+    url: &str,
+    mut replicas: Vec<kill::Server>,
+    time: Duration,
+) -> Vec<kill::Server> {
+    let begun = Instant::now();
+    for round in 0.. {
+        sleep(Duration::from_millis(700)).await;
+        if begun.elapsed() >= time {
+            break;
+        }
+        match round % 4 {
+            3 => {
+                let mut command = shell(&server.folder, INTERRUPTIONS[round / 4 % INTERRUPTIONS.len()]);
+                let done = tokio::task::spawn_blocking(move || command.status()).await.unwrap().unwrap();
+                assert!(done.success());
+            }
+            replica => {
+                replicas.remove(0).kill();
+                let url = url.to_owned();
+                let begun = tokio::task::spawn_blocking(move || kill::Server::start(&url)).await.unwrap();
+                plant.bases.lock().unwrap()[replica].clone_from(&begun.base);
+                replicas.push(begun);
+            }
+        }
+    }
+    plant.over.store(true, Ordering::SeqCst);
+    replicas
+}
+
+/// A job with what its clients were told.
+#[derive(Default)]
+struct Told {
+    job: String,
+    stream: String,
+    iterations: Vec<(u64, String)>,
+    blocks: Vec<String>,
+    events: Arc<Mutex<Vec<u64>>>,
+}
+
+impl Told {
+    async fn check(mut self, plant: &Plant) {
+        self.iterations.sort_unstable();
+        let count = self.iterations.len() as u64;
+        assert!(self.iterations.iter().map(|(number, _)| *number).eq(1..=count), "each number was told once");
+        let mut there = Vec::new();
+        let mut cursor = String::new();
+        loop {
+            let trace = format!("{}{}/trace?limit=200{cursor}", plant.base(0), self.job);
+            let page = send(plant.client.get(trace)).await.expect(200).json();
+            there.extend(page["iterations"].as_array().unwrap().iter().map(|iteration| iteration["id"].clone()));
+            let Some(next) = page["next_cursor"].as_str() else { break };
+            cursor = format!("&cursor={next}");
+        }
+        let ids = self.iterations.iter().map(|(_, text)| serde_json::from_str::<Value>(text).unwrap()["id"].clone());
+        assert!(there.into_iter().eq(ids), "and is there once");
+
+        // the opening of the stream is an event, too
+        let last = count + 1 + self.blocks.len() as u64;
+        let begun = Instant::now();
+        while self.events.lock().unwrap().last().is_none_or(|seen| *seen < last) {
+            assert!(begun.elapsed() < PATIENCE, "{last} events are not heard");
+            sleep(Duration::from_millis(20)).await;
+        }
+        assert!(self.events.lock().unwrap().iter().copied().eq(1..=last), "each event was told once and in its turn");
+
+        let stored = send(plant.client.get(format!("{}{}", plant.base(1), self.stream))).await.expect(200).json();
+        assert_eq!(stored["sequence"].as_u64(), Some(self.blocks.len() as u64));
+        // a stream that nothing happened to
+        let calm = plant.post(0, &format!("{}/streams", self.job), &spec()).await.expect(201);
+        let calm = format!("{}/nodes", calm.header("location").unwrap());
+        for (sequence, told) in (1..).zip(&self.blocks) {
+            assert_eq!(plant.post(0, &calm, &nodes(sequence)).await.expect(200).text, *told, "block {sequence}");
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn nothing_is_lost_or_repeated_whatever_is_killed() {
+    let seconds = env::var("FLANKFIT_PLANT_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(10);
+    let server = Server::start();
+    let url = server.database().await;
+    let replicas: Vec<kill::Server> = (0..REPLICAS).map(|_| kill::Server::start(&url)).collect();
+    let bases = Mutex::new(replicas.iter().map(|replica| replica.base.clone()).collect());
+    let plant = Arc::new(Plant { client: Client::new(), bases, over: AtomicBool::new(false) });
+    let mut told = Vec::new();
+    let (mut listeners, mut writers, mut probes) = (JoinSet::new(), JoinSet::new(), JoinSet::new());
+    for of in 0..JOBS {
+        let job = plant.post(0, "/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
+        let job = job.header("location").unwrap().to_owned();
+        let stream = plant.post(0, &format!("{job}/streams"), &spec()).await.expect(201);
+        let stream = stream.header("location").unwrap().to_owned();
+        let events = Arc::<Mutex<Vec<u64>>>::default();
+        let at = (plant.clone(), job.clone(), events.clone());
+        listeners.spawn(async move { at.0.listen(&at.1, &at.2).await });
+        for writer in 0..WRITERS {
+            let at = (plant.clone(), job.clone());
+            writers.spawn(async move { (of, at.0.write(writer, &at.1).await) });
+        }
+        let at = (plant.clone(), stream.clone());
+        probes.spawn(async move { (of, at.0.stream(&at.1).await) });
+        told.push(Told { job, stream, events, ..Told::default() });
+    }
+    let replicas = interrupted(&plant, &server, &url, replicas, Duration::from_secs(seconds)).await;
+    for (of, stored) in writers.join_all().await {
+        told[of].iterations.extend(stored);
+    }
+    for (of, answers) in probes.join_all().await {
+        told[of].blocks = answers;
+    }
+    for told in told {
+        println!("{} iterations, {} blocks", told.iterations.len(), told.blocks.len());
+        told.check(&plant).await;
+    }
+    replicas.into_iter().for_each(kill::Server::kill);
+}

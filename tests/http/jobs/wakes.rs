@@ -1,0 +1,113 @@
+//! What happens at one server is heard at the others, told or not.
+
+use std::time::{Duration, Instant};
+
+use reqwest::Method;
+use serde_json::json;
+use sqlx::{Connection as _, PgConnection};
+use tokio::time::{sleep, timeout};
+
+use super::{
+    app::{iteration, send},
+    events::Listener,
+    several::Replicas,
+    socket,
+    streams::block,
+};
+
+/// Servers look by themselves every two seconds. What comes sooner has been told.
+const LOOK: Duration = Duration::from_secs(2);
+
+impl Replicas {
+    async fn listen(&self, replica: usize, job: &str) -> Listener {
+        Listener::of(self.request(replica, Method::GET, &format!("{job}/events")), Some("latest"))
+            .await
+            .expect("a listener")
+    }
+
+    /// How long it takes the others to hear of iterations, each posted some time after the one
+    /// before.
+    async fn delays(&self, job: &str, count: u64, apart: Duration) -> Vec<Duration> {
+        let mut listener = self.listen(1, job).await;
+        let mut delays = Vec::new();
+        for _ in 0..count {
+            sleep(apart).await;
+            let number =
+                self.post(0, &format!("{job}/iterations"), &iteration()).await.expect(201).json()["number"].clone();
+            let stored = Instant::now();
+            let (_, name, event) = listener.next().await.expect("an event");
+            delays.push(stored.elapsed());
+            assert_eq!((name.as_str(), &event["iteration_number"]), ("iteration", &number), "{event}");
+        }
+        delays.sort_unstable();
+        delays
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn events_are_heard_at_once_at_another_server() {
+    let replicas = Replicas::on_postgres(2).await;
+    let delays = replicas.delays(&replicas.job().await, 20, Duration::from_millis(50)).await;
+    println!("median {:?}, longest {:?}", delays[10], delays[19]);
+    // a busy machine may hold some of them up
+    assert!(delays[10] < LOOK / 4, "{delays:?}");
+    // and both tell how long they take
+    let metrics = replicas.get(0, "/metrics").await.text;
+    assert!(metrics.contains("flankfit_wake_delay_seconds_count"), "{metrics}");
+}
+
+/// Past a pooler behind which there is nobody, nothing is heard.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn what_is_not_told_is_found_all_the_same() {
+    let replicas = Replicas::on_postgres_with(2, |settings| {
+        settings.postgres.database_direct_url = Some("postgres://nobody@127.0.0.1:1/nowhere".to_owned());
+        settings.postgres.migrate = flankfit::config::MigrateMode::Check;
+    })
+    .await;
+    let delays = replicas.delays(&replicas.job().await, 3, Duration::from_millis(500)).await;
+    assert!(delays[2] < 3 * LOOK, "{delays:?}");
+    // each is posted half a second after a look, in which the one before was found
+    assert!(delays[1] > LOOK / 4, "nobody told: {delays:?}");
+}
+
+/// Whoever has lost the connection on which it hears looks everywhere once it hears again.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn servers_hear_again_after_their_connections_were_lost() {
+    let replicas = Replicas::on_postgres(2).await;
+    let job = replicas.job().await;
+    let mut own = PgConnection::connect(&replicas.url).await.unwrap();
+    for _ in 0..3 {
+        let lost: i64 = sqlx::query_scalar(
+            "SELECT count(pg_terminate_backend(pid)) FROM pg_stat_activity
+             WHERE datname = current_database() AND pid <> pg_backend_pid()",
+        )
+        .fetch_one(&mut own)
+        .await
+        .unwrap();
+        assert!(lost >= 2, "{lost} connections");
+        let delays = replicas.delays(&job, 5, Duration::from_millis(300)).await;
+        assert!(delays[2] < LOOK / 4, "{delays:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn sockets_close_wherever_they_are() {
+    let replicas = Replicas::on_postgres(3).await;
+    for end in [Method::POST, Method::DELETE] {
+        let stream = replicas.stream().await;
+        replicas.post(1, &format!("{stream}/nodes"), &block(1, 0..30)).await.expect(200);
+        let mut sockets =
+            [socket::connect(&replicas.bases[1], &stream).await, socket::connect(&replicas.bases[2], &stream).await];
+        let path = if end == Method::POST { format!("{stream}/finish") } else { stream };
+        let ended = send(replicas.request(0, end, &path).json(&json!({}))).await;
+        assert!(ended.status.is_success(), "{}", ended.text);
+        for socket in &mut sockets {
+            let code = timeout(Duration::from_secs(10), socket::close(socket)).await.expect("the socket closes");
+            assert!(code.is_some());
+        }
+    }
+}
