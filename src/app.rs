@@ -47,6 +47,8 @@ pub enum StartError {
     Listen { address: SocketAddr, source: io::Error },
     #[error(transparent)]
     Tls(#[from] TlsError),
+    #[error("--bind and --ops-bind are both {0}; give the listener for operation a port of its own")]
+    SameAddress(SocketAddr),
     #[error(transparent)]
     Store(#[from] OpenError),
     #[error(transparent)]
@@ -60,6 +62,9 @@ impl App {
     pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
         let tls = Tls::load(&settings.tls, Arc::new(SystemClock))?;
         let listener = bind(settings.bind, "--bind or FLANKFIT_BIND").await?;
+        if settings.ops_bind.is_some_and(|address| address == settings.bind && address.port() != 0) {
+            return Err(StartError::SameAddress(settings.bind));
+        }
         let operation = match settings.ops_bind {
             Some(address) => Some(bind(address, "--ops-bind or FLANKFIT_OPS_BIND").await?),
             None => None,

@@ -288,7 +288,14 @@ impl Problem {
                     ),
                 )
             },
-            FitError::NotConverged(what) => Problem::new(ProblemCode::NotConverged, what.to_string()),
+            FitError::NotConverged(what) => Problem {
+                errors: what
+                    .field()
+                    .map(|field| ProblemError { pointer: place(&field), detail: what.to_string() })
+                    .into_iter()
+                    .collect(),
+                ..Problem::new(ProblemCode::NotConverged, what.to_string())
+            },
         }
     }
 

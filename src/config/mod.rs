@@ -2,6 +2,7 @@
 //! them all.
 
 mod address;
+mod count;
 mod digest;
 mod network;
 mod origin;
@@ -13,6 +14,7 @@ use std::{net::SocketAddr, num::NonZeroU32, time::Duration};
 use clap::{Args, ValueEnum};
 
 pub use address::parse_address;
+pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
 pub use network::{Networks, parse_networks};
 pub use origin::{Origin, Origins, parse_origins};
@@ -52,11 +54,11 @@ pub struct ServeSettings {
     pub trusted_proxies: Networks,
     /// Requests to /v1/… a second that each API key may make; without keys each client address.
     /// Beyond it the answer is 429. Without it there is no limit.
-    #[arg(long, env = "FLANKFIT_RATE_LIMIT")]
+    #[arg(long, env = "FLANKFIT_RATE_LIMIT", value_parser = parse_positive)]
     pub rate_limit: Option<NonZeroU32>,
     /// Requests that may come at once within the rate limit; as many as in a second if it is not
     /// given.
-    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit")]
+    #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit", value_parser = parse_positive)]
     pub rate_burst: Option<NonZeroU32>,
     /// Database of the gear jobs: sqlite://FILE, or postgres://USER@HOST/NAME for several servers.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]

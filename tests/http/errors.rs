@@ -94,15 +94,17 @@ async fn what_is_wrong_is_pointed_at() {
     refused(&[("errors", json!({"type": "ar1", "rho": 0.5}))], "/errors/rho").await;
     refused(&[("errors", json!({"type": "ar1", "along": "v"}))], "/errors/along").await;
     refused(&[("errors", json!({"type": "ar1", "estimate": false}))], "/errors/parameters").await;
-    refused(&[("errors", json!({"type": "ar1", "parameters": {"rho": 1.0}}))], "/errors/parameters").await;
+    refused(&[("errors", json!({"type": "ar1", "parameters": {"rho": 1.0}}))], "/errors/parameters/rho").await;
     refused(&[("errors", json!({"type": "ar1", "line": [1, 2]}))], "/errors/line").await;
     refused(&[("estimator", json!({"type": "rank"}))], "/estimator/type").await;
     refused(&[("scaling", json!("standardized"))], "/scaling").await;
     refused(&[("variance", json!("hc3"))], "/variance").await;
     let independent = ("errors", json!({"type": "independent"}));
     refused(&[independent.clone(), ("variance", json!("hc4"))], "/variance").await;
-    refused(&[independent.clone(), ("variance", json!({"groups": [1]}))], "/variance").await;
+    refused(&[independent.clone(), ("variance", json!({"groups": [1]}))], "/variance/groups").await;
     refused(&[independent.clone(), ("variance", json!({"power_of": "u", "exponent": 9}))], "/variance/exponent").await;
+    refused(&[independent.clone(), ("variance", json!({"power_of": "v"}))], "/variance/power_of").await;
+    refused(&[independent.clone(), ("variance", json!(true))], "/variance").await;
     refused(&[independent, ("variance", json!({}))], "/variance").await;
 }
 
@@ -198,4 +200,62 @@ async fn positions_that_are_off_are_counted_stored_and_replayed() {
     assert_eq!(fit["spec"]["node_uncertainty"]["position_kind"], "nominal");
     let path = format!("{iterations}/1/fits/{}/replay", fit["id"].as_str().unwrap());
     assert_eq!(send(app.post(&path, "")).await.json()["identical"], true);
+}
+
+#[tokio::test]
+async fn what_leaves_nothing_to_estimate_from_says_so() {
+    let app = TestApp::start().await;
+    let nodes = json!({"type": "grid", "u": [0, 1, 2, 3, 4], "v": [0, 1, 2, 3], "z": vec![[0; 4]; 5]});
+    let level = json!({"nodes": nodes, "model": {"type": "polynomial", "degree": 1}});
+    for (name, value) in [
+        ("errors", json!({"type": "ar1", "along": "v"})),
+        ("variance", json!("hc3")),
+        ("variance", json!({"groups": (0..20).map(|k| k % 2).collect::<Vec<_>>()})),
+    ] {
+        let mut asked = level.clone();
+        asked[name] = value;
+        let answer = app.fit(&asked.to_string()).await;
+        assert_eq!(answer.status, 422, "{}", answer.text);
+        let fault = &answer.json()["errors"][0];
+        assert_eq!(fault["pointer"], format!("/{name}"));
+        assert!(fault["detail"].as_str().unwrap().contains("meets every height"), "{fault}");
+    }
+}
+
+/// A grid of `side²` nodes with a polynomial of `degree`, whose positions are off.
+fn rough(side: u32, degree: u32, position: f64, height: f64) -> Value {
+    let at: Vec<f64> = (0..side).map(|k| f64::from(k) / f64::from(side)).collect();
+    let wave = |u: f64, v: f64| (1000.0 * (1.0 + u) * (1.7 + v)).sin();
+    let z: Vec<Vec<f64>> = at.iter().map(|&u| at.iter().map(|&v| wave(u, v)).collect()).collect();
+    json!({
+        "nodes": {"type": "grid", "u": at, "v": at, "z": z},
+        "model": {"type": "polynomial", "degree": degree},
+        "node_uncertainty": {"position": position, "height": height, "position_kind": "measured"},
+    })
+}
+
+#[tokio::test]
+async fn positions_ask_for_no_more_work_than_there_is_time_for() {
+    let app = TestApp::start().await;
+    let answer = app.fit(&rough(45, 20, 0.01, 0.01).to_string()).await;
+    assert_eq!(answer.status, 422, "{}", answer.text);
+    let fault = &answer.json()["errors"][0];
+    assert_eq!(fault["pointer"], "/node_uncertainty/position_kind");
+    assert!(fault["detail"].as_str().unwrap().contains("too much work"), "{fault}");
+    // what does not settle says where to change what
+    let answer = app.fit(&rough(12, 5, 0.3, 0.1).to_string()).await;
+    assert_eq!(answer.status, 422, "{}", answer.text);
+    assert_eq!(answer.json()["code"], "not_converged");
+    assert_eq!(answer.json()["errors"][0]["pointer"], "/node_uncertainty");
+}
+
+#[tokio::test]
+async fn uncertainties_of_any_size_are_answered() {
+    let app = TestApp::start().await;
+    for size in [5e-324, 1e-300, 1e-150] {
+        let answer = app.fit(&rough(5, 2, size, size).to_string()).await;
+        assert!(answer.status == 200 || answer.status == 422, "{size}: {}", answer.text);
+    }
+    let answer = app.fit(&rough(5, 2, 5e-324, 5e-324).to_string()).await.json();
+    assert_eq!(answer["positions"].get("sigma_ratio"), None, "{answer}");
 }

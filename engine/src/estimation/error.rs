@@ -2,7 +2,7 @@
 
 use std::fmt;
 
-use super::fault::{Faults, Reason};
+use super::fault::{Faults, Field, Reason};
 use crate::fault;
 
 /// Why no fit could be given.
@@ -33,25 +33,27 @@ pub enum FitError {
 #[non_exhaustive]
 pub enum Unconverged {
     /// Singular values of scaled columns.
-    #[error("the singular value decomposition did not converge within its limit")]
+    #[error("the singular value decomposition did not converge within its limit: take fewer terms or another basis")]
     SingularValues,
     /// The decomposition of matrix and penalty.
-    #[error("the decomposition of matrix and penalty did not converge within its limit")]
+    #[error("the decomposition of matrix and penalty did not converge within its limit: take another penalty or basis")]
     PenaltyPair,
     /// The iterative refinement of a surface's coefficients.
-    #[error("corrections of the coefficients did not shrink")]
+    #[error("corrections of the coefficients did not shrink: take fewer spans, or regularise more")]
     Refinement,
     /// Knots placed by residuals.
-    #[error("no knots were tried")]
+    #[error("no knots were tried: give the knots, or allow more of them")]
     KnotPlacement,
     /// The simplex of least absolute deviations.
-    #[error("the nodes determine no vertex of least absolute deviations")]
+    #[error("the nodes determine no vertex of least absolute deviations: take fewer terms or another estimator")]
     AbsoluteDeviations,
     /// The simplex of the rank dispersion.
-    #[error("pairs of nodes determine no vertex of the rank dispersion")]
+    #[error("pairs of nodes determine no vertex of the rank dispersion: take fewer terms or another estimator")]
     RankDispersion,
     /// Positions of nodes that are off.
-    #[error("the positions of the nodes did not settle: they are too uncertain for this model")]
+    #[error(
+        "the positions of the nodes did not settle: they are too uncertain for this model; take fewer terms, or say `nominal`"
+    )]
     Positions,
     /// The registration of a measured flank.
     #[error("the registration ran away to tilts beyond 0.1 rad: free fewer motions, or regularise")]
@@ -68,6 +70,21 @@ pub enum Unconverged {
     /// The comparison of two corrections.
     #[error("the changes of the settings are too great to be compared")]
     Comparison,
+}
+
+impl Unconverged {
+    /// The part of the request to be changed, where it is one.
+    pub fn field(self) -> Option<Field> {
+        match self {
+            Unconverged::SingularValues | Unconverged::SecondOrder | Unconverged::KnotPlacement => Some(Field::Model),
+            Unconverged::PenaltyPair | Unconverged::Refinement => Some(Field::Regularization),
+            Unconverged::AbsoluteDeviations | Unconverged::RankDispersion => Some(Field::Estimator),
+            Unconverged::Positions => Some(Field::NodeUncertainty),
+            Unconverged::Registration | Unconverged::Sensitivity | Unconverged::Limits | Unconverged::Comparison => {
+                None
+            }
+        }
+    }
 }
 
 impl FitError {

@@ -163,8 +163,20 @@ pub enum Field {
     ErrorsLine,
     /// Their parameters.
     ErrorsParameters,
+    /// The correlation of neighbours.
+    ErrorsRho,
+    /// The coefficients of the autoregression of second order.
+    ErrorsPhi,
+    /// The length of the correlation.
+    ErrorsLength,
+    /// The white share.
+    ErrorsNugget,
     /// Variances of the errors.
     Variance,
+    /// The groups of nodes of one variance.
+    VarianceGroups,
+    /// The coordinate of which the variance is a power.
+    VariancePowerOf,
     /// The level of intervals.
     Level,
     /// The level of predictions.

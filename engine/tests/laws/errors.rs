@@ -181,13 +181,13 @@ fn what_does_not_go_together_is_refused() {
     refused(&grid, &correlated(ar1, Along::Order), Field::ErrorsAlong, ErrorsReason::WhichWay);
     refused(&curve, &correlated(ar1, Along::V), Field::ErrorsAlong, ErrorsReason::NoLines(Along::V));
     let walk = Correlation::Ar1 { rho: Some(1.0) };
-    refused(&curve, &correlated(walk, Along::Order), Field::ErrorsParameters, ErrorsReason::Correlation(1.0));
+    refused(&curve, &correlated(walk, Along::Order), Field::ErrorsRho, ErrorsReason::Correlation(1.0));
     let both = FitSpec { variance: Variance::Hc3, ..correlated(ar1, Along::Order) };
     refused(&curve, &both, Field::Variance, ErrorsReason::Both);
     let told = FitSpec { variance: Variance::Hc3, noise_sigma: Some(1.0), ..spec(3) };
     refused(&curve, &told, Field::NoiseSigma, ErrorsReason::Sigma);
     let short = FitSpec { variance: Variance::Groups(vec![1]), ..spec(3) };
-    refused(&curve, &short, Field::Variance, ErrorsReason::Count { given: 1, nodes: 20 });
+    refused(&curve, &short, Field::VarianceGroups, ErrorsReason::Count { given: 1, nodes: 20 });
     let at_zero = FitSpec { variance: Variance::Power { of: Along::U, exponent: None }, ..spec(3) };
-    refused(&curve, &at_zero, Field::Variance, ErrorsReason::Zero);
+    refused(&curve, &at_zero, Field::VariancePowerOf, ErrorsReason::Zero);
 }

@@ -134,7 +134,7 @@ fn lines_and_groups_of_trimmed_nodes_are_left_out() {
     };
     let few = ErrorsReason::Count { given: 3, nodes: PROFILES * HELICES };
     let short = FitSpec { variance: Variance::Groups(vec![1; 3]), ..plain() };
-    assert_eq!(refused(short), (Field::Variance, few));
+    assert_eq!(refused(short), (Field::VarianceGroups, few));
     let power = FitSpec { variance: Variance::Power { of: Along::U, exponent: None }, ..plain() };
     assert_eq!(refused(power), (Field::Variance, ErrorsReason::Mapped));
     deviation[7] = f64::NAN;

@@ -79,6 +79,7 @@ pub fn alternatives(names: impl IntoIterator<Item = impl Into<String>>) -> Strin
 fn wanted(expected: &str) -> Cow<'_, str> {
     match expected {
         "usize" | "u64" => "a whole number of at least 0".into(),
+        "i64" | "i32" => "a whole number".into(),
         "u32" => "a whole number from 0 to 4294967295".into(),
         "u8" => "a small whole number".into(),
         "f64" => "a number".into(),

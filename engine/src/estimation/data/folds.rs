@@ -27,7 +27,7 @@ pub enum FoldsReason {
         nodes: usize,
     },
     /// More blocks than rows, or fewer than two.
-    #[error("{count} blocks of {rows} {of}: at least 2, at most one for each")]
+    #[error("{count} is no number of blocks for {rows} {of}: at least 2, at most one for each")]
     Count {
         /// Blocks asked for.
         count: usize,

@@ -30,6 +30,10 @@ const SETTLED: f64 = 1e-9;
 /// … and over the length of the heights, where nothing is left over.
 const ROUNDING: f64 = 1e-13;
 const ROUNDS: usize = 2000;
+/// … and where a round is long: those of so many products of two numbers, some seconds.
+const MOST_PRODUCTS: usize = 3_000_000_000;
+/// Rounds that there must be time for.
+const FEWEST_ROUNDS: usize = 40;
 /// What steps that grow are cut to at least.
 const SLOWEST: f64 = 1.0 / 64.0;
 
@@ -68,6 +72,13 @@ struct Local {
     left: f64,
 }
 
+/// Rounds that there is time for with so many nodes and coefficients; `None` where they would not
+/// do.
+pub(crate) fn rounds(nodes: usize, coefficients: usize) -> Option<usize> {
+    let products = nodes.saturating_mul(coefficients).saturating_mul(coefficients + 20).max(1);
+    Some((MOST_PRODUCTS / products).min(ROUNDS)).filter(|rounds| *rounds >= FEWEST_ROUNDS)
+}
+
 impl Positions<'_> {
     /// From the coefficients of plain least squares in the working basis; `None` where the
     /// iteration does not settle.
@@ -76,7 +87,7 @@ impl Positions<'_> {
         let posted: Vec<[f64; 2]> = (0..m).map(|k| self.sample.place(k).into()).collect();
         let (mut c, mut places) = (start.to_vec(), posted.clone());
         let (mut relax, mut before) = (1.0f64, f64::INFINITY);
-        for round in 1..=ROUNDS {
+        for round in 1..=rounds(m, n)? {
             let locals: Vec<Local> = (0..m).asking(100 * n).map(|k| self.local(&c, k, posted[k], places[k])).collect();
             let (step, length, rss) = self.step(&locals)?;
             let free = m.saturating_sub(n).max(1) as f64;

@@ -35,14 +35,20 @@ pub enum ErrorsReason {
     )]
     NotStationary([f64; 2]),
     /// A length that is none.
-    #[error("{} is not greater than 0", Shown(*.0))]
+    #[error("{} is no length: above 0 and finite", Shown(*.0))]
     Length(f64),
     /// A share that is none.
     #[error("{} is no share: at least 0 and below 1", Shown(*.0))]
     Nugget(f64),
     /// Heights that determine each other.
-    #[error("with these parameters heights determine their neighbours to rounding: add a white share")]
+    #[error("with these parameters heights determine their neighbours to rounding: tell a weaker correlation")]
     Singular,
+    /// Residuals that tell no correlation.
+    #[error("the residuals determine no correlation: tell its parameters, or take the errors as independent")]
+    Undetermined,
+    /// Nothing is left of the heights.
+    #[error("the model meets every height exactly, so that nothing can be told of the errors: leave this out")]
+    NoResiduals,
     /// Too little is left to estimate from.
     #[error("{nodes} nodes for {coefficients} coefficients leave too little to estimate the errors from")]
     FewNodes {
@@ -95,6 +101,9 @@ pub enum ErrorsReason {
     /// A power that is not determined.
     #[error("the residuals determine no power between -6 and 6")]
     Power,
+    /// A coordinate that the nodes have not.
+    #[error("{0} have no such coordinate, of which the variance could be a power: take groups or hc3")]
+    NoCoordinate(&'static str),
     /// A power of a coordinate that runs from -1 to 1.
     #[error("the flank's coordinates are mapped to -1 … 1, of which errors are no power: take groups or hc3")]
     Mapped,
@@ -107,9 +116,15 @@ pub enum ErrorsReason {
     /// Positions that alone are off.
     #[error("where the surface is level positions explain no height: give the uncertainty of the heights too")]
     HeightsExact,
-    /// Positions of streams, of points near shapes and of blocks that are left out.
-    #[error("streams, shapes near points and blocks of nodes take positions as exact")]
+    /// Positions of streams and of points near shapes.
+    #[error("streams and shapes near points take positions as exact")]
     PositionsExact,
+    /// Positions beside constraints.
+    #[error("a fit with constraints takes positions as exact: leave one of both out")]
+    PositionsConstrained,
+    /// Positions beside blocks that are left out.
+    #[error("a fit that leaves out blocks of nodes takes positions as exact: leave one of both out")]
+    PositionsFolds,
     /// Curves and surfaces near points.
     #[error("shapes near points are fitted with independent errors of one variance")]
     Shape,

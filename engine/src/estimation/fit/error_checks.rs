@@ -36,7 +36,18 @@ pub(super) fn check(nodes: &Nodes, spec: &FitSpec) -> Result<(), Faults> {
     if let Variance::Groups(groups) = &spec.variance
         && groups.len() != nodes.posted()
     {
-        faults.push(Field::Variance, ErrorsReason::Count { given: groups.len(), nodes: nodes.posted() });
+        faults.push(Field::VarianceGroups, ErrorsReason::Count { given: groups.len(), nodes: nodes.posted() });
+    }
+    if let Variance::Power { of, .. } = spec.variance {
+        match (nodes, of) {
+            (Nodes::Matrix(_), _) => {
+                faults.push(Field::VariancePowerOf, ErrorsReason::NoCoordinate("rows of a matrix"));
+            }
+            (Nodes::Curve(_), Along::V) => {
+                faults.push(Field::VariancePowerOf, ErrorsReason::NoCoordinate("nodes of a curve"));
+            }
+            _ => {}
+        }
     }
     let estimated = spec.errors.as_ref().is_some_and(|errors| given(errors.correlation).is_none());
     match &spec.prior {
@@ -73,20 +84,23 @@ fn check_lines(nodes: &Nodes, errors: &Errors, faults: &mut Faults) {
 }
 
 fn check_parameters(correlation: &Correlation, faults: &mut Faults) {
-    let reason = match *correlation {
-        Correlation::Ar1 { rho: Some(rho) } if !(rho.abs() < 1.0) => ErrorsReason::Correlation(rho),
+    match *correlation {
+        Correlation::Ar1 { rho: Some(rho) } if !(rho.abs() < 1.0) => {
+            faults.push(Field::ErrorsRho, ErrorsReason::Correlation(rho));
+        }
         Correlation::Ar2 { phi: Some([a, b]) } if !(b > -1.0 && b < 1.0 - a.abs()) => {
-            ErrorsReason::NotStationary([a, b])
+            faults.push(Field::ErrorsPhi, ErrorsReason::NotStationary([a, b]));
         }
-        Correlation::Matern { parameters: Some(Matern { length, .. }) } if !(length > 0.0 && length.is_finite()) => {
-            ErrorsReason::Length(length)
+        Correlation::Matern { parameters: Some(Matern { length, nugget }) } => {
+            if !(length > 0.0 && length.is_finite()) {
+                faults.push(Field::ErrorsLength, ErrorsReason::Length(length));
+            }
+            if !(0.0..1.0).contains(&nugget) {
+                faults.push(Field::ErrorsNugget, ErrorsReason::Nugget(nugget));
+            }
         }
-        Correlation::Matern { parameters: Some(Matern { nugget, .. }) } if !(0.0..1.0).contains(&nugget) => {
-            ErrorsReason::Nugget(nugget)
-        }
-        _ => return,
-    };
-    faults.push(Field::ErrorsParameters, reason);
+        _ => {}
+    }
 }
 
 /// The process with the parameters that were told.

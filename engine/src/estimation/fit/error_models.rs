@@ -87,6 +87,14 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     if factor.working.is_none() {
         return Err(dependence(&design, &factor, heights.weight));
     }
+    // what is told of the errors needs no residuals
+    let told = match &spec.errors {
+        Some(errors) => given(errors.correlation).is_some(),
+        None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
+    };
+    if !told && factor.rss == 0.0 {
+        return Err(Faults::one(field, ErrorsReason::NoResiduals).into());
+    }
     let plain = Plain { nodes, sample, spec, design: &design, heights: &heights, factor: &factor };
     match (&spec.errors, &spec.variance) {
         (Some(errors), _) => plain.correlated(errors),
@@ -134,7 +142,13 @@ impl Plain<'_> {
 
     /// Generalised least squares.
     fn correlated(&self, errors: &Errors) -> Result<FitResult, FitError> {
-        let refused = |reason: ErrorsReason| FitError::from(Faults::one(Field::ErrorsParameters, reason));
+        let refused = || {
+            let told = given(errors.correlation).is_some();
+            FitError::from(match told {
+                true => Faults::one(Field::ErrorsParameters, ErrorsReason::Singular),
+                false => Faults::one(Field::Errors, ErrorsReason::Undetermined),
+            })
+        };
         let measure = match errors.correlation {
             Correlation::Matern { .. } => Measure::Distance,
             Correlation::Ar1 { .. } | Correlation::Ar2 { .. } => Measure::Steps,
@@ -147,10 +161,10 @@ impl Plain<'_> {
         };
         let process = match (&mixture, errors.correlation) {
             (Some(mixture), _) => mixture.process,
-            (None, correlation) => given(correlation).ok_or_else(|| refused(ErrorsReason::Singular))?,
+            (None, correlation) => given(correlation).ok_or_else(refused)?,
         };
         let std_errors = mixture.as_ref().map(|mixture| mixture.std_errors);
-        let whitening = Whitening::new(&process, &lines).ok_or_else(|| refused(ErrorsReason::Singular))?;
+        let whitening = Whitening::new(&process, &lines).ok_or_else(refused)?;
         let rows = white_rows(self.design, self.sample, &lines, &whitening);
         let heights = white_heights(&rows, self.heights);
         let sample = self.sample.whitened(&rows);
@@ -163,7 +177,7 @@ impl Plain<'_> {
             Some(mixture) => {
                 let factor = self.averaged(&white, &sample, &heights, &mixture);
                 let spread = ErrorSpread::of_mixture(mixture, &white.r, self.factor);
-                (factor, Some(spread.ok_or_else(|| refused(ErrorsReason::Singular))?))
+                (factor, Some(spread.ok_or_else(refused)?))
             }
         };
         let evidence = Evidence::Posted { sample: &sample, nodes: self.nodes };
@@ -194,7 +208,7 @@ impl Plain<'_> {
             return Err(Faults::one(Field::Errors, reason).into());
         }
         Mixture::new(&rows, family, self.spec.noise_sigma)
-            .ok_or_else(|| Faults::one(Field::ErrorsParameters, ErrorsReason::Singular).into())
+            .ok_or_else(|| Faults::one(Field::Errors, ErrorsReason::Undetermined).into())
     }
 
     /// The white problem with the mean of the mixture as its solution.
@@ -258,7 +272,7 @@ impl Plain<'_> {
             .map(|k| if of == Along::V { self.sample.place(k).1.abs() } else { self.sample.place(k).0.abs() })
             .collect();
         if places.contains(&0.0) {
-            return Err(refused(ErrorsReason::Zero));
+            return Err(Faults::one(Field::VariancePowerOf, ErrorsReason::Zero).into());
         }
         let middle = libm::exp(places.iter().map(|x| libm::log(*x)).sum::<f64>() / places.len() as f64);
         let x: Vec<f64> = places.iter().map(|x| x / middle).collect();

@@ -9,7 +9,7 @@ use crate::estimation::{
     error::{FitError, Unconverged},
     error_model::{
         position_spread::{Scatter, scatter},
-        positions::{Positions, Settled},
+        positions::{Positions, Settled, rounds},
         spread::ErrorSpread,
     },
     estimate::Frame,
@@ -19,9 +19,6 @@ use crate::estimation::{
     result::{FitResult, HOLDING, PositionsReport, Warning},
     spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
 };
-
-/// Numbers of a round: some seconds for all of them.
-const MOST: usize = 2_000_000;
 
 /// Why the positions of these nodes are taken as exact.
 fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Option<ErrorsReason> {
@@ -33,8 +30,10 @@ fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Opti
         Some(ErrorsReason::Robust)
     } else if matches!(spec.prior, Some(Prior::Iterations(_))) {
         Some(ErrorsReason::Chain)
-    } else if spec.folds.is_some() || !spec.constraints.is_empty() {
-        Some(ErrorsReason::PositionsExact)
+    } else if spec.folds.is_some() {
+        Some(ErrorsReason::PositionsFolds)
+    } else if !spec.constraints.is_empty() {
+        Some(ErrorsReason::PositionsConstrained)
     } else {
         None
     }
@@ -54,7 +53,7 @@ pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> R
         return refused(reason);
     }
     let design = Design::new(nodes, sample, spec)?;
-    if sample.count().saturating_mul(design.size()) > MOST {
+    if rounds(sample.count(), design.size()).is_none() {
         return refused(ErrorsReason::TooLarge { nodes: sample.count(), coefficients: design.size() });
     }
     let heights = Heights::new(sample);
@@ -117,7 +116,12 @@ fn concluded(
         rounds: settled.rounds,
         variance_share: settled.share,
         largest_shift: settled.largest_shift,
-        sigma_ratio: result.residuals.sigma.zip(uncertainty).map(|(sigma, told)| sigma / told.height),
+        sigma_ratio: result
+            .residuals
+            .sigma
+            .zip(uncertainty)
+            .map(|(sigma, told)| sigma / told.height)
+            .filter(|ratio| ratio.is_finite()),
     });
     Ok(result)
 }

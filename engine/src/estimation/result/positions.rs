@@ -20,7 +20,7 @@ pub struct PositionsReport {
     /// positions.
     pub largest_shift: f64,
     /// σ of the residuals over the uncertainty of heights that was told: far from 1 where the
-    /// uncertainties do not fit the residuals.
+    /// uncertainties do not fit the residuals; none beyond the range of numbers.
     pub sigma_ratio: Option<f64>,
 }
 

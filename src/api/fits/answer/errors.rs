@@ -24,12 +24,15 @@ pub struct ErrorsResult {
     /// Durbin and Watson's d, about 2 for white residuals: of plain least squares, and of the white
     /// rows.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub durbin_watson: Option<[f64; 2]>,
     /// Ljung and Box's Q of both.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub ljung_box: Option<[f64; 2]>,
     /// P(χ² > Q) with as many degrees of freedom as lags.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub ljung_box_p: Option<[f64; 2]>,
     /// Lags that Q is summed over.
     pub ljung_box_lags: usize,
@@ -53,6 +56,7 @@ pub struct ErrorParameters {
     pub rho: Option<f64>,
     /// Of `ar2`: φ₁ and φ₂.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub phi: Option<[f64; 2]>,
     /// Of `matern`, in the unit of the abscissae.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -65,6 +69,7 @@ pub struct ErrorParameters {
     pub std_error: Option<f64>,
     /// Standard errors of `phi`, where they were estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub phi_std_error: Option<[f64; 2]>,
     /// Standard error of `nugget`, where it was estimated.
     #[serde(default, skip_serializing_if = "Option::is_none")]

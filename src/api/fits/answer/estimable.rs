@@ -25,6 +25,7 @@ answer! {
         /// that weight the matrix.
         std_error?: f64 = std_error,
         /// Student's confidence interval at `level`, `[low, high]`.
+        #[schema(min_items = 2, max_items = 2)]
         interval?: [f64; 2] = interval,
         /// How much worse the sum is determined than the best one of the same terms, in columns of
         /// unit length: 1 to 30.

@@ -54,10 +54,12 @@ answer! {
         /// Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
         /// holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.
         /// Absent without an estimate of the noise, and where nothing limits the coefficient.
+        #[schema(min_items = 2, max_items = 2)]
         interval?: [f64; 2] = interval.as_ref().map(|interval| &interval.ends),
         interval_kind?: IntervalKindName = interval.as_ref().map(|interval| &interval.kind),
         /// Student's interval about `least_squares` by these nodes alone; there with an `interval`
         /// of kind `bias_aware` or `posterior`.
+        #[schema(min_items = 2, max_items = 2)]
         least_squares_interval?: [f64; 2] = interval.as_ref().and_then(|interval| interval.least_squares.as_ref()),
         /// What the norm limit (`coefficient_norm_limit`) or the `prior` that was given gained: the
         /// width of `interval` as a share of that of Student's about least squares, above 0. 0.6 is

@@ -75,6 +75,10 @@ pub fn variance(slice: &[u8], faults: &mut Faults) -> Option<Variance> {
             VarianceName::Hc3 => Variance::Hc3,
         });
     }
+    if slice.first() != Some(&b'{') {
+        faults.push(AT, "give `constant`, `hc3`, or an object with either `groups` or `power_of`");
+        return None;
+    }
     match read_value(slice, AT, faults)? {
         EstimatedVariance { groups: Some(groups), power_of: None, exponent: None } => Some(Variance::Groups(groups)),
         EstimatedVariance { groups: None, power_of: Some(name), exponent } => {

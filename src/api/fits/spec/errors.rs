@@ -90,7 +90,7 @@ pub struct Ar1Parameters {
 #[serde(deny_unknown_fields)]
 pub struct Ar2Parameters {
     /// φ₁ and φ₂, with -1 < φ₂ < 1 − |φ₁|.
-    #[schema(example = json!([1.1, -0.5]))]
+    #[schema(min_items = 2, max_items = 2, example = json!([1.1, -0.5]))]
     pub phi: [f64; 2],
 }
 

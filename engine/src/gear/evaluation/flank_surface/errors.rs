@@ -16,7 +16,7 @@ pub(super) fn of_kept(spec: &FitSpec, kept: &[usize], posted: usize) -> Result<O
         Ok(kept.iter().map(|&k| list[k]).collect::<Vec<i64>>())
     };
     let variance = match &spec.variance {
-        Variance::Groups(groups) => Variance::Groups(of(groups, Field::Variance)?),
+        Variance::Groups(groups) => Variance::Groups(of(groups, Field::VarianceGroups)?),
         Variance::Power { .. } => return Err(Faults::one(Field::Variance, ErrorsReason::Mapped)),
         other => other.clone(),
     };
