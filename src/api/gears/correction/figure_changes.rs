@@ -59,6 +59,7 @@ pub struct EstimatedFigureBody {
     /// `[low, high]` of the true figure in µm, Student's at 0.95; left out without degrees of
     /// freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub interval_um: Option<[f64; 2]>,
 }
 

@@ -47,9 +47,11 @@ request! {
         /// `roll_length`.
         optional profile_axis: ProfileAxisName,
         /// With `machine`: what crownings refer to. By default what the nodes span.
+        #[schema(min_items = 2, max_items = 2)]
         optional profile_diameter_range_mm: [f64; 2],
         /// Range in z over which angle and crowning of the helix are meant, `[from, to]`. By
         /// default that of the nodes.
+        #[schema(min_items = 2, max_items = 2)]
         optional helix_range_mm: [f64; 2],
     }
 }

@@ -88,6 +88,7 @@ pub struct MachineAnswerBody {
     /// `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
     /// noise was estimated).
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub response_ratio_interval: Option<[f64; 2]>,
     /// Of measured minus predicted against noise and all that errors of the sensitivity explain,
     /// and its quantile of 0.999.

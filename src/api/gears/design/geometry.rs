@@ -114,8 +114,10 @@ pub struct GeometryBody {
 #[schema(as = UsableProfile)]
 pub struct UsableProfileBody {
     /// `[root end, tip end]`.
+    #[schema(min_items = 2, max_items = 2)]
     pub diameters_mm: [f64; 2],
     /// The same as roll lengths.
+    #[schema(min_items = 2, max_items = 2)]
     pub roll_lengths_mm: [f64; 2],
 }
 

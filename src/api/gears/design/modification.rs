@@ -150,8 +150,10 @@ pub enum InterpolationName {
 #[schema(as = ModificationRange)]
 pub struct ModificationRangeBody {
     /// From the root end to the tip end, as diameters. By default the usable profile.
+    #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: [f64; 2],
     /// `[from, to]` along the axis. By default the face width.
+    #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: [f64; 2],
 }
 

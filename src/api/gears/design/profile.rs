@@ -82,6 +82,7 @@ pub struct EnvelopeRequestBody {
     pub tool: ToolProfileBody,
     pub motion: ToolMotionBody,
     /// Between which radii of the gear the envelope is wanted.
+    #[schema(min_items = 2, max_items = 2)]
     pub radius_range_mm: [f64; 2],
     /// Ascending: where the flank that is left is answered.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -32,9 +32,11 @@ pub struct BordersBody {
     pub heel_percent: Option<f64>,
     /// In place of the percentages at root and tip.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub diameter_range_mm: Option<[f64; 2]>,
     /// In place of the percentages at toe and heel.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
 }
 

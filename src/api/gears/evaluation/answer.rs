@@ -57,6 +57,7 @@ pub struct EvaluatedTraceBody {
     /// Confidence interval of the true slope at `level`, `[low, high]`; left out as its standard
     /// error is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub slope_interval_um: Option<[f64; 2]>,
     /// There where the slope has limits (`tolerance_limits`) and an interval, and the samples reach
     /// both ends of the range.
@@ -77,6 +78,7 @@ pub struct EvaluatedTraceBody {
     pub crowning_std_error_um: Option<f64>,
     /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub crowning_interval_um: Option<[f64; 2]>,
     /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -223,9 +225,11 @@ pub struct TwistBody {
     pub std_error_um: Option<f64>,
     /// Confidence interval at `level`, `[low, high]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub interval_um: Option<[f64; 2]>,
     /// Diameters of the two helices or z of the two profiles, where known.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub sections_mm: Option<[f64; 2]>,
 }
 
@@ -249,8 +253,10 @@ pub struct TraceSurfaceBody {
     pub figures: TraceFiguresBody,
     /// Roll lengths that the figures are over: the evaluation range, or what was measured where no
     /// range of profiles is given.
+    #[schema(min_items = 2, max_items = 2)]
     pub roll_length_range_mm: [f64; 2],
     /// The same along the width.
+    #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: [f64; 2],
     /// What the surface (with the zeros of the traces) leaves.
     pub rms_um: f64,

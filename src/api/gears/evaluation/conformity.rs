@@ -23,18 +23,23 @@ pub struct ToleranceLimitsBody {
     /// Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces have their
     /// share of it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub profile_slope_um: Option<[f64; 2]>,
     /// Of f_Hβ, likewise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub helix_slope_um: Option<[f64; 2]>,
     /// Of C_α.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub profile_crowning_um: Option<[f64; 2]>,
     /// Of C_β.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub helix_crowning_um: Option<[f64; 2]>,
     /// Of the twist of surfaces.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub twist_um: Option<[f64; 2]>,
 }
 
@@ -57,9 +62,11 @@ impl From<ToleranceLimitsBody> for ToleranceLimits {
 #[schema(as = Conformity)]
 pub struct ConformityBody {
     /// The limits that were compared with, µm.
+    #[schema(min_items = 2, max_items = 2)]
     pub limits_um: [f64; 2],
     /// Least and greatest probability that the true figure lies within the limits, by Student's
     /// distribution; they differ where the estimate may be biased.
+    #[schema(min_items = 2, max_items = 2)]
     pub probability: [f64; 2],
     pub decision: DecisionName,
 }

@@ -76,6 +76,7 @@ pub struct FigureBody {
     /// Confidence interval of the true figure at `level`, `[low, high]`: of a regularised surface
     /// about least squares, unless a norm limit was given. Left out as `std_error` is.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub interval: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval_kind: Option<IntervalKindName>,

@@ -58,8 +58,10 @@ request! {
         #[schema(value_type = Vec<serde_json::Value>)]
         required deviation_um: Vec<serde_json::Value>,
         /// Evaluation range in the unit of `profile`. By default what the nodes span.
+        #[schema(min_items = 2, max_items = 2)]
         optional profile_range: [f64; 2],
         /// Evaluation range in z, `[from, to]`. By default what was measured.
+        #[schema(min_items = 2, max_items = 2)]
         optional helix_range_mm: [f64; 2],
         optional border_percent: BorderPercentBody,
         /// The sign of slopes and twist. Default `din`.
@@ -100,8 +102,10 @@ pub struct FlankSurfaceBody {
     pub figures: FiguresBody,
     pub form: FlankFormBody,
     /// What u = ∓1 and v = ∓1 stand for, after trimming.
+    #[schema(min_items = 2, max_items = 2)]
     pub roll_length_range_mm: [f64; 2],
     /// The evaluated part of the width.
+    #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: [f64; 2],
     pub nodes: FlankNodesBody,
     /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].

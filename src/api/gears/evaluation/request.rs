@@ -54,9 +54,11 @@ pub struct EvaluateBody {
 pub struct EvaluationSettingsBody {
     /// Evaluation range of profiles, as diameters. Needed when there are profiles.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub profile_diameter_range_mm: Option<[f64; 2]>,
     /// Evaluation range of helices. Needed when there are helices.
     #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
     pub helix_range_mm: Option<[f64; 2]>,
     /// The roll length that profile slopes are extended to; takes the place of `profile_reference`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
