@@ -72,7 +72,9 @@ pub enum ProblemCode {
     MalformedRequest,
     /// 401: no API key.
     Unauthorized,
-    /// 403: an unknown API key.
+    /// 401: an API key that is not known, or no longer.
+    InvalidKey,
+    /// 403: the caller may not do this.
     Forbidden,
     /// 404.
     NotFound,
@@ -118,10 +120,11 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 24] = [
+    pub const ALL: [ProblemCode; 25] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
+        Self::InvalidKey,
         Self::Forbidden,
         Self::NotFound,
         Self::MethodNotAllowed,
@@ -151,7 +154,8 @@ impl ProblemCode {
             Self::MalformedBody => (400, "urn:flankfit:problem:malformed_body", "The request body cannot be read"),
             Self::MalformedRequest => (400, "urn:flankfit:problem:malformed_request", "The request cannot be read"),
             Self::Unauthorized => (401, "urn:flankfit:problem:unauthorized", "An API key is needed"),
-            Self::Forbidden => (403, "urn:flankfit:problem:forbidden", "The API key is not known"),
+            Self::InvalidKey => (401, "urn:flankfit:problem:invalid_key", "The API key cannot be used"),
+            Self::Forbidden => (403, "urn:flankfit:problem:forbidden", "The caller may not do this"),
             Self::NotFound => (404, "urn:flankfit:problem:not_found", "There is nothing here"),
             Self::MethodNotAllowed => {
                 (405, "urn:flankfit:problem:method_not_allowed", "The method is not offered here")

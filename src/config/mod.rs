@@ -2,6 +2,7 @@
 //! them all.
 
 mod address;
+mod auth;
 mod count;
 mod digest;
 mod network;
@@ -14,6 +15,7 @@ use std::{net::SocketAddr, num::NonZeroU32, time::Duration};
 use clap::{Args, ValueEnum};
 
 pub use address::parse_address;
+pub use auth::KeysRole;
 pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
 pub use network::{Networks, parse_networks};
@@ -114,6 +116,9 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub api_keys_sha256: Digests,
+    /// Role of these keys, in the tenant `default`.
+    #[arg(long, env = "FLANKFIT_API_KEYS_ROLE", value_enum, default_value_t = KeysRole::Engineer)]
+    pub api_keys_role: KeysRole,
     /// Origins (such as `https://cell.example`, comma-separated) whose web pages may call this
     /// server; if empty, only its own.
     #[arg(
@@ -188,6 +193,7 @@ impl Default for ServeSettings {
             rate_burst: None,
             shutdown_grace: 30,
             api_keys_sha256: Vec::new(),
+            api_keys_role: KeysRole::default(),
             cors_origins: Vec::new(),
             log_format: LogFormat::Pretty,
             log: "info".into(),

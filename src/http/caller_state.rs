@@ -4,11 +4,8 @@ use std::ops::Deref;
 
 use axum::{extract::FromRequestParts, http::request::Parts};
 
-use super::state::AppState;
-use crate::{
-    api::problem::Problem,
-    jobs::{Caller, Jobs},
-};
+use super::{auth::Principal, state::AppState};
+use crate::{api::problem::Problem, jobs::Jobs};
 
 /// The state of the service, with the jobs of the tenant whose caller is answered.
 #[derive(Clone)]
@@ -22,9 +19,9 @@ impl FromRequestParts<AppState> for CallerState {
 
     /// The caller was made out before any handler (see [`super::auth`]).
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
-        let caller = parts.extensions.get::<Caller>();
-        let caller = caller.ok_or_else(|| Problem::internal("nobody made out the caller of the request"))?;
-        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(caller) })
+        let principal = parts.extensions.get::<Principal>();
+        let principal = principal.ok_or_else(|| Problem::internal("nobody made out the caller of the request"))?;
+        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller) })
     }
 }
 

@@ -14,10 +14,9 @@ use axum::{
 };
 use uuid::Uuid;
 
-use super::{headers, server::Peer, state::AppState};
+use super::{auth::Principal, headers, server::Peer, state::AppState};
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::Caller,
     telemetry,
 };
 
@@ -59,12 +58,12 @@ pub async fn observe(
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
 
     let peer = request.extensions().get::<Peer>().copied();
-    let caller = names_host(&request).and_then(|()| admit(&state, &request, peer));
-    let actor = caller.as_ref().ok().and_then(Option::as_ref).map(|caller| caller.actor.clone());
+    let principal = names_host(&request).and_then(|()| admit(&state, &request, peer));
+    let actor = principal.as_ref().ok().and_then(Option::as_ref).map(|principal| principal.caller.actor.clone());
     let answer = async {
-        match caller {
-            Ok(caller) => {
-                caller.map(|caller| request.extensions_mut().insert(caller));
+        match principal {
+            Ok(principal) => {
+                principal.map(|principal| request.extensions_mut().insert(principal));
                 catch_panic(next.run(request)).await
             }
             Err(problem) => Ok(problem.into_response()),
@@ -96,11 +95,11 @@ pub async fn observe(
 }
 
 /// Whether the caller is known and has requests left, where that is asked for.
-fn admit(state: &AppState, request: &Request, peer: Option<Peer>) -> Result<Option<Caller>, Problem> {
-    match state.callers.identify(request.uri().path(), request.headers()) {
-        Ok(Some(caller)) => {
-            let known = state.callers.are_known().then_some(&caller);
-            state.rates.count(known, peer).map(|()| Some(caller))
+fn admit(state: &AppState, request: &Request, peer: Option<Peer>) -> Result<Option<Principal>, Problem> {
+    match state.callers.identify(request.method(), request.uri().path(), request.headers()) {
+        Ok(Some(principal)) => {
+            let known = state.callers.are_known().then_some(&principal.caller);
+            state.rates.count(known, peer).map(|()| Some(principal))
         }
         Ok(None) => Ok(None),
         Err(problem) => Err(state.rates.refuse(problem, peer)),

@@ -1,12 +1,13 @@
 //! What the contract says of each operation, held against every request before its handler sees it:
-//! which query parameters there are, and in which media types it answers. Handlers read the values
-//! of parameters; where there are several media types they choose.
+//! which scope its caller must have, which query parameters there are, and in which media types it
+//! answers. Handlers read the values of parameters; where there are several media types they
+//! choose.
 
 use std::{collections::HashMap, sync::Arc};
 
 use axum::{
     extract::{MatchedPath, Query, Request, State},
-    http::{HeaderMap, Method, Uri},
+    http::{HeaderMap, HeaderValue, Method, Uri, header},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -21,7 +22,9 @@ use crate::{
         json::{location::escape, wording::alternatives},
         problem::{Problem, ProblemCode},
     },
-    http::accept,
+    http::{accept, auth::Principal, openapi::scopes},
+    jobs::Scope,
+    telemetry,
 };
 
 /// The operations of the contract by their paths.
@@ -30,16 +33,37 @@ pub struct Operations(Arc<HashMap<String, Vec<(Method, Operation)>>>);
 
 #[derive(Debug)]
 struct Operation {
+    /// What its caller must be allowed; nothing outside of the versioned interface.
+    access: Access,
     /// Names of its query parameters.
     parameters: Vec<String>,
     /// What it answers where nothing is wrong; none where that has no body.
     media: Vec<String>,
 }
 
-/// Refuses what the operation has not got.
+/// Who may ask for an operation.
+#[derive(Clone, Copy, Debug)]
+enum Access {
+    Everybody,
+    /// Whoever has the scope; nobody where the document names none.
+    Scope(Option<Scope>),
+}
+
+/// What a client that lacks a scope is told (RFC 6750, 3.1).
+const INSUFFICIENT_SCOPE: HeaderValue = HeaderValue::from_static("Bearer error=\"insufficient_scope\"");
+
+/// Refuses a caller who may not ask for the operation, and then what the operation has not got.
 pub async fn check(State(operations): State<Operations>, request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>();
     let operation = path.and_then(|path| operations.get(path.as_str(), request.method()));
+    if let Some(operation) = operation
+        && let Err(problem) = operation.access.check(request.extensions().get())
+    {
+        telemetry::record_authentication("forbidden");
+        let mut refused = problem.into_response();
+        refused.headers_mut().insert(header::WWW_AUTHENTICATE, INSUFFICIENT_SCOPE);
+        return refused;
+    }
     let checked = operation.map_or(Ok(()), |operation| operation.check(request.uri(), request.headers()));
     match checked {
         Ok(()) => next.run(request).await,
@@ -49,7 +73,7 @@ pub async fn check(State(operations): State<Operations>, request: Request, next:
 
 impl Operations {
     pub fn of(document: &Document) -> Self {
-        let operations = |item: &utoipa::openapi::PathItem| {
+        let operations = |path: &str, item: &utoipa::openapi::PathItem| {
             let declared = [
                 (Method::GET, &item.get),
                 (Method::PUT, &item.put),
@@ -57,9 +81,12 @@ impl Operations {
                 (Method::DELETE, &item.delete),
                 (Method::PATCH, &item.patch),
             ];
-            declared.into_iter().filter_map(|(method, one)| Some((method, Operation::of(one.as_ref()?)))).collect()
+            declared
+                .into_iter()
+                .filter_map(|(method, one)| Some((method, Operation::of(path, one.as_ref()?))))
+                .collect()
         };
-        let paths = document.paths.paths.iter().map(|(path, item)| (path.clone(), operations(item)));
+        let paths = document.paths.paths.iter().map(|(path, item)| (path.clone(), operations(path, item)));
         Operations(Arc::new(paths.collect()))
     }
 
@@ -70,8 +97,24 @@ impl Operations {
     }
 }
 
+impl Access {
+    fn check(self, principal: Option<&Principal>) -> Result<(), Problem> {
+        let detail = match (self, principal) {
+            (Access::Everybody, _) => return Ok(()),
+            (Access::Scope(Some(scope)), Some(principal)) if principal.scopes.contains(scope) => return Ok(()),
+            (Access::Scope(Some(scope)), Some(principal)) => format!(
+                "This asks for the scope `{}`; this caller has {}.",
+                scope.name(),
+                principal.scopes.iter().map(|scope| format!("`{}`", scope.name())).collect::<Vec<_>>().join(", ")
+            ),
+            (Access::Scope(_), _) => "Nobody may ask for this.".to_owned(),
+        };
+        Err(Problem::new(ProblemCode::Forbidden, detail))
+    }
+}
+
 impl Operation {
-    fn of(declared: &Declared) -> Self {
+    fn of(path: &str, declared: &Declared) -> Self {
         let parameters = declared.parameters.iter().flatten().filter_map(|parameter| match parameter {
             RefOr::T(parameter) if parameter.parameter_in == ParameterIn::Query => Some(parameter.name.clone()),
             _ => None,
@@ -81,7 +124,9 @@ impl Operation {
             RefOr::T(response) => response.content.keys().cloned().collect(),
             RefOr::Ref(_) => Vec::new(),
         });
-        Operation { parameters: parameters.collect(), media: media.collect() }
+        let versioned = path.starts_with("/v1/");
+        let access = if versioned { Access::Scope(scopes::of(declared)) } else { Access::Everybody };
+        Operation { access, parameters: parameters.collect(), media: media.collect() }
     }
 
     fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {

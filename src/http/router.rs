@@ -10,7 +10,7 @@ use utoipa_axum::router::OpenApiRouter;
 use super::{
     conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs, meta,
     observe,
-    openapi::Contract,
+    openapi::{Contract, scopes},
     operations::{self, Operations},
     records, shapes, simulations,
     state::AppState,
@@ -25,7 +25,7 @@ pub fn groups() -> OpenApiRouter<AppState> {
 
 /// The groups of the versioned interface. A new group is one more `merge` here.
 fn versioned() -> OpenApiRouter<AppState> {
-    OpenApiRouter::with_openapi(Contract::openapi())
+    let mut all = OpenApiRouter::with_openapi(Contract::openapi())
         .merge(fits::group())
         .merge(studies::group())
         .merge(curves::group())
@@ -42,7 +42,9 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(trace::group())
         .merge(events::group())
         .merge(streams::group())
-        .merge(stream_socket::group())
+        .merge(stream_socket::group());
+    scopes::declare(all.get_openapi_mut());
+    all
 }
 
 /// The service: documented groups, documentation, fallbacks and the layers around every request.

@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::{caller::Owned, iteration::Decision};
+use super::{callers::Owned, iteration::Decision};
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -116,7 +116,7 @@ impl JobNotifier {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jobs::caller::Tenant;
+    use crate::jobs::callers::Tenant;
 
     #[tokio::test]
     async fn only_listeners_of_the_job_are_woken_and_the_gone_are_forgotten() {

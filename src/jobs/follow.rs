@@ -4,7 +4,7 @@ use std::{collections::HashMap, time::Duration};
 
 use uuid::Uuid;
 
-use super::{caller::Owned, repository::Wakes, service::JobService, wake::Wake};
+use super::{callers::Owned, repository::Wakes, service::JobService, wake::Wake};
 
 /// Between two looks for what was not told.
 const LOOK: Duration = Duration::from_secs(2);

@@ -12,7 +12,7 @@ use std::{
 
 use jiff::SignedDuration;
 
-use super::{caller::Tenant, outcome::Stored};
+use super::{callers::Tenant, outcome::Stored};
 
 /// How long an answer is kept.
 pub const ANSWERS_KEPT: SignedDuration = SignedDuration::from_hours(30 * 24);

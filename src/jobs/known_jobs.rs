@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use super::caller::Owned;
+use super::callers::Owned;
 
 #[derive(Default)]
 pub struct KnownJobs {

@@ -15,7 +15,7 @@
 //! waits for a fit.
 
 mod ambient;
-mod caller;
+mod callers;
 mod draft;
 mod encoded_nodes;
 mod event;
@@ -43,7 +43,7 @@ mod streams;
 mod wake;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use caller::{Caller, Owned, Tenant};
+pub use callers::{Caller, Owned, Role, Scope, Scopes, Tenant};
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};

@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    caller::Caller,
+    callers::Caller,
     event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},

@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use super::{
     ambient::{Clock, Ids},
-    caller::{Caller, Owned, Tenant},
+    callers::{Caller, Owned, Tenant},
     draft::JobDraft,
     event::{JobEvent, JobNotifier},
     idempotency::{Answer, Keyed},

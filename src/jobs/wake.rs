@@ -1,6 +1,6 @@
 //! What processes that use one store tell each other.
 
-use super::caller::Owned;
+use super::callers::Owned;
 
 /// Something that others may wait for. It carries no data: whoever hears it looks into the store,
 /// so a wake that is lost costs time, and one too many a look.

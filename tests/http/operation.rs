@@ -68,7 +68,9 @@ async fn keys_are_asked_for_when_there_are_some() {
     let answer = app.fit(CURVE).await;
     answer.problem(401, "unauthorized");
     assert_eq!(answer.header("www-authenticate"), "Bearer");
-    send(app.post("/v1/fits", CURVE).bearer_auth("wrong")).await.problem(403, "forbidden");
+    let wrong = send(app.post("/v1/fits", CURVE).bearer_auth("wrong")).await;
+    wrong.problem(401, "invalid_key");
+    assert_eq!(wrong.header("www-authenticate"), "Bearer error=\"invalid_token\"");
     assert_eq!(send(app.post("/v1/fits", CURVE).bearer_auth("a-long-random-key")).await.status, 200);
     assert_eq!(send(app.post("/v1/fits", CURVE).header("x-api-key", "a-long-random-key")).await.status, 200);
     assert_eq!(send(app.get("/healthz")).await.status, 200);

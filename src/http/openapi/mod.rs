@@ -10,6 +10,7 @@
 mod forms;
 mod nullable;
 mod refusals;
+pub mod scopes;
 
 use std::sync::OnceLock;
 

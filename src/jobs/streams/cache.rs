@@ -12,7 +12,7 @@ use std::{
 use tokio::sync::{OwnedMutexGuard, watch};
 
 use super::stream::Stream;
-use crate::jobs::caller::Owned;
+use crate::jobs::callers::Owned;
 use flankfit_engine::estimation::Recursive;
 
 /// A stream with its estimate after the last block.
@@ -111,7 +111,7 @@ mod tests {
     use uuid::Uuid;
 
     use super::*;
-    use crate::jobs::caller::Tenant;
+    use crate::jobs::callers::Tenant;
 
     #[tokio::test]
     async fn idle_streams_go_first_and_held_ones_stay() {

@@ -67,7 +67,7 @@ async fn a_peer_that_guesses_is_held_up_and_a_good_key_is_not() {
     let app = TestApp::start_with(|settings| settings.api_keys_sha256 = vec![digest("right")]).await;
     let fit = |key: String| send(app.post("/v1/fits", CURVE).bearer_auth(key));
     for k in 0..10 {
-        fit(format!("guess {k}")).await.problem(403, "forbidden");
+        fit(format!("guess {k}")).await.problem(401, "invalid_key");
     }
     let held = fit("guess 10".into()).await;
     held.problem(429, "too_many_requests");

@@ -2,4 +2,5 @@
 
 mod callers;
 mod draining;
+mod roles;
 mod tls;

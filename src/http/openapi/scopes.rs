@@ -1,0 +1,103 @@
+//! Which scope each operation of the versioned interface asks its caller for. It stands in the
+//! document, and what stands there is enforced (`http/operations.rs`).
+
+use utoipa::openapi::{
+    OpenApi as Document,
+    extensions::ExtensionsBuilder,
+    path::{Operation, PathItem},
+};
+
+use crate::jobs::Scope;
+
+/// The member of an operation that names its scope.
+pub const REQUIRED_SCOPE: &str = "x-required-scope";
+
+/// Operations that change something, or are no plain GET. What nobody names here is
+/// [`Scope::Read`] where it is a GET, and else has no scope, so that it is refused to everybody.
+const SCOPES: &[(Scope, &[&str])] = &[
+    (
+        Scope::Compute,
+        &[
+            "create_fit",
+            "study_randomization",
+            "create_curve",
+            "evaluate_curve",
+            "closest_points_of_curve",
+            "export_curve",
+            "create_surface",
+            "evaluate_surface",
+            "closest_points_of_surface",
+            "sections_of_surface",
+            "export_surface",
+            "gear_geometry",
+            "gear_flank",
+            "read_gears",
+            "gear_profile",
+            "gear_solid_mesh",
+            "gear_envelope",
+            "gear_tolerances",
+            "evaluate_gear",
+            "gear_pitch",
+            "gear_deviations",
+            "gear_flank_surface",
+            "replay_fit",
+        ],
+    ),
+    (
+        Scope::Measure,
+        &[
+            "create_job",
+            "create_iteration",
+            "import_iteration",
+            "create_iteration_deviations",
+            "create_iteration_evaluation",
+            "simulate_closed_loop",
+            "create_stream",
+            "add_stream_nodes",
+            "finish_stream",
+            "delete_stream",
+            // a GET, but what comes over it is stored
+            "connect_stream",
+        ],
+    ),
+    (
+        Scope::Judge,
+        &[
+            "update_job",
+            "delete_job",
+            "create_iteration_fit",
+            "choose_fit",
+            "update_iteration",
+            "create_iteration_curve",
+            "create_iteration_surface",
+            "create_iteration_correction",
+        ],
+    ),
+];
+
+/// Writes the scope of every operation into the document.
+pub fn declare(document: &mut Document) {
+    for (path, item) in document.paths.paths.iter_mut().filter(|(path, _)| path.starts_with("/v1/")) {
+        let PathItem { get, put, post, delete, patch, .. } = item;
+        let reads = get.iter_mut().map(|operation| (operation, Some(Scope::Read)));
+        let others = [put, post, delete, patch].into_iter().flatten().map(|operation| (operation, None));
+        for (operation, plain) in reads.chain(others) {
+            let named =
+                |(_, ids): &&(Scope, &[&str])| ids.iter().any(|id| Some(*id) == operation.operation_id.as_deref());
+            match SCOPES.iter().find(named).map(|(scope, _)| *scope).or(plain) {
+                Some(scope) => write(operation, scope),
+                None => tracing::error!(path, "an operation has no scope"),
+            }
+        }
+    }
+}
+
+fn write(operation: &mut Operation, scope: Scope) {
+    let scope = ExtensionsBuilder::new().add(REQUIRED_SCOPE, scope.name()).build();
+    operation.extensions.get_or_insert_default().merge(scope);
+}
+
+/// The scope that the document names.
+pub fn of(operation: &Operation) -> Option<Scope> {
+    operation.extensions.as_ref()?.get(REQUIRED_SCOPE)?.as_str().and_then(Scope::named)
+}

@@ -1,0 +1,121 @@
+//! Which role may ask for which operation: every cell of the table, by the document.
+
+use std::collections::BTreeMap;
+
+use flankfit::{config::KeysRole, http::openapi::openapi_json};
+use reqwest::Method;
+use serde_json::Value;
+use sha2::Digest as _;
+
+use crate::harness::{TestApp, send};
+
+const NOBODY: &str = "0190b0de-0000-7000-8000-000000000000";
+
+/// The roles of a tenant with their scopes, as they are promised.
+const ROLES: [(&str, KeysRole, &[&str]); 5] = [
+    ("reader", KeysRole::Reader, &["read", "compute"]),
+    ("operator", KeysRole::Operator, &["read", "compute", "measure"]),
+    ("engineer", KeysRole::Engineer, &["read", "compute", "measure", "judge"]),
+    ("auditor", KeysRole::Auditor, &["read", "audit"]),
+    ("admin", KeysRole::Admin, &["read", "audit", "admin"]),
+];
+
+/// Operations of the versioned interface: id, method, path and scope.
+fn operations() -> Vec<(String, Method, String, String)> {
+    let document: Value = serde_json::from_str(openapi_json()).unwrap();
+    let mut all = Vec::new();
+    for (path, item) in document["paths"].as_object().unwrap() {
+        for (method, declared) in item.as_object().unwrap() {
+            let id = declared["operationId"].as_str().unwrap().to_owned();
+            let scope = declared["x-required-scope"].as_str();
+            assert_eq!(scope.is_some(), path.starts_with("/v1/"), "{id} declares one scope where it is versioned");
+            if let Some(scope) = scope {
+                all.push((id, method.to_uppercase().parse().unwrap(), path.clone(), scope.to_owned()));
+            }
+        }
+    }
+    assert!(all.len() > 50, "{}", all.len());
+    all
+}
+
+/// The path of what is not there: who may ask hears so, and who may not hears that first.
+fn of_nothing(path: &str) -> String {
+    let ids = ["job_id", "stream_id", "fit_id", "record_id"];
+    let path = ids.iter().fold(path.to_owned(), |path, id| path.replace(&format!("{{{id}}}"), NOBODY));
+    let path = path.replace("{number}", "1");
+    assert!(!path.contains('{'), "{path}");
+    path
+}
+
+#[test]
+fn operations_ask_for_what_they_do() {
+    let mut by_scope: BTreeMap<String, Vec<String>> = BTreeMap::new();
+    for (id, method, _, scope) in operations() {
+        assert!(scope != "read" || method == Method::GET, "{id} changes or computes something");
+        assert!(scope != "compute" || method == Method::POST, "{id}");
+        by_scope.entry(scope).or_default().push(id);
+    }
+    by_scope.values_mut().for_each(|ids| ids.sort_unstable());
+    // what is not read and not computed is named once more, independently of the code
+    let measure = [
+        "add_stream_nodes",
+        "connect_stream",
+        "create_iteration",
+        "create_iteration_deviations",
+        "create_iteration_evaluation",
+        "create_job",
+        "create_stream",
+        "delete_stream",
+        "finish_stream",
+        "import_iteration",
+        "simulate_closed_loop",
+    ];
+    let judge = [
+        "choose_fit",
+        "create_iteration_correction",
+        "create_iteration_curve",
+        "create_iteration_fit",
+        "create_iteration_surface",
+        "delete_job",
+        "update_iteration",
+        "update_job",
+    ];
+    assert_eq!(by_scope["measure"], measure);
+    assert_eq!(by_scope["judge"], judge);
+    assert!(by_scope["compute"].iter().all(|id| !id.starts_with("create_iteration") && !id.contains("stream")));
+}
+
+#[tokio::test]
+async fn every_role_has_its_operations_and_no_other() {
+    let operations = operations();
+    let (mut granted, mut refused) = (0, 0);
+    for (name, role, scopes) in ROLES {
+        let app = TestApp::start_with(|settings| {
+            settings.api_keys_sha256 = vec![flankfit::config::Digest(sha2::Sha256::digest("key").into())];
+            settings.api_keys_role = role;
+        })
+        .await;
+        for (id, method, path, scope) in &operations {
+            let cell = format!("{name} × {id}");
+            // neither a body nor a job is there: whether the caller may ask is said before
+            let answer = send(app.client.request(method.clone(), app.url(&of_nothing(path))).bearer_auth("key")).await;
+            if scopes.contains(&scope.as_str()) {
+                assert!(![401, 403].contains(&answer.status.as_u16()), "{cell}: {}", answer.text);
+                granted += 1;
+                continue;
+            }
+            let problem = answer.problem(403, "forbidden");
+            let detail = problem["detail"].as_str().unwrap();
+            assert!(detail.contains(&format!("the scope `{scope}`")), "{cell}: {detail}");
+            assert_eq!(answer.header("www-authenticate"), "Bearer error=\"insufficient_scope\"", "{cell}");
+            refused += 1;
+        }
+        // a GET without its body is a GET, and whoever asks for methods is not asked who they are
+        let head = send(app.client.head(app.url("/v1/jobs")).bearer_auth("key")).await;
+        assert_eq!(head.status, 200, "{name}");
+        let options = send(app.client.request(Method::OPTIONS, app.url("/v1/jobs"))).await;
+        options.problem(405, "method_not_allowed");
+        app.stop().await;
+    }
+    assert!(granted > 100 && refused > 100, "{granted} granted, {refused} refused");
+}
