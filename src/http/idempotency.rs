@@ -43,7 +43,14 @@ impl FromRequestParts<AppState> for IdempotencyKey {
     type Rejection = Problem;
 
     async fn from_request_parts(parts: &mut Parts, _state: &AppState) -> Result<Self, Problem> {
-        let Some(value) = parts.headers.get(&KEY) else { return Ok(IdempotencyKey(None)) };
+        let mut values = parts.headers.get_all(&KEY).iter();
+        let Some(value) = values.next() else { return Ok(IdempotencyKey(None)) };
+        if values.next().is_some() {
+            return Err(Problem::new(
+                ProblemCode::MalformedRequest,
+                "Idempotency-Key stands twice; send one, since one key names one request.",
+            ));
+        }
         match value.to_str() {
             Ok(key) if (1..=LONGEST).contains(&key.trim().len()) => Ok(IdempotencyKey(Some(key.trim().to_owned()))),
             _ => Err(Problem::new(

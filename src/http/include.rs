@@ -1,10 +1,12 @@
 //! The query parameter `include`: what is answered beside the short default, names with commas
 //! between them.
 
-use serde::{Deserialize, de::DeserializeOwned};
-use serde_json::Value;
+use serde::{
+    Deserialize,
+    de::{DeserializeOwned, value::StrDeserializer},
+};
 
-use crate::api::{faults::Faults, problem::Problem};
+use crate::api::{faults::Faults, json::refusal::Refusal, problem::Problem};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -18,12 +20,9 @@ impl IncludeQuery {
         let mut faults = Faults::default();
         let mut names = Vec::new();
         for name in self.include.iter().flat_map(|names| names.split(',')) {
-            match serde_json::from_value(Value::from(name)) {
+            match T::deserialize(StrDeserializer::<Refusal>::new(name)) {
                 Ok(name) => names.push(name),
-                Err(_) => {
-                    let shown: String = name.chars().take(64).collect();
-                    faults.push("/include", format!("there is no `{shown}` to include"));
-                }
+                Err(refusal) => faults.push("/include", refusal.to_string()),
             }
         }
         faults.into_result(names).map_err(Problem::invalid)

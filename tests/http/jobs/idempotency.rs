@@ -53,6 +53,9 @@ async fn a_key_is_for_one_request_only_and_a_refused_one_does_not_use_it_up() {
     app.post_keyed("/v1/jobs", "k", &json!({"name": "pinion"})).await.problem(422, "idempotency_key_reused");
     app.post_keyed("/v1/jobs", "other", &json!({"name": "pinion"})).await.expect(201);
     app.post_keyed("/v1/jobs", &"x".repeat(300), &json!({"name": "w"})).await.problem(400, "malformed_request");
+    let twice = app.request(Method::POST, "/v1/jobs").json(&json!({"name": "third"}));
+    let twice = twice.header("idempotency-key", "a").header("idempotency-key", "b");
+    send(twice).await.problem(400, "malformed_request");
     assert_eq!(app.get("/v1/jobs").await.json()["items"].as_array().unwrap().len(), 2);
     app.stop().await;
 }

@@ -158,6 +158,9 @@ async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
         let refused = app.get(&format!("{}?{query}", place(&lean))).await.problem(422, "invalid_request");
         assert_eq!(refused, [if query.starts_with("includes") { "/includes" } else { "/include" }], "{query}");
     }
+    let told = app.get(&format!("{}?include=everything", place(&lean))).await.json();
+    let said = told["errors"][0]["detail"].as_str().unwrap();
+    assert!(said.starts_with("`everything` is not known; expected one of") && said.contains("`residuals`"), "{said}");
     app.get(&format!("{job}/iterations/1/fits/0190b0de-0000-7000-8000-000000000000")).await.problem(404, "not_found");
     app.stop().await;
 }
