@@ -1,5 +1,6 @@
 //! Migrations are embedded at compile time; a new file must lead to a new build. And tests that need a
-//! PostgreSQL server are ignored where there is none, unless FLANKFIT_TEST_POSTGRES=required.
+//! PostgreSQL server, or haproxy, are ignored where there is none, unless
+//! FLANKFIT_TEST_POSTGRES=required.
 
 use std::{env, fs, path::PathBuf};
 
@@ -8,14 +9,23 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=FLANKFIT_TEST_POSTGRES");
     println!("cargo:rerun-if-env-changed=FLANKFIT_POSTGRES_BIN");
-    println!("cargo:rustc-check-cfg=cfg(without_postgres)");
+    println!("cargo:rustc-check-cfg=cfg(without_postgres, without_haproxy)");
     let required = env::var("FLANKFIT_TEST_POSTGRES").is_ok_and(|wanted| wanted == "required");
-    if !required && !is_installed() {
+    if !required && !has_postgres() {
         println!("cargo:rustc-cfg=without_postgres");
+    }
+    if !required && !has_haproxy() {
+        println!("cargo:rustc-cfg=without_haproxy");
     }
 }
 
-fn is_installed() -> bool {
+fn has_haproxy() -> bool {
+    let path = env::var_os("PATH").unwrap_or_default();
+    let folders = env::split_paths(&path).chain(["/usr/sbin".into(), "/usr/local/sbin".into()]);
+    folders.into_iter().any(|folder| folder.join("haproxy").exists())
+}
+
+fn has_postgres() -> bool {
     let installed = fs::read_dir("/usr/lib/postgresql").into_iter().flatten().flatten();
     let path = env::var_os("PATH").unwrap_or_default();
     let named = env::var_os("FLANKFIT_POSTGRES_BIN").map(PathBuf::from);

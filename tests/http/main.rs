@@ -29,6 +29,7 @@ mod left_out;
 mod limits;
 mod mutations;
 mod operation;
+mod plant;
 #[path = "../store/server.rs"]
 mod postgres;
 mod prior;

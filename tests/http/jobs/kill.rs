@@ -3,6 +3,7 @@
 
 use std::{
     io::{BufRead, BufReader},
+    net::{IpAddr, Ipv4Addr, SocketAddr},
     process::{Child, Command, Stdio},
     sync::{Arc, Mutex},
 };
@@ -17,6 +18,7 @@ use crate::database::{self, in_file};
 
 const ROUNDS: usize = 12;
 const WRITERS: usize = 8;
+const ANY_PORT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
 
 pub struct Server {
     child: Child,
@@ -26,13 +28,19 @@ pub struct Server {
 impl Server {
     /// Starts the built program on a free port, which its log tells.
     pub fn start(database_url: &str) -> Self {
+        Self::start_at(ANY_PORT, database_url, &[])
+    }
+
+    /// The same at an address, with further arguments.
+    pub fn start_at(address: SocketAddr, database_url: &str, arguments: &[&str]) -> Self {
         // the PostgreSQL server of the tests syncs nothing
-        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), database_url, &["--unsafe-store"])
+        let arguments = [&["--unsafe-store"], arguments].concat();
+        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), address, database_url, &arguments)
     }
 
     /// The same on a file, with further arguments.
     pub fn start_with(database: &std::path::Path, arguments: &[&str]) -> Self {
-        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), &in_file(database), arguments)
+        Self::start_by(Command::new(env!("CARGO_BIN_EXE_flankfit")), ANY_PORT, &in_file(database), arguments)
     }
 
     /// The same within a limit of the shell.
@@ -40,13 +48,13 @@ impl Server {
     pub fn start_within(limit: &str, database: &std::path::Path) -> Self {
         let mut shell = Command::new("/bin/sh");
         shell.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_flankfit")]);
-        Self::start_by(shell, &in_file(database), &[])
+        Self::start_by(shell, ANY_PORT, &in_file(database), &[])
     }
 
-    fn start_by(mut command: Command, database_url: &str, arguments: &[&str]) -> Self {
+    fn start_by(mut command: Command, address: SocketAddr, database_url: &str, arguments: &[&str]) -> Self {
         let mut child = command
-            .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "info", "--database-url"])
-            .arg(database_url)
+            .args(["serve", "--log-format", "json", "--log", "info", "--database-url", database_url, "--bind"])
+            .arg(address.to_string())
             .args(arguments)
             .env_clear()
             .stdin(Stdio::null())

@@ -19,6 +19,6 @@ mod several;
 mod socket;
 mod stream_kill;
 mod stream_opening;
-mod streams;
+pub mod streams;
 mod tenants;
 mod wakes;

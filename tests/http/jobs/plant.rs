@@ -1,4 +1,4 @@
-//! A plant: three servers on one PostgreSQL, whose clients ask again at the next server whatever
+//! A plant: three servers on one PostgreSQL behind haproxy, whose clients ask again whatever
 //! happens. Servers are killed one after the other and PostgreSQL is restarted or killed; what was
 //! acknowledged is there once, numbers have no gap, streams and events go on as if nothing had
 //! been.
@@ -7,6 +7,7 @@
 
 use std::{
     env,
+    net::SocketAddr,
     sync::{
         Arc, Mutex,
         atomic::{AtomicBool, Ordering},
@@ -24,9 +25,11 @@ use super::{
     kill,
     streams::{block, spec},
 };
-use crate::postgres::{Server, shell};
+use crate::{
+    plant::proxy::{Proxy, REPLICAS},
+    postgres::{Server, shell},
+};
 
-const REPLICAS: usize = 3;
 const JOBS: usize = 2;
 const WRITERS: usize = 6;
 const MOST_BLOCKS: usize = 5000;
@@ -42,36 +45,30 @@ const INTERRUPTIONS: [&str; 3] = [
 /// The servers as their clients know them.
 struct Plant {
     client: Client,
-    bases: Mutex<Vec<String>>,
+    base: String,
     over: AtomicBool,
 }
 
 impl Plant {
-    fn base(&self, replica: usize) -> String {
-        self.bases.lock().unwrap()[replica % REPLICAS].clone()
-    }
-
     fn is_over(&self) -> bool {
         self.over.load(Ordering::SeqCst)
     }
 
-    /// Asks one server after the other until one has answered, and not that it cannot.
-    async fn ask(&self, first: usize, path: &str, request: impl Fn(RequestBuilder) -> RequestBuilder) -> Answer {
+    /// Asks until somebody has answered, and not that it cannot.
+    async fn ask(&self, path: &str, request: impl Fn(RequestBuilder) -> RequestBuilder) -> Answer {
         let begun = Instant::now();
-        let mut replica = first;
         loop {
-            let asked = self.client.request(Method::POST, format!("{}{path}", self.base(replica)));
+            let asked = self.client.request(Method::POST, format!("{}{path}", self.base));
             if let Some(answer) = answered(request(asked)).await {
                 return answer;
             }
             assert!(begun.elapsed() < PATIENCE, "{path} is not answered");
             sleep(Duration::from_millis(20)).await;
-            replica += 1;
         }
     }
 
-    async fn post(&self, first: usize, path: &str, body: &Value) -> Answer {
-        self.ask(first, path, |request| request.json(body)).await
+    async fn post(&self, path: &str, body: &Value) -> Answer {
+        self.ask(path, |request| request.json(body)).await
     }
 
     /// Stores iterations one after the other: their numbers and answers.
@@ -82,28 +79,28 @@ impl Plant {
             let body = iteration();
             let path = format!("{job}/iterations");
             let keyed = |request: RequestBuilder| request.header("Idempotency-Key", &key).json(&body);
-            let answer = self.ask(writer + stored.len(), &path, keyed).await.expect(201);
+            let answer = self.ask(&path, keyed).await.expect(201);
             stored.push((answer.json()["number"].as_u64().unwrap(), answer.text));
         }
         stored
     }
 
-    /// Posts the blocks of a stream, each to another server: the answers.
+    /// Posts the blocks of a stream: the answers.
     async fn stream(&self, stream: &str) -> Vec<String> {
         let mut answers = Vec::new();
         for sequence in (1..=MOST_BLOCKS).take_while(|_| !self.is_over()) {
             let path = format!("{stream}/nodes");
-            answers.push(self.post(sequence, &path, &nodes(sequence)).await.expect(200).text);
+            answers.push(self.post(&path, &nodes(sequence)).await.expect(200).text);
             sleep(Duration::from_millis(10)).await;
         }
         answers
     }
 
-    /// Listens to a job wherever it can: the numbers of its events in the order in which they came.
+    /// Listens to a job again and again: the numbers of its events in the order in which they came.
     async fn listen(&self, job: &str, seen: &Mutex<Vec<u64>>) {
-        for replica in 0.. {
+        loop {
             let last = seen.lock().unwrap().last().map(u64::to_string);
-            let request = self.client.request(Method::GET, format!("{}{job}/events", self.base(replica)));
+            let request = self.client.request(Method::GET, format!("{}{job}/events", self.base));
             if let Some(mut listener) = Listener::of(request, last.as_deref()).await {
                 while let Some((number, ..)) = listener.next().await {
                     seen.lock().unwrap().push(number);
@@ -119,13 +116,14 @@ fn nodes(sequence: usize) -> Value {
     block(sequence as u64, 5 * sequence..5 * sequence + 5)
 }
 
-/// An answer that is one: of a server that is there, whose store is there, and that does not work
-/// on the same request already.
+/// An answer that is one: of a server that is there (the proxy says 502 where it has been lost),
+/// whose store is there, and that does not work on the same request already.
 async fn answered(request: RequestBuilder) -> Option<Answer> {
     let response = request.send().await.ok()?;
     let (status, headers) = (response.status(), response.headers().clone());
     let answer = Answer { status, headers, text: response.text().await.ok()? };
-    let again = status == 503 || status == 409 && answer.json()["code"] == "idempotency_key_in_use";
+    let again =
+        matches!(status.as_u16(), 502..=504) || status == 409 && answer.json()["code"] == "idempotency_key_in_use";
     (!again).then_some(answer)
 }
 
@@ -134,6 +132,7 @@ async fn interrupted(
     plant: &Plant,
     server: &Server,
     url: &str,
+    addresses: [SocketAddr; REPLICAS],
     mut replicas: Vec<kill::Server>,
     time: Duration,
 ) -> Vec<kill::Server> {
@@ -151,10 +150,9 @@ async fn interrupted(
             }
             replica => {
                 replicas.remove(0).kill();
-                let url = url.to_owned();
-                let begun = tokio::task::spawn_blocking(move || kill::Server::start(&url)).await.unwrap();
-                plant.bases.lock().unwrap()[replica].clone_from(&begun.base);
-                replicas.push(begun);
+                let (url, address) = (url.to_owned(), addresses[replica]);
+                let begun = move || kill::Server::start_at(address, &url, &[]);
+                replicas.push(tokio::task::spawn_blocking(begun).await.unwrap());
             }
         }
     }
@@ -180,7 +178,7 @@ impl Told {
         let mut there = Vec::new();
         let mut cursor = String::new();
         loop {
-            let trace = format!("{}{}/trace?limit=200{cursor}", plant.base(0), self.job);
+            let trace = format!("{}{}/trace?limit=200{cursor}", plant.base, self.job);
             let page = send(plant.client.get(trace)).await.expect(200).json();
             there.extend(page["iterations"].as_array().unwrap().iter().map(|iteration| iteration["id"].clone()));
             let Some(next) = page["next_cursor"].as_str() else { break };
@@ -198,32 +196,33 @@ impl Told {
         }
         assert!(self.events.lock().unwrap().iter().copied().eq(1..=last), "each event was told once and in its turn");
 
-        let stored = send(plant.client.get(format!("{}{}", plant.base(1), self.stream))).await.expect(200).json();
+        let stored = send(plant.client.get(format!("{}{}", plant.base, self.stream))).await.expect(200).json();
         assert_eq!(stored["sequence"].as_u64(), Some(self.blocks.len() as u64));
         // a stream that nothing happened to
-        let calm = plant.post(0, &format!("{}/streams", self.job), &spec()).await.expect(201);
+        let calm = plant.post(&format!("{}/streams", self.job), &spec()).await.expect(201);
         let calm = format!("{}/nodes", calm.header("location").unwrap());
         for (sequence, told) in (1..).zip(&self.blocks) {
-            assert_eq!(plant.post(0, &calm, &nodes(sequence)).await.expect(200).text, *told, "block {sequence}");
+            assert_eq!(plant.post(&calm, &nodes(sequence)).await.expect(200).text, *told, "block {sequence}");
         }
     }
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
-#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+#[cfg_attr(any(without_postgres, without_haproxy), ignore = "there is no PostgreSQL server, or no haproxy")]
 async fn nothing_is_lost_or_repeated_whatever_is_killed() {
     let seconds = env::var("FLANKFIT_PLANT_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(10);
     let server = Server::start();
     let url = server.database().await;
-    let replicas: Vec<kill::Server> = (0..REPLICAS).map(|_| kill::Server::start(&url)).collect();
-    let bases = Mutex::new(replicas.iter().map(|replica| replica.base.clone()).collect());
-    let plant = Arc::new(Plant { client: Client::new(), bases, over: AtomicBool::new(false) });
+    let proxy = Proxy::start(3);
+    let replicas = proxy.servers.map(|address| kill::Server::start_at(address, &url, &[])).into();
+    let plant = Plant { client: Client::new(), base: proxy.base.clone(), over: AtomicBool::new(false) };
+    let plant = Arc::new(plant);
     let mut told = Vec::new();
     let (mut listeners, mut writers, mut probes) = (JoinSet::new(), JoinSet::new(), JoinSet::new());
     for of in 0..JOBS {
-        let job = plant.post(0, "/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
+        let job = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
         let job = job.header("location").unwrap().to_owned();
-        let stream = plant.post(0, &format!("{job}/streams"), &spec()).await.expect(201);
+        let stream = plant.post(&format!("{job}/streams"), &spec()).await.expect(201);
         let stream = stream.header("location").unwrap().to_owned();
         let events = Arc::<Mutex<Vec<u64>>>::default();
         let at = (plant.clone(), job.clone(), events.clone());
@@ -236,7 +235,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
         probes.spawn(async move { (of, at.0.stream(&at.1).await) });
         told.push(Told { job, stream, events, ..Told::default() });
     }
-    let replicas = interrupted(&plant, &server, &url, replicas, Duration::from_secs(seconds)).await;
+    let replicas = interrupted(&plant, &server, &url, proxy.servers, replicas, Duration::from_secs(seconds)).await;
     for (of, stored) in writers.join_all().await {
         told[of].iterations.extend(stored);
     }

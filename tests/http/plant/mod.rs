@@ -1,0 +1,4 @@
+//! What a plant runs by: the proxy, the documents and the manifests, as they are in the repository.
+
+pub mod proxy;
+mod rolling;
