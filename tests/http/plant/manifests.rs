@@ -1,0 +1,186 @@
+//! What `deploy/` and its documents name is there: settings, metrics, alerts, fields of manifests.
+
+use std::{collections::BTreeSet, fs, path::Path, process::Command};
+
+use serde_json::Value;
+
+use super::yaml;
+
+fn read(path: &str) -> String {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(path);
+    fs::read_to_string(&path).unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+}
+
+/// Every manifest.
+fn manifests() -> Vec<Value> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy/kubernetes");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    files.flat_map(|file| yaml::documents(&fs::read_to_string(file).unwrap())).collect()
+}
+
+/// The only one of its kind.
+fn manifest(kind: &str) -> Value {
+    let mut found: Vec<Value> = manifests().into_iter().filter(|manifest| manifest["kind"] == kind).collect();
+    assert_eq!(found.len(), 1, "{kind}");
+    found.remove(0)
+}
+
+#[track_caller]
+fn at<'a>(value: &'a Value, pointer: &str) -> &'a Value {
+    value.pointer(pointer).unwrap_or_else(|| panic!("{pointer} is missing in {value}"))
+}
+
+#[track_caller]
+fn number(value: &Value, pointer: &str) -> u64 {
+    at(value, pointer).as_u64().unwrap_or_else(|| panic!("{pointer} is no number in {value}"))
+}
+
+fn words(text: &str, is_part: impl Fn(char) -> bool) -> BTreeSet<&str> {
+    text.split(|c: char| !is_part(c)).filter(|word| !word.is_empty()).collect()
+}
+
+/// What `flankfit COMMAND --help` lists: flags and variables.
+fn settings(command: &str) -> BTreeSet<String> {
+    let help = Command::new(env!("CARGO_BIN_EXE_flankfit")).args([command, "--help"]).output().unwrap();
+    let help = String::from_utf8(help.stdout).unwrap();
+    words(&help, |c| c.is_ascii_alphanumeric() || matches!(c, '-' | '_')).into_iter().map(str::to_owned).collect()
+}
+
+fn is_flag(word: &&str) -> bool {
+    word.strip_prefix("--").is_some_and(|name| name.starts_with(|c: char| c.is_ascii_lowercase()))
+}
+
+#[test]
+fn every_setting_that_is_named_exists() {
+    let there = settings("serve");
+    let mut named = 0;
+    for path in [
+        "docs/plant.md",
+        "docs/runbook.md",
+        "docs/scale.md",
+        "deploy/README.md",
+        "deploy/haproxy.cfg",
+        "deploy/kubernetes/deployment.yaml",
+        "deploy/kubernetes/migration.yaml",
+    ] {
+        let text = read(path);
+        let variables = words(&text, |c| c.is_ascii_alphanumeric() || c == '_');
+        let variables = variables.into_iter().filter(|word| word.starts_with("FLANKFIT_"));
+        // in documents flags of other programs stand in commands, ours alone as code
+        let ours = |line: &&str| path.ends_with(".cfg") || line.contains("flankfit serve");
+        let mut flags: Vec<&str> =
+            text.lines().filter(ours).flat_map(|line| line.split([' ', '.', ',', ':'])).collect();
+        flags.extend(text.split('`').filter(|code| !code.contains(char::is_whitespace)));
+        for word in variables.chain(flags.into_iter().filter(is_flag)) {
+            named += 1;
+            assert!(there.contains(word), "{path} names {word}");
+        }
+    }
+    assert!(named > 30, "only {named} were found");
+}
+
+#[test]
+fn every_metric_of_an_alert_exists_and_every_alert_is_told() {
+    let telemetry = read("src/telemetry.rs");
+    let runbook = read("docs/runbook.md");
+    let rules = yaml::documents(&read("deploy/alerts.yaml")).remove(0);
+    let mut alerts = Vec::new();
+    for rule in at(&rules, "/groups/0/rules").as_array().unwrap() {
+        let name = at(rule, "/alert").as_str().unwrap();
+        alerts.push(name);
+        let expression = at(rule, "/expr").as_str().unwrap();
+        let mut metrics = words(expression, |c| c.is_ascii_alphanumeric() || c == '_');
+        metrics.retain(|word| word.starts_with("flankfit_"));
+        for metric in &metrics {
+            // a histogram is three
+            let base = ["_bucket", "_count", "_sum"].iter().find_map(|end| metric.strip_suffix(end));
+            let is_there = |metric: &str| telemetry.contains(&format!("\"{metric}\""));
+            assert!(is_there(metric) || base.is_some_and(is_there), "{name} names {metric}");
+        }
+        assert!(!metrics.is_empty() || expression.contains("up{job=\"flankfit\"}"), "{name}: {expression}");
+        assert!(at(rule, "/for").as_str().unwrap().ends_with(['s', 'm', 'h']), "{name}");
+        assert!(["info", "warning", "critical"].contains(&at(rule, "/labels/severity").as_str().unwrap()), "{name}");
+        assert!(at(rule, "/annotations/summary").is_string(), "{name}");
+    }
+    let told: Vec<&str> = runbook.lines().filter_map(|line| line.strip_prefix("### ")).collect();
+    assert_eq!(alerts, told);
+}
+
+/// The value of a setting in a container.
+#[track_caller]
+fn set(container: &Value, name: &str) -> u64 {
+    let all = container["env"].as_array().unwrap();
+    let entry = all.iter().find(|entry| entry["name"] == name).unwrap_or_else(|| panic!("{name} is not set"));
+    entry["value"].as_str().unwrap().parse().unwrap()
+}
+
+#[test]
+fn servers_are_renewed_without_a_gap() {
+    let deployment = manifest("Deployment");
+    assert_eq!(number(&deployment, "/spec/replicas"), 3);
+    assert_eq!(number(&deployment, "/spec/strategy/rollingUpdate/maxUnavailable"), 0);
+    let pod = at(&deployment, "/spec/template/spec");
+    let container = at(pod, "/containers/0");
+    let grace = set(container, "FLANKFIT_DRAIN_DELAY") + set(container, "FLANKFIT_SHUTDOWN_GRACE") + 5;
+    assert!(number(pod, "/terminationGracePeriodSeconds") >= grace);
+    let probe = at(container, "/readinessProbe");
+    assert_eq!(at(probe, "/httpGet/path"), "/readyz");
+    let seen = number(probe, "/periodSeconds") * number(probe, "/failureThreshold") + number(probe, "/timeoutSeconds");
+    assert!(seen < set(container, "FLANKFIT_DRAIN_DELAY"), "it is seen to end before it does");
+    assert_eq!(at(container, "/livenessProbe/httpGet/path"), "/healthz");
+    assert_eq!(number(&manifest("PodDisruptionBudget"), "/spec/minAvailable"), 2);
+    for pod in [pod, at(&manifest("Job"), "/spec/template/spec")] {
+        assert_eq!(at(pod, "/securityContext/runAsNonRoot"), true);
+        assert_eq!(at(pod, "/containers/0/securityContext/readOnlyRootFilesystem"), true);
+        assert_eq!(at(pod, "/containers/0/securityContext/capabilities/drop/0"), "ALL");
+        assert!(at(pod, "/containers/0/resources/limits/memory").is_string());
+    }
+}
+
+#[test]
+fn all_servers_fit_the_database() {
+    let (deployment, scaling) = (manifest("Deployment"), manifest("HorizontalPodAutoscaler"));
+    let container = at(&deployment, "/spec/template/spec/containers/0");
+    let each = set(container, "FLANKFIT_STORE_WRITERS") + set(container, "FLANKFIT_DATABASE_READERS") + 2;
+    let surge = number(&deployment, "/spec/strategy/rollingUpdate/maxSurge");
+    let connections = (number(&scaling, "/spec/maxReplicas") + surge) * each;
+    let most = at(&scaling, "/metadata/annotations/flankfit~1max-connections").as_str().unwrap();
+    assert!(connections <= most.parse::<u64>().unwrap() - 10);
+    assert!(read("deploy/README.md").contains(&format!("must allow {most} connections")));
+    assert_eq!(number(&scaling, "/spec/minReplicas"), number(&deployment, "/spec/replicas"));
+    assert_eq!(number(&scaling, "/spec/metrics/0/resource/target/averageUtilization"), 70);
+    assert_eq!(at(&scaling, "/spec/scaleTargetRef/name"), at(&deployment, "/metadata/name"));
+}
+
+#[test]
+fn manifests_name_each_other_and_their_ports() {
+    let deployment = manifest("Deployment");
+    let labels = at(&deployment, "/spec/template/metadata/labels");
+    let container = at(&deployment, "/spec/template/spec/containers/0");
+    for (kind, version, selector) in [
+        ("Deployment", "apps/v1", "/spec/selector/matchLabels"),
+        ("Service", "v1", "/spec/selector"),
+        ("PodDisruptionBudget", "policy/v1", "/spec/selector/matchLabels"),
+        ("NetworkPolicy", "networking.k8s.io/v1", "/spec/podSelector/matchLabels"),
+    ] {
+        let manifest = manifest(kind);
+        assert_eq!((at(&manifest, "/apiVersion"), at(&manifest, selector)), (&Value::from(version), labels), "{kind}");
+    }
+    let service = manifest("Service");
+    let network = manifest("NetworkPolicy");
+    let [http, ops] = [0, 1].map(|index| at(container, &format!("/ports/{index}")));
+    assert_eq!((&http["name"], &ops["name"]), (&Value::from("http"), &Value::from("ops")));
+    assert_eq!(at(&service, "/spec/ports/0/targetPort"), "http");
+    for (index, port) in [http, ops].into_iter().enumerate() {
+        assert_eq!(at(&network, &format!("/spec/ingress/{index}/ports/0/port")), &port["containerPort"]);
+    }
+    // the migration is no server: requests must not go there
+    let job = manifest("Job");
+    assert_ne!(at(&job, "/spec/template/metadata/labels"), labels);
+    assert_eq!(at(&job, "/spec/template/spec/containers/0/args/0"), "migrate");
+    assert_eq!(at(&job, "/spec/template/spec/containers/0/image"), at(container, "/image"));
+    assert!(settings("migrate").contains("FLANKFIT_DATABASE_URL"));
+    for text in ["alerts.yaml", "kubernetes/deployment.yaml", "kubernetes/migration.yaml"] {
+        assert!(read(&format!("deploy/{text}")).contains("Untried"), "{text}");
+    }
+}
