@@ -10,7 +10,7 @@ use crate::{
         self, AppState, rates,
         server::{self, Service, Tls, TlsError},
     },
-    jobs::{Clock, JobService, OrderedIds, Store, SystemClock},
+    jobs::{JobService, OrderedIds, Store, SystemClock},
     store::{Migrate, OpenError, PostgresError, PostgresSettings, PostgresStore, SqliteStore, StoreSettings},
     telemetry,
 };
@@ -151,7 +151,7 @@ impl App {
 async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
     let url = &settings.database_url;
     if !PostgresSettings::takes(url) {
-        return Ok(Arc::new(SqliteStore::open(StoreSettings::of_url(url)?, SystemClock.now()).await?));
+        return Ok(Arc::new(SqliteStore::open(StoreSettings::of_url(url)?, ids, Arc::new(SystemClock)).await?));
     }
     let store = postgres_settings(url, &settings.postgres)?;
     Ok(Arc::new(PostgresStore::open(store, ids, Arc::new(SystemClock)).await?))

@@ -54,9 +54,9 @@ async fn compare(url: &str) {
     fs::write(&script, statements(url, &sample)).expect("the script is written");
     let mut ratios = Vec::new();
     for round in 1..=ROUNDS {
-        let before: f64 = number(&psql(url, "SELECT count(*) FROM commits"));
+        let before: f64 = number(&psql(url, "SELECT count(DISTINCT changed_by) FROM audit"));
         let (count, seconds) = ours(&work).await;
-        let commits = number(&psql(url, "SELECT count(*) FROM commits")) - before;
+        let commits = number(&psql(url, "SELECT count(DISTINCT changed_by) FROM audit")) - before;
         let group = (count / commits).round();
         let theirs = group * pgbench(url, script.to_str().expect("text"), group, round);
         let rate = count / seconds;
@@ -70,7 +70,7 @@ async fn compare(url: &str) {
 }
 
 fn caller() -> Caller {
-    Caller { tenant: Tenant::default(), actor: "bench".into() }
+    Caller { tenant: Tenant::default(), actor: "bench".into(), origin: Default::default() }
 }
 
 /// What a server has stored of 45 nodes with 16 coefficients: the job's id.
@@ -199,7 +199,6 @@ fn statements(url: &str, sample: &str) -> String {
     let values: Vec<String> = fit.iter().map(|column| text(column, "fits")).collect();
     format!(
         "BEGIN;
-         INSERT INTO commits (id) VALUES (gen_random_uuid());
          INSERT INTO jobs (id, tenant, name, tags, version, created_at, updated_at)
              VALUES ({job}, 'default', 'pgbench', '{{}}', 1, now(), now()) ON CONFLICT DO NOTHING;
          SELECT id FROM jobs WHERE id = {job} FOR NO KEY UPDATE;
@@ -211,6 +210,11 @@ fn statements(url: &str, sample: &str) -> String {
              SELECT {job}, :last::bigint + i, 1, gen_random_uuid(), now(), {} {rows};
          INSERT INTO fit_choices (job, number, position, fit, created_at)
              SELECT {job}, :last::bigint + i, 1, 1, now() {rows};
+         INSERT INTO audit (tenant, chain, number, id, at, actor, action, target, request_id, peer, contents, outcome,
+                            previous, sha256)
+             SELECT tenant, {job}, :last::bigint + i, gen_random_uuid(), now(), actor, action, target, request_id, peer,
+                    contents, outcome, previous, sha256
+             FROM audit CROSS JOIN generate_series(1, :group::bigint) AS i WHERE chain = '{sample}' AND number = 2;
          COMMIT;
          \\set last :last + :group\n",
         text("count", "nodes"),

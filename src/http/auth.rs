@@ -33,7 +33,7 @@ impl Callers {
     /// Callers with one of the keys of these digests, in a role, or anybody if there are none.
     pub fn of(digests: &[Digest], role: Role) -> Self {
         let principal = |actor: String, role: Option<Role>| Principal {
-            caller: Caller { tenant: Tenant::default(), actor: actor.into() },
+            caller: Caller { tenant: Tenant::default(), actor: actor.into(), origin: Default::default() },
             scopes: role.map_or(Scopes::ALL, Role::scopes),
             role,
         };

@@ -4,8 +4,11 @@ use std::ops::Deref;
 
 use axum::{extract::FromRequestParts, http::request::Parts};
 
-use super::{auth::Principal, state::AppState};
-use crate::{api::problem::Problem, jobs::Jobs};
+use super::{auth::Principal, observe::RequestId, server::Peer, state::AppState};
+use crate::{
+    api::problem::Problem,
+    jobs::{Caller, Jobs, Origin},
+};
 
 /// The state of the service, with the jobs of the tenant whose caller is answered.
 #[derive(Clone)]
@@ -21,7 +24,12 @@ impl FromRequestParts<AppState> for CallerState {
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
         let principal = parts.extensions.get::<Principal>();
         let principal = principal.ok_or_else(|| Problem::internal("nobody made out the caller of the request"))?;
-        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller) })
+        let origin = Origin {
+            request_id: parts.extensions.get::<RequestId>().map(|id| id.as_str().into()),
+            peer: parts.extensions.get::<Peer>().map(|peer| peer.0),
+        };
+        let caller = Caller { origin, ..principal.caller.clone() };
+        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&caller) })
     }
 }
 

@@ -119,7 +119,8 @@ mod tests {
             rate_burst: NonZeroU32::new(3),
             ..ServeSettings::default()
         });
-        let caller = |actor: &str| Caller { tenant: Tenant::default(), actor: actor.into() };
+        let caller =
+            |actor: &str| Caller { tenant: Tenant::default(), actor: actor.into(), origin: Default::default() };
         let (one, other) = (caller("one"), caller("other"));
         for _ in 0..3 {
             assert!(rates.count(Some(&one), peer("192.0.2.1")).is_ok());

@@ -15,6 +15,7 @@
 //! waits for a fit.
 
 mod ambient;
+pub mod audit;
 mod callers;
 mod draft;
 mod encoded_nodes;
@@ -30,6 +31,7 @@ mod known_jobs;
 mod measurand;
 mod measurement;
 pub mod nodes_codec;
+mod origin;
 mod outcome;
 mod page;
 mod prior;
@@ -57,6 +59,7 @@ pub use iteration::{
 pub use job::{Job, JobPatch, Update};
 pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;
+pub use origin::Origin;
 pub use outcome::{Precondition, RepositoryError, Resource, Stored};
 pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};

@@ -10,10 +10,11 @@ pub enum List {
     Iterations,
     Fits,
     Records,
+    Audit,
 }
 
 impl List {
-    const ALL: [List; 4] = [List::Jobs, List::Iterations, List::Fits, List::Records];
+    const ALL: [List; 5] = [List::Jobs, List::Iterations, List::Fits, List::Records, List::Audit];
 
     /// What its cursors begin with.
     fn kind(self) -> u8 {
@@ -22,6 +23,8 @@ impl List {
             List::Iterations => 2,
             List::Fits => 3,
             List::Records => 4,
+            // some numbers are for lists of tenants and keys
+            List::Audit => 8,
         }
     }
 
@@ -32,6 +35,7 @@ impl List {
             List::Iterations => "iterations",
             List::Fits => "fits",
             List::Records => "records",
+            List::Audit => "entries of the audit",
         }
     }
 }

@@ -9,6 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    audit::{Chain, Entry},
     callers::Caller,
     event::JobEvent,
     fit::{FitRecord, NewFit},
@@ -119,6 +120,9 @@ macro_rules! repository_operations {
                 GetEvents = events(job: Uuid, after: u64, limit: u32) -> Vec<JobEvent>;
                 /// The number of a job's last event, 0 before the first.
                 GetLastEvent = last_event(job: Uuid) -> u64;
+
+                /// Entries of a chain, oldest first.
+                GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;
 
                 /// The answer kept under an idempotency key, with the digest of its request.
                 GetAnswer = answer(key: String, scope: String) -> Option<([u8; 32], Answer)>;

@@ -6,7 +6,7 @@ use flankfit::{
 };
 use sqlx::{ConnectOptions, sqlite::SqliteConnectOptions};
 
-use crate::support::{Place, WHOLE, caller, receipt};
+use crate::support::{Place, WHOLE, caller, ids, receipt, still};
 
 /// The digests of the migrations as they were released. A changed one would leave databases behind
 /// that no version knows: add a migration instead, and its digest here.
@@ -218,14 +218,14 @@ async fn a_newer_database_is_refused_in_words() {
     .execute(&mut own)
     .await
     .unwrap();
-    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), place.now()).await.err();
+    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
     assert!(matches!(refused, Some(OpenError::Newer { version: 9999, .. })), "{refused:?}");
 }
 
 #[tokio::test]
 async fn what_cannot_be_opened_is_explained() {
     let place = Place::new();
-    let open = async |settings: StoreSettings| match SqliteStore::open(settings, place.now()).await {
+    let open = async |settings: StoreSettings| match SqliteStore::open(settings, ids(), still(place.now())).await {
         Ok(_) => String::new(),
         Err(error) => error.to_string(),
     };

@@ -12,9 +12,9 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Caller, Computed, Figures, Ids, Job, KeyedRequest, Measurand, MeasurementDetails, NewBlock, NewFit,
-        NewIteration, NewStream, OrderedIds, PageRequest, Receipt, Record, RecordDraft, RecordKind, Repository, Store,
-        Stored, Tenant,
+        Answer, Caller, Clock, Computed, Figures, Ids, Job, KeyedRequest, Measurand, MeasurementDetails, NewBlock,
+        NewFit, NewIteration, NewStream, OrderedIds, PageRequest, Receipt, Record, RecordDraft, RecordKind, Repository,
+        Store, Stored, Tenant,
     },
     store::{SqliteStore, StoreSettings},
 };
@@ -26,9 +26,27 @@ use uuid::Uuid;
 /// More than any test stores.
 pub const WHOLE: PageRequest = PageRequest { limit: 1000, after: None };
 
+/// Fresh ids.
+pub fn ids() -> Arc<OrderedIds> {
+    Arc::default()
+}
+
+/// A clock that stands still.
+pub fn still(at: Timestamp) -> Arc<Still> {
+    Arc::new(Still(at))
+}
+
+pub struct Still(Timestamp);
+
+impl Clock for Still {
+    fn now(&self) -> Timestamp {
+        self.0
+    }
+}
+
 /// A caller of a tenant.
 pub fn caller(tenant: &str) -> Caller {
-    Caller { tenant: Tenant::named(tenant).unwrap(), actor: "test".into() }
+    Caller { tenant: Tenant::named(tenant).unwrap(), actor: "test".into(), origin: Default::default() }
 }
 
 /// An open store as a caller of the default tenant sees it.
@@ -80,7 +98,7 @@ impl Place {
     }
 
     pub async fn open_with(&self, settings: StoreSettings) -> Opened {
-        Opened::of(SqliteStore::open(settings, self.now()).await.unwrap())
+        Opened::of(SqliteStore::open(settings, ids(), still(self.now())).await.unwrap())
     }
 
     /// A connection of the test's own, with no more rights than any program has.

@@ -14,20 +14,21 @@ use flankfit::{
 };
 use jiff::Timestamp;
 
-use crate::support::{Place, caller};
+use crate::support::{Place, caller, ids, still};
 
 #[tokio::test]
 async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     let place = Place::new();
     let first = place.open().await;
-    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), place.now()).await.err();
+    let refused = SqliteStore::open(StoreSettings::of_file(place.file()), ids(), still(place.now())).await.err();
     assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     assert!(refused.unwrap().to_string().contains("another flankfit writes it"));
     // by another name it is the same database
     #[cfg(unix)]
     {
         std::os::unix::fs::symlink(place.file(), place.beside("other.db")).unwrap();
-        let refused = SqliteStore::open(StoreSettings::of_file(place.beside("other.db")), place.now()).await.err();
+        let refused =
+            SqliteStore::open(StoreSettings::of_file(place.beside("other.db")), ids(), still(place.now())).await.err();
         assert!(matches!(refused, Some(OpenError::InUse { .. })), "{refused:?}");
     }
     first.close().await;

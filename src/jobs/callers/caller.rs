@@ -4,6 +4,8 @@ use std::sync::Arc;
 
 use uuid::Uuid;
 
+use crate::jobs::origin::Origin;
+
 /// A plant. Each job belongs to one, and for callers of another it does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Tenant(Arc<str>);
@@ -39,6 +41,8 @@ pub struct Caller {
     pub tenant: Tenant,
     /// The name under which the caller acts: of a key, a certificate or a person.
     pub actor: Arc<str>,
+    /// Where the request came from.
+    pub origin: Origin,
 }
 
 /// A job or a stream by its id, with the tenant to whom it belongs: what is kept in memory is kept

@@ -45,8 +45,6 @@ impl Run<Session> for ForgetAnswers {
         .bind(i64::from(self.most))
         .execute(&mut session.db)
         .await?;
-        // no connection that was lost is still asked for then
-        sqlx::query("DELETE FROM commits WHERE at < now() - interval '1 hour'").execute(&mut session.db).await?;
         Ok(forgotten.rows_affected())
     }
 }

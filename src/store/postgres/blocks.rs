@@ -4,9 +4,10 @@ use sqlx::PgPool;
 
 use super::{locate::signed, open::snapshot, session::Session, streams, time::stamp};
 use crate::{
-    jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState},
+    jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState, audit::Action},
     store::shared::{
-        BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Outcome, Read, StateRow, Write,
+        Asked, BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Outcome, Read, StateRow,
+        Write, target,
     },
 };
 
@@ -72,8 +73,8 @@ impl Read<PgPool> for GetBlockSha256 {
 }
 
 impl Write<Session> for InsertBlock {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let InsertBlock { block, receipt } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (InsertBlock { block, receipt }, tenant) = (&asked.write, asked.tenant());
         let stream = streams::located(&mut session.db, tenant, block.stream).await?;
         stream.check_open()?;
         let expected = stream.expected();
@@ -81,6 +82,7 @@ impl Write<Session> for InsertBlock {
             return Err(RepositoryError::UnexpectedBlock { expected }.into());
         }
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        session.enter(asked, stream.job_id, Action::AddBlock, target::block(block.stream, block.sequence)).await?;
         let posted = block.nodes.posted() as u64;
         let db = &mut session.db;
         sqlx::query(

@@ -5,8 +5,8 @@ use uuid::Uuid;
 
 use super::{locate, session::Session, time::stamp};
 use crate::{
-    jobs::{Caller, Decision, DecisionEvent, Stored},
-    store::shared::{Decide, DecisionRow, Latest, Outcome, Write},
+    jobs::{Decision, DecisionEvent, Stored, audit::Action},
+    store::shared::{Asked, Decide, DecisionRow, Latest, Outcome, Write, target},
 };
 
 /// The latest decision on an iteration.
@@ -23,9 +23,10 @@ pub async fn latest(db: &mut PgConnection, job: Uuid, number: i64) -> Outcome<Op
 }
 
 impl Write<Session> for Decide {
-    async fn write(&self, caller: &Caller, Session { db, .. }: &mut Session) -> Outcome<Stored> {
-        let Decide { job, number, decision, precondition } = self;
-        let version = locate::iteration(db, &caller.tenant, *job, *number).await?;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let Decide { job, number, decision, precondition } = &asked.write;
+        let db = &mut session.db;
+        let version = locate::iteration(db, asked.tenant(), *job, *number).await?;
         precondition.check(version)?;
         let latest: Option<Latest<Decision>> = sqlx::query_as(
             "SELECT position, decision AS what, reason FROM decisions WHERE job = $1 AND number = $2
@@ -38,6 +39,7 @@ impl Write<Session> for Decide {
         if latest.as_ref().is_some_and(|latest| latest.is(&decision.decision, &decision.event)) {
             return Ok(Stored { number: *number, version });
         }
+        session.enter(asked, *job, Action::Decide, target::iteration(*job, *number)).await?;
         sqlx::query(
             "INSERT INTO decisions (job, number, position, decision, reason, created_at)
              VALUES ($1, $2, $3, $4, $5, $6)",
@@ -48,7 +50,7 @@ impl Write<Session> for Decide {
         .bind(decision.decision.name())
         .bind(decision.event.reason.as_deref())
         .bind(stamp(decision.event.created_at))
-        .execute(db)
+        .execute(&mut session.db)
         .await?;
         Ok(Stored { number: *number, version: version + 1 })
     }

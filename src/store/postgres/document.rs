@@ -56,6 +56,14 @@ impl<'a> Told<'a> {
         serde_json::from_str(result).unwrap_or_default()
     }
 
+    /// Whether it tells this.
+    pub fn is(&self, coefficients: Option<&Document>, prior: Option<&Document>) -> bool {
+        let same = |told: Option<&RawValue>, stored: Option<&Document>| {
+            told.map(RawValue::get) == stored.map(|Document(text)| text.as_str())
+        };
+        same(self.coefficients, coefficients) && same(self.prior, prior)
+    }
+
     pub fn coefficients(&self) -> Option<Vec<u8>> {
         self.coefficients.map(|value| encode(value.get()))
     }

@@ -13,11 +13,11 @@ use super::{
 use crate::{
     jobs::{
         Caller, Choice, Figures, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
-        Resource, Stored, TracedFit,
+        Resource, Stored, TracedFit, audit::Action,
     },
     store::shared::{
-        ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome, Read,
-        TracedFitRow, Write, figure_columns, page, told,
+        Asked, ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome,
+        Read, TracedFitRow, Write, figure_columns, page, target, told,
     },
 };
 
@@ -184,10 +184,11 @@ impl Read<PgPool> for GetFit {
 }
 
 impl Write<Session> for InsertFit {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let InsertFit { job, number, fit, receipt } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (InsertFit { job, number, fit, receipt }, tenant) = (&asked.write, asked.tenant());
         let version = locate::iteration(&mut session.db, tenant, *job, *number).await?;
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        session.enter(asked, *job, Action::AddFit, target::fit(*job, *number, fit.id)).await?;
         let number = i64::from(*number);
         let last: i64 = sqlx::query_scalar("SELECT max(position) FROM fits WHERE job = $1 AND number = $2")
             .bind(job)
@@ -196,7 +197,7 @@ impl Write<Session> for InsertFit {
             .await?;
         let place = FitPlace { job: *job, number, position: last + 1 };
         insert_rows(&mut session.db, &[Placed { place, fit }]).await?;
-        let stored = Stored { number: self.number, version: version + 1 };
+        let stored = Stored { number: asked.write.number, version: version + 1 };
         let stored_fit = StoredFit { place, result: &fit.computed.result };
         session.keys.keep(tenant, receipt.as_ref(), stored, fit.created_at, Some(stored_fit));
         Ok(stored)
@@ -204,8 +205,8 @@ impl Write<Session> for InsertFit {
 }
 
 impl Write<Session> for Choose {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let Choose { job, number, choice, precondition } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (Choose { job, number, choice, precondition }, tenant) = (&asked.write, asked.tenant());
         let db = &mut session.db;
         let version = locate::iteration(db, tenant, *job, *number).await?;
         precondition.check(version)?;
@@ -227,6 +228,7 @@ impl Write<Session> for Choose {
         if latest.as_ref().is_some_and(|latest| latest.is(&fit, &choice.event)) {
             return Ok(Stored { number: *number, version });
         }
+        session.enter(asked, *job, Action::ChooseFit, target::fit(*job, *number, choice.fit_id)).await?;
         sqlx::query(
             "INSERT INTO fit_choices (job, number, position, fit, reason, created_at) VALUES ($1, $2, $3, $4, $5, $6)",
         )
@@ -236,7 +238,7 @@ impl Write<Session> for Choose {
         .bind(fit)
         .bind(choice.event.reason.as_deref())
         .bind(stamp(choice.event.created_at))
-        .execute(db)
+        .execute(&mut session.db)
         .await?;
         Ok(Stored { number: *number, version: version + 1 })
     }

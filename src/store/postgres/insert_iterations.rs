@@ -19,22 +19,20 @@ use super::{
     time::stamp,
 };
 use crate::{
-    jobs::{Caller, NewIteration, RepositoryError, Resource, Stored},
+    jobs::{NewIteration, RepositoryError, Resource, Stored},
     store::shared::{
         Asked, Incoming, InsertIteration, InsertTogether, Integer, Key, Outcome, Pending, Queued, StoreError, Write,
     },
 };
 
 impl Write<Session> for InsertIteration {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let InsertIteration { iteration, receipt } = self;
-        let incoming = Incoming { tenant, iteration, receipt: receipt.as_ref() };
-        let stored = session.insert(&[incoming]).await?.pop();
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let stored = session.insert(&[Incoming::of(asked)]).await?.pop();
         Ok(stored.unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?)
     }
 
     fn queued(pending: Pending<Asked<Self>>) -> Queued<Session> {
-        Queued::Iteration(pending)
+        Queued::Iteration(Box::new(pending))
     }
 }
 
@@ -49,6 +47,11 @@ impl InsertTogether for Session {
                 accepted.push(Numbered { new, number });
                 Stored { number, version: 1 }
             }));
+        }
+        for Numbered { new, number } in &accepted {
+            let (action, target) = new.deed(*number);
+            let chain = self.chain(new.by, new.iteration.job_id).await?;
+            chain.add(new.by, new.prepared.clone(), action, target);
         }
         if !accepted.is_empty() {
             change(self, &accepted).await.map_err(StoreError::too_late)?;
@@ -104,7 +107,7 @@ fn number<'a>(
     used: &mut HashSet<Key<'a>>,
     new: Incoming<'a>,
 ) -> Result<u32, RepositoryError> {
-    let job = last.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant.as_str());
+    let job = last.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant().as_str());
     let job = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
     if new.key().is_some_and(|key| !keys.is_free(key) || used.contains(&key)) {
         return Err(RepositoryError::KeyTaken);
@@ -128,10 +131,10 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()>
         records::insert_rows(db, job, i64::from(row.number), 0, &row.iteration().records).await?;
     }
     for row in accepted {
-        let Incoming { tenant, iteration, receipt } = row.new;
+        let Incoming { iteration, receipt, .. } = row.new;
         let stored = Stored { number: row.number, version: 1 };
         let fit = StoredFit { place: row.first_fit(), result: &iteration.fit.computed.result };
-        session.keys.keep(tenant, receipt, stored, iteration.created_at, Some(fit));
+        session.keys.keep(row.new.tenant(), receipt, stored, iteration.created_at, Some(fit));
     }
     Ok(())
 }

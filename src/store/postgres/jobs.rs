@@ -5,10 +5,13 @@ use uuid::Uuid;
 
 use super::{locate::signed, session::Session, streams, time::stamp};
 use crate::{
-    jobs::{Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant},
+    jobs::{
+        Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant,
+        audit::{Action, Prepared},
+    },
     store::shared::{
-        DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob, Read, Tags, Write,
-        job_columns,
+        Asked, DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob, Read, Tags,
+        Write, job_columns, of_job, target,
     },
 };
 
@@ -72,9 +75,10 @@ pub async fn insert(db: &mut PgConnection, tenant: &Tenant, job: &Job) -> Outcom
 }
 
 impl Write<Session> for InsertJob {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let InsertJob { job, receipt } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (InsertJob { job, receipt }, tenant) = (&asked.write, asked.tenant());
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        asked.enter(session.new_chain(tenant, job.id), Action::CreateJob, target::job(job.id));
         insert(&mut session.db, tenant, job).await?;
         let stored = Stored { number: 0, version: job.version };
         session.keys.keep(tenant, receipt.as_ref(), stored, job.created_at, None);
@@ -83,14 +87,17 @@ impl Write<Session> for InsertJob {
 }
 
 impl Write<Session> for PatchJob {
-    async fn write(&self, caller: &Caller, Session { db, .. }: &mut Session) -> Outcome<Job> {
-        let before = located(db, &caller.tenant, self.id).await?;
-        self.precondition.check(before.version)?;
-        let after = before.patched(self.patch.clone(), self.now);
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Job> {
+        let PatchJob { id, patch, precondition, now } = &asked.write;
+        let before = located(&mut session.db, asked.tenant(), *id).await?;
+        precondition.check(before.version)?;
+        let after = before.patched(patch.clone(), *now);
         if after.gear != before.gear {
-            refuse_fewer_teeth(db, self.id, after.gear.as_ref()).await?;
+            refuse_fewer_teeth(&mut session.db, *id, after.gear.as_ref()).await?;
         }
         if after.version != before.version {
+            let prepared = Prepared { contents: of_job(&after), ..asked.prepared() };
+            session.chain(asked.by(), *id).await?.add(asked.by(), prepared, Action::ChangeJob, target::job(*id));
             sqlx::query(
                 "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5, tags = $6,
                  version = $7, updated_at = $8 WHERE id = $9",
@@ -103,8 +110,8 @@ impl Write<Session> for PatchJob {
             .bind(Tags::write(&after.tags))
             .bind(signed(after.version))
             .bind(stamp(after.updated_at))
-            .bind(self.id)
-            .execute(db)
+            .bind(*id)
+            .execute(&mut session.db)
             .await?;
         }
         Ok(after)
@@ -127,18 +134,19 @@ async fn refuse_fewer_teeth(db: &mut PgConnection, job: Uuid, gear: Option<&JobG
 }
 
 impl Write<Session> for DeleteJob {
-    async fn write(&self, caller: &Caller, Session { db, .. }: &mut Session) -> Outcome<()> {
-        let job = located(db, &caller.tenant, self.id).await?;
-        self.precondition.check(job.version)?;
-        let iterations: Integer<u64> = sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = $1")
-            .bind(self.id)
-            .fetch_one(&mut *db)
-            .await?;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<()> {
+        let DeleteJob { id, precondition } = &asked.write;
+        let db = &mut session.db;
+        let job = located(db, asked.tenant(), *id).await?;
+        precondition.check(job.version)?;
+        let iterations: Integer<u64> =
+            sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = $1").bind(*id).fetch_one(&mut *db).await?;
         if iterations.0 > 0 {
             return Err(RepositoryError::HasIterations(iterations.0).into());
         }
-        streams::release_job(db, self.id).await?;
-        sqlx::query("DELETE FROM jobs WHERE id = $1").bind(self.id).execute(db).await?;
+        streams::release_job(db, *id).await?;
+        session.enter(asked, *id, Action::DeleteJob, target::job(*id)).await?;
+        sqlx::query("DELETE FROM jobs WHERE id = $1").bind(*id).execute(&mut session.db).await?;
         Ok(())
     }
 }

@@ -6,9 +6,10 @@
 //! and only then reads: numbers, positions and versions that were read hold until it commits, and
 //! no two transactions wait for each other.
 //!
-//! **A lost COMMIT is settled.** Each transaction first writes an id into `commits`. Where the
-//! connection was lost before the answer to COMMIT, the repetition writes the same id: it waits for
-//! the end of the first transaction, and finds the id there, or not.
+//! **A lost COMMIT is settled.** Each transaction first takes a lock of its own and last stores the
+//! entries of the audit. Where the connection was lost before the answer to COMMIT, the repetition
+//! takes the same lock: it waits for the end of the first transaction, and finds its entries there,
+//! or not.
 //!
 //! **Readers.** Reads come from a pool of connections; one that asks more than once does so in one
 //! read-only transaction of the level REPEATABLE READ.
@@ -22,6 +23,7 @@
 //! Each table or two have a file with their reads and writes.
 
 mod answers;
+mod audit;
 mod blocks;
 mod decisions;
 mod document;

@@ -10,18 +10,19 @@ use super::{
     time::stamp,
 };
 use crate::{
-    jobs::{Caller, Page, PageRequest, Record, RecordSummary, RepositoryError, Resource, Stored},
+    jobs::{Caller, Page, PageRequest, Record, RecordSummary, RepositoryError, Resource, Stored, audit::Action},
     store::shared::{
-        GetLatestRecord, GetRecord, InsertRecord, ListRecords, Listed, Outcome, Read, RecordRow, RecordSummaryRow,
-        Write, page,
+        Asked, GetLatestRecord, GetRecord, InsertRecord, ListRecords, Listed, Outcome, Read, RecordRow,
+        RecordSummaryRow, Write, page, target,
     },
 };
 
 impl Write<Session> for InsertRecord {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let InsertRecord { job, number, record, receipt } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (InsertRecord { job, number, record, receipt }, tenant) = (&asked.write, asked.tenant());
         let version = locate::iteration(&mut session.db, tenant, *job, *number).await?;
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        session.enter(asked, *job, Action::AddRecord, target::record(*job, *number, record.id)).await?;
         let number = i64::from(*number);
         let last: i64 =
             sqlx::query_scalar("SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2")
@@ -31,7 +32,7 @@ impl Write<Session> for InsertRecord {
                 .await?;
         insert_rows(&mut session.db, *job, number, last, std::slice::from_ref(&**record)).await?;
         // Records are beside the iteration: its version stays.
-        let stored = Stored { number: self.number, version };
+        let stored = Stored { number: asked.write.number, version };
         session.keys.keep(tenant, receipt.as_ref(), stored, record.created_at, None);
         Ok(stored)
     }

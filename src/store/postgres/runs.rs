@@ -2,17 +2,18 @@
 
 use super::{jobs, session::Session};
 use crate::{
-    jobs::{Caller, NewRun, Stored},
-    store::shared::{Incoming, InsertRuns, InsertTogether as _, Outcome, StoreError, Write},
+    jobs::{NewRun, Stored, audit::Action},
+    store::shared::{Asked, InsertRuns, InsertTogether as _, Outcome, StoreError, Write, target},
 };
 
 impl Write<Session> for InsertRuns {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        session.keys.refuse_taken(tenant, self.receipt.as_ref())?;
-        for NewRun { job, iterations } in &self.runs {
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (InsertRuns { receipt, now, .. }, tenant) = (&asked.write, asked.tenant());
+        session.keys.refuse_taken(tenant, receipt.as_ref())?;
+        for (NewRun { job, .. }, of_job, iterations) in asked.by_runs() {
+            let chain = session.new_chain(tenant, job.id);
+            chain.add(asked.by(), of_job.clone(), Action::CreateJob, target::job(job.id));
             jobs::insert(&mut session.db, tenant, job).await?;
-            let incoming = |iteration| Incoming { tenant, iteration, receipt: None };
-            let iterations: Vec<Incoming<'_>> = iterations.iter().map(|iteration| incoming(iteration)).collect();
             // of a job that is there and without a key none is refused; were one, all would be
             // undone
             for stored in session.insert(&iterations).await.map_err(StoreError::too_late)? {
@@ -20,7 +21,7 @@ impl Write<Session> for InsertRuns {
             }
         }
         let stored = Stored { number: 0, version: 1 };
-        session.keys.keep(tenant, self.receipt.as_ref(), stored, self.now, None);
+        session.keys.keep(tenant, receipt.as_ref(), stored, *now, None);
         Ok(stored)
     }
 }

@@ -1,15 +1,39 @@
 //! A connection that writes, and what its transaction holds.
 
-use sqlx::{Connection as _, PgConnection};
+use std::collections::HashMap;
+
+use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection};
 use uuid::Uuid;
 
-use super::keys::{Keys, OwnedKey, owned};
-use crate::store::shared::{Queued, Subject};
+use super::{
+    audit,
+    keys::{Keys, OwnedKey, owned},
+};
+use crate::{
+    jobs::{
+        Tenant,
+        audit::{Action, By, Chain, Head},
+    },
+    store::shared::{Asked, Growing, NewEntry, Operation, Outcome, Queued, Subject},
+};
 
 pub struct Session {
     pub db: PgConnection,
     /// The idempotency keys that the transaction has claimed.
     pub keys: Keys,
+    /// The last entries of the chains of the jobs that it has locked, before it.
+    heads: HashMap<Uuid, Head>,
+    /// The chains that it adds to.
+    chains: HashMap<Uuid, Growing>,
+}
+
+/// Where an entry stands, and which: whoever finds it there knows that its transaction was
+/// committed.
+#[derive(Clone, Copy, Debug)]
+pub struct Proof {
+    chain: Uuid,
+    number: u64,
+    id: Uuid,
 }
 
 /// What the writes of a group need for themselves alone.
@@ -37,18 +61,24 @@ impl Wanted {
 
 impl Session {
     pub fn of(db: PgConnection) -> Self {
-        Session { db, keys: Keys::default() }
+        let (heads, chains) = Default::default();
+        Session { db, keys: Keys::default(), heads, chains }
     }
 
-    /// Begins a transaction of this id; `false` if it was committed before. A transaction of this
-    /// id that is still running is waited for.
-    pub async fn begin(&mut self, change: Uuid) -> Result<bool, sqlx::Error> {
-        sqlx::query("BEGIN").execute(&mut self.db).await?;
-        let new = sqlx::query("INSERT INTO commits (id) VALUES ($1) ON CONFLICT DO NOTHING")
-            .bind(change)
-            .execute(&mut self.db)
-            .await?;
-        Ok(new.rows_affected() == 1)
+    /// Begins a transaction of this id. One of the same id that is still running is waited for.
+    pub async fn begin(&mut self, change: Uuid) -> Result<(), sqlx::Error> {
+        let lock = change.as_u64_pair().1.cast_signed();
+        let begin = format!("BEGIN; SELECT pg_advisory_xact_lock({lock})");
+        self.db.execute(sqlx::raw_sql(AssertSqlSafe(begin))).await?;
+        Ok(())
+    }
+
+    /// Whether a transaction was committed that is proved by an entry.
+    pub async fn was_committed(&mut self, proof: Option<Proof>) -> Result<bool, sqlx::Error> {
+        match proof {
+            Some(Proof { chain, number, id }) => audit::is_there(&mut self.db, chain, number, id).await,
+            None => Ok(false),
+        }
     }
 
     /// Locks the jobs and claims the idempotency keys of a group, both in ascending order.
@@ -61,13 +91,18 @@ impl Session {
                 .await?;
             jobs.extend(of);
         }
+        self.chains.clear();
+        self.heads.clear();
         if !jobs.is_empty() {
             jobs.sort_unstable();
             jobs.dedup();
             sqlx::query("SELECT FROM jobs WHERE id = ANY($1) ORDER BY id FOR NO KEY UPDATE")
-                .bind(jobs)
+                .bind(&jobs)
                 .execute(&mut self.db)
                 .await?;
+            // only now is it sure which entries are the last
+            let heads = audit::heads(&mut self.db, &jobs).await?;
+            self.heads = heads.into_iter().map(|(chain, head)| (chain, head.into())).collect();
         }
         self.keys.claim(&mut self.db, keys).await
     }
@@ -75,6 +110,59 @@ impl Session {
     /// Writes the answers down that are to be kept.
     pub async fn write_answers(&mut self) -> Result<(), sqlx::Error> {
         self.keys.write(&mut self.db).await
+    }
+
+    /// Enters a change of a job of the caller's, before it is made; the entry is stored with the
+    /// others of the transaction. A chain that has no entry yet begins with what is found now.
+    pub async fn enter<O: Operation>(
+        &mut self,
+        asked: &Asked<O>,
+        job: Uuid,
+        action: Action,
+        target: String,
+    ) -> Outcome<()> {
+        let chain = self.chain(asked.by(), job).await?;
+        asked.enter(chain, action, target);
+        Ok(())
+    }
+
+    /// The chain of a job that there is and that is locked.
+    pub async fn chain(&mut self, by: By<'_>, job: Uuid) -> Outcome<&mut Growing> {
+        if !self.chains.contains_key(&job) {
+            let chain = match self.heads.get(&job) {
+                Some(head) => Growing::from(&by.caller.tenant, Chain::Job(job), Some(*head)),
+                None => Growing::begin(by, job, &audit::found(&mut self.db, job).await?),
+            };
+            self.chains.insert(job, chain);
+        }
+        self.chains.get_mut(&job).ok_or_else(|| sqlx::Error::RowNotFound.into())
+    }
+
+    /// The chain of a tenant, to add to it: of changes that are of no job. Until the transaction
+    /// ends no other adds to it.
+    #[expect(dead_code, reason = "changes of keys are about to be entered by it")]
+    pub async fn tenant_chain(&mut self, tenant: &Tenant) -> Outcome<&mut Growing> {
+        let id = Chain::Tenant.id(tenant);
+        if !self.chains.contains_key(&id) {
+            let lock = id.as_u64_pair().1.cast_signed();
+            sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(lock).execute(&mut self.db).await?;
+            let head = audit::heads(&mut self.db, &[id]).await?.pop().map(|(_, head)| head.into());
+            self.chains.insert(id, Growing::from(tenant, Chain::Tenant, head));
+        }
+        self.chains.get_mut(&id).ok_or_else(|| sqlx::Error::RowNotFound.into())
+    }
+
+    /// The chain of a job that is new.
+    pub fn new_chain(&mut self, tenant: &Tenant, job: Uuid) -> &mut Growing {
+        self.chains.entry(job).or_insert_with(|| Growing::from(tenant, Chain::Job(job), None))
+    }
+
+    /// Stores the entries; answers what proves that the transaction was committed, once it was.
+    pub async fn write_entries(&mut self) -> Result<Option<Proof>, sqlx::Error> {
+        let new: Vec<NewEntry> = self.chains.drain().flat_map(|(_, chain)| chain.new).collect();
+        let Some(first) = new.first() else { return Ok(None) };
+        audit::store(&mut self.db, &new).await?;
+        Ok(Some(Proof { chain: first.chain, number: first.entry.number, id: first.entry.id }))
     }
 
     /// Commits.

@@ -31,6 +31,7 @@ struct Database {
     readers: PgPool,
     queues: Vec<Queue<Session>>,
     read_seconds: metrics::Histogram,
+    ids: Arc<dyn Ids>,
     clock: Arc<dyn Clock>,
     wakes: Arc<Notifications>,
 }
@@ -60,7 +61,7 @@ impl PostgresStore {
         let readers = open::readers(&settings);
         let wakes = Arc::new(Notifications::new(settings.clone(), readers.clone(), ids.fresh(clock.now())));
         let read_seconds = seconds("read");
-        Ok(PostgresStore(Arc::new(Database { settings, readers, queues, read_seconds, clock, wakes })))
+        Ok(PostgresStore(Arc::new(Database { settings, readers, queues, read_seconds, ids, clock, wakes })))
     }
 }
 
@@ -80,6 +81,10 @@ impl Backend for Database {
             Subject::Nothing => 0,
         };
         &self.queues[(of % self.queues.len() as u64) as usize]
+    }
+
+    fn surroundings(&self) -> (&dyn Ids, &dyn Clock) {
+        (&*self.ids, &*self.clock)
     }
 
     fn read_seconds(&self) -> &metrics::Histogram {

@@ -5,10 +5,10 @@ use uuid::Uuid;
 
 use super::{document::encode, locate::signed, session::Session, time::stamp};
 use crate::{
-    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant},
+    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action},
     store::shared::{
-        DeleteStream, FinishStream, GetStream, Incoming, InsertStream, InsertTogether as _, Integer, Outcome, Read,
-        StreamRow, Write,
+        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, InsertTogether as _, Integer, Outcome,
+        Read, StreamRow, Write, target,
     },
 };
 
@@ -34,8 +34,8 @@ impl Read<PgPool> for GetStream {
 }
 
 impl Write<Session> for InsertStream {
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let InsertStream { stream, receipt } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (InsertStream { stream, receipt }, tenant) = (&asked.write, asked.tenant());
         let gear: Option<String> = sqlx::query_scalar("SELECT gear FROM jobs WHERE id = $1 AND tenant = $2")
             .bind(stream.job_id)
             .bind(tenant.as_str())
@@ -44,6 +44,7 @@ impl Write<Session> for InsertStream {
             .ok_or(RepositoryError::NotFound(Resource::Job))?;
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
         stream.measurand.check_tooth(gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
+        session.enter(asked, stream.job_id, Action::OpenStream, target::stream(stream.id)).await?;
         sqlx::query(
             "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
                                   created_at, updated_at, flank, tooth, axes)
@@ -68,14 +69,20 @@ impl Write<Session> for InsertStream {
 
 impl Write<Session> for FinishStream {
     /// The iteration is inserted as any other; the blocks go, since the iteration holds the nodes.
-    async fn write(&self, Caller { tenant, .. }: &Caller, session: &mut Session) -> Outcome<Stored> {
-        let FinishStream { finished, receipt } = self;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
+        let (FinishStream { finished, receipt }, tenant) = (&asked.write, asked.tenant());
         let stream = located(&mut session.db, tenant, finished.stream).await?;
         stream.check_open()?;
         if finished.sequence != stream.sequence {
             return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
         }
-        let incoming = Incoming { tenant, iteration: &finished.iteration, receipt: receipt.as_ref() };
+        let incoming = Incoming {
+            by: asked.by(),
+            iteration: &finished.iteration,
+            receipt: receipt.as_ref(),
+            prepared: &asked.prepared[0],
+            stream: Some(stream.id),
+        };
         let mut stored = session.insert(&[incoming]).await?;
         let stored = stored.pop().unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?;
         sqlx::query("UPDATE streams SET version = $1, updated_at = $2, iteration = $3 WHERE id = $4")
@@ -91,17 +98,20 @@ impl Write<Session> for FinishStream {
 }
 
 impl Write<Session> for DeleteStream {
-    async fn write(&self, caller: &Caller, Session { db, .. }: &mut Session) -> Outcome<()> {
-        let stream = located(db, &caller.tenant, self.id).await?;
-        self.precondition.check(stream.version)?;
-        delete_blocks(db, self.id).await?;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<()> {
+        let DeleteStream { id, precondition, now } = &asked.write;
+        let stream = located(&mut session.db, asked.tenant(), *id).await?;
+        precondition.check(stream.version)?;
+        session.enter(asked, stream.job_id, Action::DeleteStream, target::stream(*id)).await?;
+        let db = &mut session.db;
+        delete_blocks(db, *id).await?;
         // the event of the deletion carries this time
         sqlx::query("UPDATE streams SET updated_at = $1 WHERE id = $2")
-            .bind(stamp(self.now))
-            .bind(self.id)
+            .bind(stamp(*now))
+            .bind(*id)
             .execute(&mut *db)
             .await?;
-        sqlx::query("DELETE FROM streams WHERE id = $1").bind(self.id).execute(db).await?;
+        sqlx::query("DELETE FROM streams WHERE id = $1").bind(*id).execute(db).await?;
         Ok(())
     }
 }

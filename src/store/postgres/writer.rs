@@ -16,7 +16,7 @@ use uuid::Uuid;
 use super::{
     error::{Class, class, failure},
     open,
-    session::{Session, Wanted},
+    session::{Proof, Session, Wanted},
     settings::PostgresSettings,
 };
 use crate::{
@@ -40,6 +40,15 @@ pub struct Writer {
     pub waiting: Waiting<Session>,
     /// None before the first transaction and after the connection was lost.
     pub session: Option<Session>,
+}
+
+/// What is known of the earlier attempts at a transaction.
+#[derive(Default)]
+struct Earlier {
+    /// Whether it may have been committed.
+    undecided: bool,
+    /// The entry that tells. (Where there is none, nothing was changed that could be twice.)
+    proof: Option<Proof>,
 }
 
 /// What a transaction came to.
@@ -100,13 +109,13 @@ impl Writer {
     /// Stores a group, in as many attempts as it takes.
     async fn store(&mut self, group: &mut [Queued<Session>]) -> Result<(), Failure> {
         let (change, begun) = (self.ids.fresh(self.clock.now()), Instant::now());
-        let (mut conflicts, mut undecided) = (0, false);
+        let (mut conflicts, mut earlier) = (0, Earlier::default());
         loop {
-            let Err(error) = self.attempt(change, group, &mut undecided).await else { return Ok(()) };
+            let Err(error) = self.attempt(change, group, &mut earlier).await else { return Ok(()) };
             match class(&error) {
                 Class::Again if conflicts < MOST_CONFLICTS => conflicts += 1,
                 Class::Lost if begun.elapsed() < self.settings.patience => tokio::time::sleep(PAUSE).await,
-                _ if undecided => return Err(Failure::Unknown(error)),
+                _ if earlier.undecided => return Err(Failure::Unknown(error)),
                 _ => return Err(Failure::Nothing(error)),
             }
             metrics::counter!(telemetry::STORE_RETRIES).increment(1);
@@ -115,19 +124,18 @@ impl Writer {
     }
 
     /// One transaction. Afterwards it is committed, or undone, or its connection is given up.
-    /// `undecided` tells whether it may have been committed by this attempt or an earlier one.
     async fn attempt(
         &mut self,
         change: Uuid,
         group: &mut [Queued<Session>],
-        undecided: &mut bool,
+        earlier: &mut Earlier,
     ) -> Result<(), sqlx::Error> {
         let mut session = match self.session.take() {
             Some(session) => session,
             None => Session::of(open::connect(&self.settings).await?),
         };
         let silent = || Err(sqlx::Error::Io(io::ErrorKind::TimedOut.into()));
-        let running = transact(&mut session, change, group, undecided);
+        let running = transact(&mut session, change, group, earlier);
         let outcome = tokio::time::timeout(SILENCE, running).await.unwrap_or_else(|_| silent());
         let kept = match &outcome {
             Ok(()) => true,
@@ -146,20 +154,22 @@ async fn transact(
     session: &mut Session,
     change: Uuid,
     group: &mut [Queued<Session>],
-    undecided: &mut bool,
+    earlier: &mut Earlier,
 ) -> Result<(), sqlx::Error> {
-    let new = session.begin(change).await?;
-    // an earlier attempt has ended by now, and it is known how
-    *undecided = false;
-    if !new {
+    session.begin(change).await?;
+    // an earlier attempt has ended by now
+    let committed = session.was_committed(earlier.proof).await?;
+    earlier.undecided = false;
+    if committed {
         // what it came to was noted then
         return session.rollback().await;
     }
     session.lock(Wanted::by(group)).await?;
     run_group(session, group).await?;
     session.write_answers().await?;
-    *undecided = true;
+    earlier.proof = session.write_entries().await?;
+    earlier.undecided = true;
     let committed = session.commit().await;
-    *undecided = committed.as_ref().is_err_and(|error| !matches!(class(error), Class::Again | Class::Refused));
+    earlier.undecided = committed.as_ref().is_err_and(|error| !matches!(class(error), Class::Again | Class::Refused));
     committed
 }

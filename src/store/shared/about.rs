@@ -1,4 +1,7 @@
-//! What each write changes.
+//! What each write changes, and the digests of the rows that it stores, as far as they are known
+//! before.
+
+use uuid::Uuid;
 
 use super::{
     operation::{
@@ -7,30 +10,69 @@ use super::{
     },
     subject::{About, Subject},
 };
+use crate::jobs::{
+    Job, NewRun,
+    audit::{
+        Contents, block_digest, choice_digest, decision_digest, job_digest, new_iteration, record_digest, stream_digest,
+    },
+};
 
 macro_rules! about {
-    ($($Write:ident: $write:ident => $subject:expr;)*) => {
+    ($($Write:ident: $write:ident => $subject:expr $(, $contents:expr)?;)*) => {
         $(impl About for $Write {
             fn about(&self) -> Subject {
                 let $write = self;
                 $subject
             }
+
+            $(fn contents(&self) -> Vec<Contents> {
+                let $write = self;
+                $contents
+            })?
         })*
     };
 }
 
 about! {
-    InsertJob: write => Subject::Job(write.job.id);
+    InsertJob: write => Subject::Job(write.job.id), vec![of_job(&write.job)];
     PatchJob: write => Subject::Job(write.id);
     DeleteJob: write => Subject::Job(write.id);
-    InsertRuns: write => write.runs.first().map_or(Subject::Nothing, |run| Subject::Job(run.job.id));
-    InsertIteration: write => Subject::Job(write.iteration.job_id);
-    InsertFit: write => Subject::Job(write.job);
-    Choose: write => Subject::Job(write.job);
-    Decide: write => Subject::Job(write.job);
-    InsertRecord: write => Subject::Job(write.job);
-    InsertStream: write => Subject::Job(write.stream.job_id);
-    InsertBlock: write => Subject::Stream(write.block.stream);
-    FinishStream: write => Subject::Stream(write.finished.stream);
+    InsertRuns: write => first(&write.runs).map_or(Subject::Nothing, Subject::Job), of_runs(&write.runs);
+    InsertIteration: write => Subject::Job(write.iteration.job_id), vec![new_iteration(&write.iteration)];
+    InsertFit: write => Subject::Job(write.job), vec![Contents::one("fit", write.fit.digest())];
+    Choose: write => Subject::Job(write.job), vec![Contents::one("choice", choice_digest(&write.choice))];
+    Decide: write => Subject::Job(write.job), vec![Contents::one("decision", decision_digest(&write.decision))];
+    InsertRecord: write => Subject::Job(write.job), vec![Contents::one("record", record_digest(&write.record))];
+    InsertStream: write => Subject::Job(write.stream.job_id), vec![of_stream(write)];
+    InsertBlock: write => Subject::Stream(write.block.stream), vec![of_block(write)];
+    FinishStream: write => Subject::Stream(write.finished.stream), vec![new_iteration(&write.finished.iteration)];
     DeleteStream: write => Subject::Stream(write.id);
+}
+
+pub fn of_job(job: &Job) -> Contents {
+    Contents::one("job", job_digest(job))
+}
+
+fn first(runs: &[NewRun]) -> Option<Uuid> {
+    runs.first().map(|run| run.job.id)
+}
+
+/// Of each job an entry, and behind it those of its iterations.
+fn of_runs(runs: &[NewRun]) -> Vec<Contents> {
+    let of_run = |run: &NewRun| {
+        let iterations: Vec<Contents> = run.iterations.iter().map(|iteration| new_iteration(iteration)).collect();
+        [vec![of_job(&run.job)], iterations].concat()
+    };
+    runs.iter().flat_map(of_run).collect()
+}
+
+fn of_stream(InsertStream { stream, .. }: &InsertStream) -> Contents {
+    let factor = stream.forgetting_factor;
+    let digest = stream_digest(stream.id, &stream.spec, factor, &stream.measurand, stream.created_at);
+    Contents::one("stream", digest)
+}
+
+fn of_block(InsertBlock { block, .. }: &InsertBlock) -> Contents {
+    let digest = block_digest(block.sequence, &block.sha256, block.nodes.posted() as u64, block.nodes.bytes());
+    Contents::one("block", digest)
 }

@@ -19,7 +19,11 @@ pub trait Read<P>: Operation {
 /// refusal leaves nothing to undo in the transaction that it shares with others. It may be done
 /// more than once, because a transaction that failed may be repeated.
 pub trait Write<C: Send>: Operation {
-    fn write(&self, caller: &Caller, db: &mut C) -> impl Future<Output = Outcome<Self::Reply>> + Send;
+    ///
+    /// Each change leaves its entry in the same transaction; what changes nothing leaves none.
+    fn write(asked: &Asked<Self>, db: &mut C) -> impl Future<Output = Outcome<Self::Reply>> + Send
+    where
+        Self: Sized;
 
     /// How it waits: by itself, unless it is done together with others of its kind.
     fn queued(pending: Pending<Asked<Self>>) -> Queued<C>
@@ -32,7 +36,7 @@ pub trait Write<C: Send>: Operation {
 
 impl<C: Send, O: Write<C>> Run<C> for Asked<O> {
     async fn run(&self, db: &mut C) -> Outcome<O::Reply> {
-        self.write.write(&self.caller, db).await
+        O::write(self, db).await
     }
 
     fn queued(pending: Pending<Self>) -> Queued<C> {

@@ -23,7 +23,7 @@ pub async fn run_group<C: InsertTogether>(db: &mut C, group: &mut [Queued<C>]) -
     let mut iterations = Vec::new();
     for write in group {
         match write {
-            Queued::Iteration(pending) => iterations.push(pending),
+            Queued::Iteration(pending) => iterations.push(&mut **pending),
             Queued::Single(pending) => pending.run(&mut *db).await?,
         }
     }

@@ -10,8 +10,8 @@ use super::{
     access::{Read, Write},
     error::StoreError,
     operation::{
-        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetBlockSha256, GetBlocks, GetEvents,
-        GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
+        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
+        GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
         GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
         InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob,
     },
@@ -20,10 +20,11 @@ use super::{
 };
 use crate::{
     jobs::{
-        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
-        JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
-        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
-        RepositoryFuture, Stored, Stream, StreamState, Successors, Trace,
+        Answer, Block, Caller, Choice, Clock, DecisionEvent, FinishedStream, FitRecord, FitSummary, Ids, Iteration,
+        Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest,
+        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
+        RepositoryError, RepositoryFuture, Stored, Stream, StreamState, Successors, Trace,
+        audit::{Chain, Entry, Prepared},
     },
     repository_operations,
 };
@@ -39,6 +40,8 @@ pub trait Backend: Send + Sync + 'static {
     fn readers(&self) -> &Self::Readers;
     /// Where writes wait that change this.
     fn queue(&self, subject: Subject) -> &Queue<Self::Connection>;
+    /// Where ids and times of entries come from.
+    fn surroundings(&self) -> (&dyn Ids, &dyn Clock);
     /// Hears how long each read took.
     fn read_seconds(&self) -> &metrics::Histogram;
     /// An error of the database as the callers see it.
@@ -81,7 +84,10 @@ impl<B: Backend> Handle<B> {
     /// nothing.
     fn write<O: Write<B::Connection>>(&self, write: O) -> RepositoryFuture<'_, O::Reply> {
         let queue = self.backend.queue(write.subject());
-        Box::pin(queue.write(Asked { caller: self.caller.clone(), write }))
+        let (ids, clock) = self.backend.surroundings();
+        let at = clock.now();
+        let prepared = write.contents().into_iter().map(|contents| Prepared { id: ids.fresh(at), contents }).collect();
+        Box::pin(queue.write(Asked { caller: self.caller.clone(), at, prepared, write }))
     }
 }
 

@@ -1,22 +1,45 @@
 //! Iterations that are inserted together.
 
-use super::operation::{Asked, InsertIteration, Key, key_of};
-use crate::jobs::{NewIteration, Receipt, Tenant};
+use uuid::Uuid;
 
-/// An iteration about to be stored, with the tenant whose job it names.
+use super::{
+    audit::target,
+    operation::{Asked, InsertIteration, Key, key_of},
+};
+use crate::jobs::{
+    NewIteration, Receipt, Tenant,
+    audit::{Action, By, Prepared},
+};
+
+/// An iteration about to be stored, with the caller whose tenant's job it names.
 #[derive(Clone, Copy)]
 pub struct Incoming<'a> {
-    pub tenant: &'a Tenant,
+    pub by: By<'a>,
     pub iteration: &'a NewIteration,
     pub receipt: Option<&'a Receipt>,
+    pub prepared: &'a Prepared,
+    /// The stream that it was.
+    pub stream: Option<Uuid>,
 }
 
 impl<'a> Incoming<'a> {
-    pub fn of(Asked { caller, write: InsertIteration { iteration, receipt } }: &'a Asked<InsertIteration>) -> Self {
-        Incoming { tenant: &caller.tenant, iteration, receipt: receipt.as_ref() }
+    pub fn of(asked: &'a Asked<InsertIteration>) -> Self {
+        let InsertIteration { iteration, receipt } = &asked.write;
+        let (receipt, prepared) = (receipt.as_ref(), &asked.prepared[0]);
+        Incoming { by: asked.by(), iteration, receipt, prepared, stream: None }
+    }
+
+    pub fn tenant(&self) -> &'a Tenant {
+        &self.by.caller.tenant
     }
 
     pub fn key(&self) -> Option<Key<'a>> {
-        self.receipt.map(|receipt| key_of(self.tenant, receipt))
+        self.receipt.map(|receipt| key_of(self.tenant(), receipt))
+    }
+
+    /// What is done, and to what.
+    pub fn deed(&self, number: u32) -> (Action, String) {
+        let action = if self.stream.is_some() { Action::FinishStream } else { Action::AddIteration };
+        (action, target::iteration(self.iteration.job_id, number))
     }
 }

@@ -4,6 +4,7 @@
 mod about;
 mod access;
 mod around;
+mod audit;
 mod columns;
 mod error;
 mod group;
@@ -18,8 +19,10 @@ mod row;
 mod subject;
 mod weight;
 
+pub use about::of_job;
 pub use access::{Read, Write};
 pub use around::around;
+pub use audit::{Growing, NewEntry, target};
 pub use columns::{Digest, Document, Integer, Moment, Tags};
 pub use error::{Outcome, StoreError, damaged};
 pub use group::{InsertTogether, run_group};
@@ -29,16 +32,17 @@ pub use lists::{Counted, Listed, in_order, page, told};
 pub use maintenance::{ForgetAnswers, Probe};
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
-    Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetBlockSha256, GetBlocks, GetEvents,
-    GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors,
-    GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob,
-    InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords, PatchJob, key_of,
+    Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
+    GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
+    GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
+    InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords,
+    Operation, PatchJob, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EventRow, FitRow, FitSummaryRow, IterationRow, JobRow, Latest,
-    MeasurandRow, MeasuredTooth, NodesRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow,
-    TracedIterationRow,
+    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundFit, FoundIteration,
+    FoundNodes, FoundRow, HeadRow, IterationRow, JobRow, Latest, MeasurandRow, MeasuredTooth, NodesRow, RecordRow,
+    RecordSummaryRow, StateRow, StreamRow, TracedFitRow, TracedIterationRow, entries,
 };
-pub(in crate::store) use row::{figure_columns, job_columns};
+pub(in crate::store) use row::{entry_columns, figure_columns, job_columns};
 pub use subject::Subject;

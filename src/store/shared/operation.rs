@@ -15,6 +15,7 @@ use crate::{
         JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Stored, Stream, StreamState, Successors,
         Tenant, Trace,
+        audit::{Chain, Contents, Entry, Prepared},
     },
     repository_operations,
 };
@@ -32,6 +33,11 @@ pub trait Operation: Send + Sync + 'static {
     /// What a write changes.
     fn subject(&self) -> Subject {
         Subject::Nothing
+    }
+
+    /// The contents of the entries that a write leaves, as far as they are known before.
+    fn contents(&self) -> Vec<Contents> {
+        Vec::new()
     }
 
     /// What is kept of its request.
@@ -56,6 +62,10 @@ pub fn key_of<'a>(tenant: &'a Tenant, receipt: &'a Receipt) -> Key<'a> {
 /// A write as a caller asks for it.
 pub struct Asked<O> {
     pub caller: Caller,
+    /// When.
+    pub at: Timestamp,
+    /// The entries that it leaves.
+    pub prepared: Vec<Prepared>,
     pub write: O,
 }
 
@@ -107,6 +117,10 @@ macro_rules! declare {
 
                 fn subject(&self) -> Subject {
                     About::about(self)
+                }
+
+                fn contents(&self) -> Vec<Contents> {
+                    About::contents(self)
                 }
 
                 fn receipt(&self) -> Option<&Receipt> {

@@ -103,7 +103,7 @@ impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
 /// A write that waits, on its way through a transaction.
 pub enum Queued<C> {
     /// Done together with the others of its group.
-    Iteration(Pending<Asked<InsertIteration>>),
+    Iteration(Box<Pending<Asked<InsertIteration>>>),
     Single(Box<dyn AnyPending<C>>),
 }
 
@@ -135,7 +135,7 @@ impl<C> Queued<C> {
     /// nothing.
     pub fn end(self, failure: Option<RepositoryError>) {
         match self {
-            Queued::Iteration(pending) => pending.end(failure),
+            Queued::Iteration(pending) => Pending::end(*pending, failure),
             Queued::Single(pending) => pending.end(failure),
         }
     }

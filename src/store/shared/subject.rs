@@ -2,6 +2,8 @@
 
 use uuid::Uuid;
 
+use crate::jobs::audit::Contents;
+
 /// What a write changes: no two writes of one subject are done at the same time.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Subject {
@@ -15,4 +17,10 @@ pub enum Subject {
 /// A write that says what it changes.
 pub trait About {
     fn about(&self) -> Subject;
+
+    /// The contents of its entries, as far as they are known before it is done. One entry, whose
+    /// contents are none or known only to the store, unless it is said.
+    fn contents(&self) -> Vec<Contents> {
+        vec![Contents::default()]
+    }
 }

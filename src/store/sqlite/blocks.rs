@@ -2,11 +2,12 @@
 
 use sqlx::{SqliteConnection, SqlitePool};
 
-use super::{answers, locate::signed, streams, time};
+use super::{answers, audit, locate::signed, streams, time};
 use crate::{
-    jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState},
+    jobs::{Block, Caller, RepositoryError, Stored, Stream, StreamState, audit::Action},
     store::shared::{
-        BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Outcome, Read, StateRow, Write,
+        Asked, BlockRow, Digest, GetBlockSha256, GetBlocks, GetStreamState, InsertBlock, Outcome, Read, StateRow,
+        Write, target,
     },
 };
 
@@ -77,8 +78,8 @@ impl Read<SqlitePool> for GetBlockSha256 {
 }
 
 impl Write<SqliteConnection> for InsertBlock {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertBlock { block, receipt } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (InsertBlock { block, receipt }, tenant) = (&asked.write, asked.tenant());
         let (seq, stream) = streams::located(db, tenant, block.stream).await?;
         stream.check_open()?;
         let expected = stream.expected();
@@ -86,6 +87,7 @@ impl Write<SqliteConnection> for InsertBlock {
             return Err(RepositoryError::UnexpectedBlock { expected }.into());
         }
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
+        let mut chain = audit::of_job(db, asked.by(), stream.job_id).await?;
         let posted = block.nodes.posted() as u64;
         let at = time::to_text(block.created_at);
         sqlx::query(
@@ -122,6 +124,8 @@ impl Write<SqliteConnection> for InsertBlock {
             .execute(&mut *db)
             .await?;
         }
+        asked.enter(&mut chain, Action::AddBlock, target::block(block.stream, block.sequence));
+        audit::store(db, chain).await?;
         let stored = Stored { number: 0, version: stream.version + 1 };
         answers::keep(db, tenant, receipt.as_ref(), stored, block.created_at, None).await?;
         Ok(stored)

@@ -4,17 +4,18 @@ use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArg
 
 use super::{
     answers::{self, StoredFit},
+    audit,
     locate::{self, IterationVersion, within},
     time,
 };
 use crate::{
     jobs::{
         Caller, Choice, Computed, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
-        Resource, Stored, TracedFit,
+        Resource, Stored, TracedFit, audit::Action,
     },
     store::shared::{
-        ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome, Read,
-        TracedFitRow, Write, figure_columns, page, told,
+        Asked, ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome,
+        Read, TracedFitRow, Write, figure_columns, page, target, told,
     },
 };
 
@@ -149,13 +150,16 @@ impl Read<SqlitePool> for GetFit {
 }
 
 impl Write<SqliteConnection> for InsertFit {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertFit { job, number, fit, receipt } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (InsertFit { job, number, fit, receipt }, tenant) = (&asked.write, asked.tenant());
         let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
+        let mut chain = audit::of_job(db, asked.by(), *job).await?;
         let insert =
             concat!("INSERT INTO fits (", fit_columns!(), ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
         let seq = bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?.last_insert_rowid();
+        asked.enter(&mut chain, Action::AddFit, target::fit(*job, *number, fit.id));
+        audit::store(db, chain).await?;
         let stored = Stored { number: *number, version: version + 1 };
         let stored_fit = StoredFit { seq, result: &fit.computed.result };
         answers::keep(db, tenant, receipt.as_ref(), stored, fit.created_at, Some(stored_fit)).await?;
@@ -164,8 +168,8 @@ impl Write<SqliteConnection> for InsertFit {
 }
 
 impl Write<SqliteConnection> for Choose {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let Choose { job, number, choice, precondition } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (Choose { job, number, choice, precondition }, tenant) = (&asked.write, asked.tenant());
         let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
         precondition.check(version)?;
         let fit: i64 = sqlx::query_scalar("SELECT seq FROM fits WHERE iteration = ? AND id = ?")
@@ -183,14 +187,17 @@ impl Write<SqliteConnection> for Choose {
         if latest.as_ref().is_some_and(|latest| latest.is(&fit, &choice.event)) {
             return Ok(Stored { number: *number, version });
         }
+        let mut chain = audit::of_job(db, asked.by(), *job).await?;
         sqlx::query("INSERT INTO fit_choices (iteration, position, fit, reason, created_at) VALUES (?, ?, ?, ?, ?)")
             .bind(seq)
             .bind(Latest::next(latest.as_ref()))
             .bind(fit)
             .bind(choice.event.reason.as_deref())
             .bind(time::to_text(choice.event.created_at))
-            .execute(db)
+            .execute(&mut *db)
             .await?;
+        asked.enter(&mut chain, Action::ChooseFit, target::fit(*job, *number, choice.fit_id));
+        audit::store(db, chain).await?;
         Ok(Stored { number: *number, version: version + 1 })
     }
 }

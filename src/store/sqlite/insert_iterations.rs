@@ -15,31 +15,32 @@ use uuid::Uuid;
 
 use super::{
     answers::{self, StoredFit},
-    fits,
+    audit, fits,
     locate::signed,
     records, time,
 };
 use crate::{
-    jobs::{Caller, RepositoryError, Resource, Stored},
+    jobs::{
+        RepositoryError, Resource, Stored,
+        audit::{Chain, Head},
+    },
     store::shared::{
-        Asked, Incoming, InsertIteration, InsertTogether, Integer, Key, Outcome, Pending, Queued, StoreError, Write,
-        figure_columns,
+        Asked, Digest, Growing, Incoming, InsertIteration, InsertTogether, Integer, Key, NewEntry, Outcome, Pending,
+        Queued, StoreError, Write, figure_columns,
     },
 };
 
-/// Rows of one statement: 35 variables each, far below SQLite's 32,766.
+/// Rows of one statement: 49 variables each, far below SQLite's 32,766.
 const MOST_ROWS: usize = 64;
 
 impl Write<SqliteConnection> for InsertIteration {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertIteration { iteration, receipt } = self;
-        let incoming = Incoming { tenant, iteration, receipt: receipt.as_ref() };
-        let stored = insert(db, &[incoming]).await?.pop();
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let stored = insert(db, &[Incoming::of(asked)]).await?.pop();
         Ok(stored.unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?)
     }
 
     fn queued(pending: Pending<Asked<Self>>) -> Queued<SqliteConnection> {
-        Queued::Iteration(pending)
+        Queued::Iteration(Box::new(pending))
     }
 }
 
@@ -56,6 +57,7 @@ pub async fn insert(
 ) -> Outcome<Vec<Result<Stored, RepositoryError>>> {
     let mut last = last_numbers(db, incoming).await?;
     let taken = taken_keys(db, incoming).await?;
+    last.begin_chains(db, incoming).await?;
     let mut replies = Vec::with_capacity(incoming.len());
     let mut accepted = Vec::with_capacity(incoming.len());
     for new in incoming.iter().copied() {
@@ -65,11 +67,15 @@ pub async fn insert(
             stored
         }));
     }
-    change(db, &accepted).await.map_err(StoreError::too_late)?;
+    let begun = last.begun(&accepted);
+    change(db, &accepted, begun).await.map_err(StoreError::too_late)?;
     Ok(replies)
 }
 
-async fn change(db: &mut SqliteConnection, accepted: &[Numbered<'_>]) -> Outcome<()> {
+async fn change(db: &mut SqliteConnection, accepted: &[Numbered<'_>], begun: Vec<Growing>) -> Outcome<()> {
+    for chain in begun {
+        audit::store(db, chain).await?;
+    }
     for rows in accepted.chunks(MOST_ROWS) {
         insert_rows(db, rows).await?;
     }
@@ -79,10 +85,10 @@ async fn change(db: &mut SqliteConnection, accepted: &[Numbered<'_>]) -> Outcome
         }
     }
     for row in accepted {
-        let Incoming { tenant, iteration, receipt } = row.new;
+        let Incoming { iteration, receipt, .. } = row.new;
         let stored = Stored { number: row.number, version: 1 };
         let fit = StoredFit { seq: row.fit, result: &iteration.fit.computed.result };
-        answers::keep(db, tenant, receipt, stored, iteration.created_at, Some(fit)).await?;
+        answers::keep(db, row.new.tenant(), receipt, stored, iteration.created_at, Some(fit)).await?;
     }
     Ok(())
 }
@@ -94,11 +100,14 @@ struct Numbered<'a> {
     number: u32,
     seq: i64,
     fit: i64,
+    entry: NewEntry,
 }
 
 /// The last numbers given, of each job and of each table.
 struct LastNumbers {
     jobs: HashMap<Uuid, JobCounters>,
+    /// Of the jobs.
+    chains: HashMap<Uuid, Growing>,
     iteration: i64,
     fit: i64,
 }
@@ -109,6 +118,16 @@ struct JobCounters {
     seq: i64,
     last_number: Integer<u32>,
     gear: Option<String>,
+    head_number: Option<Integer<u64>>,
+    head_sha256: Option<Digest>,
+}
+
+impl JobCounters {
+    /// The last entry of the job's chain, unless it is older than the entries.
+    fn head(&self) -> Option<Head> {
+        let (number, sha256) = self.head_number.zip(self.head_sha256)?;
+        Some(Head { number: number.0, sha256: sha256.0 })
+    }
 }
 
 #[derive(FromRow)]
@@ -121,10 +140,36 @@ struct CountersRow {
 }
 
 impl LastNumbers {
+    /// Reads or begins the chains of the jobs named.
+    async fn begin_chains(&mut self, db: &mut SqliteConnection, incoming: &[Incoming<'_>]) -> Outcome<()> {
+        for new in incoming {
+            let id = new.iteration.job_id;
+            let job = self.jobs.get(&id).filter(|job| job.tenant == new.tenant().as_str());
+            let Some(job) = job.filter(|_| !self.chains.contains_key(&id)) else { continue };
+            let chain = match job.head() {
+                Some(head) => Growing::from(new.tenant(), Chain::Job(id), Some(head)),
+                None => Growing::begin(new.by, id, &audit::found(db, id).await?),
+            };
+            self.chains.insert(id, chain);
+        }
+        Ok(())
+    }
+
+    /// Chains that begin with what is accepted.
+    fn begun(self, accepted: &[Numbered<'_>]) -> Vec<Growing> {
+        let changed: HashSet<Uuid> = accepted.iter().map(|row| row.new.iteration.job_id).collect();
+        self.chains
+            .into_iter()
+            .filter(|(job, chain)| changed.contains(job) && !chain.new.is_empty())
+            .map(|(_, chain)| chain)
+            .collect()
+    }
+
     /// Gives an iteration its numbers, or says why it is not stored.
     fn number<'a>(&mut self, new: Incoming<'a>, taken: &HashSet<Key<'_>>) -> Result<Numbered<'a>, RepositoryError> {
-        let job = self.jobs.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant.as_str());
-        let job = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
+        let job = self.jobs.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant().as_str());
+        let (job, chain) =
+            job.zip(self.chains.get_mut(&new.iteration.job_id)).ok_or(RepositoryError::NotFound(Resource::Job))?;
         if new.key().is_some_and(|key| taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
         }
@@ -132,7 +177,9 @@ impl LastNumbers {
         job.last_number.0 += 1;
         self.iteration += 1;
         self.fit += 1;
-        Ok(Numbered { new, job: job.seq, number: job.last_number.0, seq: self.iteration, fit: self.fit })
+        let (action, target) = new.deed(job.last_number.0);
+        let entry = chain.enter(new.by, new.prepared.clone(), action, target);
+        Ok(Numbered { new, job: job.seq, number: job.last_number.0, seq: self.iteration, fit: self.fit, entry })
     }
 }
 
@@ -141,14 +188,18 @@ async fn last_numbers(db: &mut SqliteConnection, incoming: &[Incoming<'_>]) -> O
     let mut ids: Vec<Uuid> = incoming.iter().map(|new| new.iteration.job_id).collect();
     ids.sort_unstable();
     ids.dedup();
-    let mut last = LastNumbers { jobs: HashMap::with_capacity(ids.len()), iteration: 0, fit: 0 };
+    let mut last =
+        LastNumbers { jobs: HashMap::with_capacity(ids.len()), chains: HashMap::new(), iteration: 0, fit: 0 };
     for ids in ids.chunks(MOST_ROWS) {
         let sql = format!(
             "SELECT j.id AS id, j.tenant AS tenant, j.seq AS seq, j.gear AS gear,
                     coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0) AS last_number,
                     coalesce((SELECT max(seq) FROM iterations), 0) AS last_iteration,
-                    coalesce((SELECT max(seq) FROM fits), 0) AS last_fit
-             FROM jobs j WHERE j.id IN ({})",
+                    coalesce((SELECT max(seq) FROM fits), 0) AS last_fit,
+                    a.number AS head_number, a.sha256 AS head_sha256
+             FROM jobs j LEFT JOIN audit a
+                  ON a.chain = j.id AND a.number = (SELECT max(number) FROM audit WHERE chain = j.id)
+             WHERE j.id IN ({})",
             marks(ids.len())
         );
         let mut query = sqlx::query_as::<_, CountersRow>(AssertSqlSafe(sql));
@@ -169,7 +220,7 @@ async fn taken_keys<'a>(db: &mut SqliteConnection, incoming: &[Incoming<'a>]) ->
     let mut taken = HashSet::new();
     for new in incoming {
         if let Some(receipt) = new.receipt
-            && answers::is_taken(db, new.tenant, receipt).await?
+            && answers::is_taken(db, new.tenant(), receipt).await?
         {
             taken.extend(new.key());
         }
@@ -177,7 +228,7 @@ async fn taken_keys<'a>(db: &mut SqliteConnection, incoming: &[Incoming<'a>]) ->
     Ok(taken)
 }
 
-/// One statement for each of the four tables, sent together.
+/// One statement for each of the five tables, sent together.
 async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcome<()> {
     let mut query = sqlx::query(AssertSqlSafe(insert_sql(rows.len())));
     for row in rows {
@@ -206,6 +257,9 @@ async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcom
     for row in rows {
         query = query.bind(row.seq).bind(row.fit).bind(time::to_text(row.new.iteration.fit.created_at));
     }
+    for row in rows {
+        query = audit::bind(query, &row.entry);
+    }
     query.execute(&mut *db).await?;
     Ok(())
 }
@@ -221,6 +275,7 @@ fn insert_sql(rows: usize) -> String {
         ("nodes (iteration, count, data)", marks(3)),
         (concat!("fits (seq, ", fits::fit_columns!(), ")"), marks(17)),
         ("fit_choices (iteration, position, fit, created_at)", "?, 1, ?, ?".to_owned()),
+        (concat!("audit (", audit::columns!(), ")"), marks(14)),
     ];
     for (table, row) in tables {
         // Writing to a string cannot fail.
@@ -247,7 +302,7 @@ mod tests {
     #[test]
     fn the_widest_statement_stays_within_the_limits() {
         let variables = insert_sql(MOST_ROWS).matches('?').count();
-        assert_eq!(variables, MOST_ROWS * (12 + 3 + 17 + 3));
+        assert_eq!(variables, MOST_ROWS * (12 + 3 + 17 + 3 + 14));
         assert!(variables <= 32_766);
     }
 }

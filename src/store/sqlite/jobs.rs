@@ -4,15 +4,18 @@ use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers,
+    answers, audit,
     locate::{WithSeq, signed},
     streams, time,
 };
 use crate::{
-    jobs::{Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant},
+    jobs::{
+        Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant,
+        audit::{Action, Chain, Prepared},
+    },
     store::shared::{
-        DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob, Read, Tags, Write,
-        job_columns,
+        Asked, DeleteJob, GetJob, Growing, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob,
+        Read, Tags, Write, job_columns, of_job, target,
     },
 };
 
@@ -78,10 +81,13 @@ pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, job: &Job) -> Ou
 }
 
 impl Write<SqliteConnection> for InsertJob {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertJob { job, receipt } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (InsertJob { job, receipt }, tenant) = (&asked.write, asked.tenant());
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         insert(db, tenant, job).await?;
+        let mut chain = Growing::from(tenant, Chain::Job(job.id), None);
+        asked.enter(&mut chain, Action::CreateJob, target::job(job.id));
+        audit::store(db, chain).await?;
         let stored = Stored { number: 0, version: job.version };
         answers::keep(db, tenant, receipt.as_ref(), stored, job.created_at, None).await?;
         Ok(stored)
@@ -89,14 +95,16 @@ impl Write<SqliteConnection> for InsertJob {
 }
 
 impl Write<SqliteConnection> for PatchJob {
-    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<Job> {
-        let (seq, before) = located(db, &caller.tenant, self.id).await?;
-        self.precondition.check(before.version)?;
-        let after = before.patched(self.patch.clone(), self.now);
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Job> {
+        let PatchJob { id, patch, precondition, now } = &asked.write;
+        let (seq, before) = located(db, asked.tenant(), *id).await?;
+        precondition.check(before.version)?;
+        let after = before.patched(patch.clone(), *now);
         if after.gear != before.gear {
             refuse_fewer_teeth(db, seq, after.gear.as_ref()).await?;
         }
         if after.version != before.version {
+            let mut chain = audit::of_job(db, asked.by(), *id).await?;
             sqlx::query(
                 "UPDATE jobs SET name = ?, part_number = ?, serial_number = ?, machine = ?, gear = ?, tags = ?,
                  version = ?, updated_at = ? WHERE seq = ?",
@@ -112,6 +120,9 @@ impl Write<SqliteConnection> for PatchJob {
             .bind(seq)
             .execute(&mut *db)
             .await?;
+            let prepared = Prepared { contents: of_job(&after), ..asked.prepared() };
+            chain.add(asked.by(), prepared, Action::ChangeJob, target::job(*id));
+            audit::store(db, chain).await?;
         }
         Ok(after)
     }
@@ -133,16 +144,20 @@ async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&J
 }
 
 impl Write<SqliteConnection> for DeleteJob {
-    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<()> {
-        let (seq, job) = located(db, &caller.tenant, self.id).await?;
-        self.precondition.check(job.version)?;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<()> {
+        let DeleteJob { id, precondition } = &asked.write;
+        let (seq, job) = located(db, asked.tenant(), *id).await?;
+        precondition.check(job.version)?;
         let iterations: Integer<u64> =
             sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = ?").bind(seq).fetch_one(&mut *db).await?;
         if iterations.0 > 0 {
             return Err(RepositoryError::HasIterations(iterations.0).into());
         }
+        let mut chain = audit::of_job(db, asked.by(), *id).await?;
         streams::release_job(db, seq).await?;
-        sqlx::query("DELETE FROM jobs WHERE seq = ?").bind(seq).execute(db).await?;
+        sqlx::query("DELETE FROM jobs WHERE seq = ?").bind(seq).execute(&mut *db).await?;
+        asked.enter(&mut chain, Action::DeleteJob, target::job(*id));
+        audit::store(db, chain).await?;
         Ok(())
     }
 }

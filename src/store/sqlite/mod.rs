@@ -22,6 +22,7 @@
 //! Each table or two have a file with their reads and writes.
 
 mod answers;
+mod audit;
 mod backup;
 mod blocks;
 mod decisions;

@@ -3,24 +3,29 @@
 use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{
-    answers,
+    answers, audit,
     locate::{self, IterationVersion, within},
     time,
 };
 use crate::{
-    jobs::{Caller, Page, PageRequest, Record, RecordDraft, RecordSummary, RepositoryError, Resource, Stored},
+    jobs::{
+        Caller, Page, PageRequest, Record, RecordDraft, RecordSummary, RepositoryError, Resource, Stored, audit::Action,
+    },
     store::shared::{
-        GetLatestRecord, GetRecord, InsertRecord, ListRecords, Listed, Outcome, Read, RecordRow, RecordSummaryRow,
-        Write, page,
+        Asked, GetLatestRecord, GetRecord, InsertRecord, ListRecords, Listed, Outcome, Read, RecordRow,
+        RecordSummaryRow, Write, page, target,
     },
 };
 
 impl Write<SqliteConnection> for InsertRecord {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertRecord { job, number, record, receipt } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (InsertRecord { job, number, record, receipt }, tenant) = (&asked.write, asked.tenant());
         let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
+        let mut chain = audit::of_job(db, asked.by(), *job).await?;
         insert_row(db, seq, record).await?;
+        asked.enter(&mut chain, Action::AddRecord, target::record(*job, *number, record.id));
+        audit::store(db, chain).await?;
         // Records are beside the iteration: its version stays.
         let stored = Stored { number: *number, version };
         answers::keep(db, tenant, receipt.as_ref(), stored, record.created_at, None).await?;

@@ -13,7 +13,7 @@ use super::{
     writer::Writer,
 };
 use crate::{
-    jobs::{self, ANSWERS_KEPT, Caller, Repository, RepositoryError, RepositoryFuture, Upkeep},
+    jobs::{self, ANSWERS_KEPT, Caller, Clock, Ids, Repository, RepositoryError, RepositoryFuture, Upkeep},
     store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, Subject, queue},
     telemetry,
 };
@@ -26,24 +26,26 @@ struct Database {
     readers: SqlitePool,
     queue: Queue<SqliteConnection>,
     read_seconds: metrics::Histogram,
+    ids: Arc<dyn Ids>,
+    clock: Arc<dyn Clock>,
 }
 
 impl SqliteStore {
     /// Opens the database (making it where there is none), brings it up to date and starts the
     /// writer.
-    pub async fn open(settings: StoreSettings, now: Timestamp) -> Result<Self, OpenError> {
+    pub async fn open(settings: StoreSettings, ids: Arc<dyn Ids>, clock: Arc<dyn Clock>) -> Result<Self, OpenError> {
         // What is measured before there is a recorder is lost.
         telemetry::metrics();
         let path = settings.path();
         let lock = lock::take(&path).await?;
         let mut connection = settings.open_writer().await?;
-        let old = ForgetAnswers { before: now - ANSWERS_KEPT, most: u32::MAX };
+        let old = ForgetAnswers { before: clock.now() - ANSWERS_KEPT, most: u32::MAX };
         old.run(&mut connection).await.map_err(|error| OpenError::from_store(path, error))?;
         let readers = settings.open_readers().await?;
         let seconds = |operation| metrics::histogram!(telemetry::STORE_SECONDS, "operation" => operation);
         let (queue, waiting) = queue(settings.queue, seconds("write"));
         tokio::spawn(Writer::new(settings, connection, lock, waiting).run());
-        Ok(SqliteStore(Arc::new(Database { readers, queue, read_seconds: seconds("read") })))
+        Ok(SqliteStore(Arc::new(Database { readers, queue, read_seconds: seconds("read"), ids, clock })))
     }
 }
 
@@ -57,6 +59,10 @@ impl Backend for Database {
 
     fn queue(&self, _subject: Subject) -> &Queue<SqliteConnection> {
         &self.queue
+    }
+
+    fn surroundings(&self) -> (&dyn Ids, &dyn Clock) {
+        (&*self.ids, &*self.clock)
     }
 
     fn read_seconds(&self) -> &metrics::Histogram {

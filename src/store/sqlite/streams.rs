@@ -4,14 +4,15 @@ use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers, insert_iterations,
+    answers, audit, insert_iterations,
     locate::{WithSeq, signed},
     time,
 };
 use crate::{
-    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant},
+    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action},
     store::shared::{
-        DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, Outcome, Read, StreamRow, Write,
+        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, Outcome, Read, StreamRow, Write,
+        target,
     },
 };
 
@@ -47,8 +48,8 @@ struct JobOfStream {
 }
 
 impl Write<SqliteConnection> for InsertStream {
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let InsertStream { stream, receipt } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (InsertStream { stream, receipt }, tenant) = (&asked.write, asked.tenant());
         let job: JobOfStream = sqlx::query_as("SELECT seq, gear FROM jobs WHERE id = ? AND tenant = ?")
             .bind(stream.job_id)
             .bind(tenant.as_str())
@@ -57,6 +58,7 @@ impl Write<SqliteConnection> for InsertStream {
             .ok_or(RepositoryError::NotFound(Resource::Job))?;
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         stream.measurand.check_tooth(job.gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
+        let mut chain = audit::of_job(db, asked.by(), stream.job_id).await?;
         let at = time::to_text(stream.created_at);
         sqlx::query(
             "INSERT INTO streams (id, job, spec, forgetting_factor, sequence, node_count, input_sha256, version,
@@ -75,6 +77,8 @@ impl Write<SqliteConnection> for InsertStream {
         .bind(stream.measurand.axes.clone())
         .execute(&mut *db)
         .await?;
+        asked.enter(&mut chain, Action::OpenStream, target::stream(stream.id));
+        audit::store(db, chain).await?;
         let stored = Stored { number: 0, version: 1 };
         answers::keep(db, tenant, receipt.as_ref(), stored, stream.created_at, None).await?;
         Ok(stored)
@@ -83,14 +87,20 @@ impl Write<SqliteConnection> for InsertStream {
 
 impl Write<SqliteConnection> for FinishStream {
     /// The iteration is inserted as any other; the blocks go, since the iteration holds the nodes.
-    async fn write(&self, Caller { tenant, .. }: &Caller, db: &mut SqliteConnection) -> Outcome<Stored> {
-        let FinishStream { finished, receipt } = self;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
+        let (FinishStream { finished, receipt }, tenant) = (&asked.write, asked.tenant());
         let (seq, stream) = located(db, tenant, finished.stream).await?;
         stream.check_open()?;
         if finished.sequence != stream.sequence {
             return Err(RepositoryError::UnexpectedBlock { expected: stream.expected() }.into());
         }
-        let incoming = Incoming { tenant, iteration: &finished.iteration, receipt: receipt.as_ref() };
+        let incoming = Incoming {
+            by: asked.by(),
+            iteration: &finished.iteration,
+            receipt: receipt.as_ref(),
+            prepared: &asked.prepared[0],
+            stream: Some(stream.id),
+        };
         let mut stored = insert_iterations::insert(db, &[incoming]).await?;
         let stored = stored.pop().unwrap_or(Err(RepositoryError::NotFound(Resource::Job)))?;
         sqlx::query(
@@ -109,17 +119,21 @@ impl Write<SqliteConnection> for FinishStream {
 }
 
 impl Write<SqliteConnection> for DeleteStream {
-    async fn write(&self, caller: &Caller, db: &mut SqliteConnection) -> Outcome<()> {
-        let (seq, stream) = located(db, &caller.tenant, self.id).await?;
-        self.precondition.check(stream.version)?;
+    async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<()> {
+        let DeleteStream { id, precondition, now } = &asked.write;
+        let (seq, stream) = located(db, asked.tenant(), *id).await?;
+        precondition.check(stream.version)?;
+        let mut chain = audit::of_job(db, asked.by(), stream.job_id).await?;
         delete_blocks(db, seq).await?;
         // the event of the deletion carries this time
         sqlx::query("UPDATE streams SET updated_at = ? WHERE seq = ?")
-            .bind(time::to_text(self.now))
+            .bind(time::to_text(*now))
             .bind(seq)
             .execute(&mut *db)
             .await?;
-        sqlx::query("DELETE FROM streams WHERE seq = ?").bind(seq).execute(db).await?;
+        sqlx::query("DELETE FROM streams WHERE seq = ?").bind(seq).execute(&mut *db).await?;
+        asked.enter(&mut chain, Action::DeleteStream, target::stream(*id));
+        audit::store(db, chain).await?;
         Ok(())
     }
 }

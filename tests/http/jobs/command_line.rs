@@ -1,9 +1,9 @@
 //! `flankfit backup`, and starting where no database can be.
 
-use std::{path::Path, process::Command};
+use std::{path::Path, process::Command, sync::Arc};
 
 use flankfit::{
-    jobs::{Caller, PageRequest, Store, Tenant, Upkeep},
+    jobs::{Caller, OrderedIds, PageRequest, Store, SystemClock, Tenant, Upkeep},
     store::{SqliteStore, StoreSettings},
 };
 
@@ -33,8 +33,10 @@ async fn a_backup_is_made_while_the_service_runs() {
     assert!(!done && said.contains("overwrites nothing"), "{said}");
     app.iteration(&job).await;
 
-    let store = SqliteStore::open(StoreSettings::of_file(&copy), jiff::Timestamp::UNIX_EPOCH).await.unwrap();
-    let caller = Caller { tenant: Tenant::default(), actor: "test".into() };
+    let store = SqliteStore::open(StoreSettings::of_file(&copy), Arc::new(OrderedIds::new()), Arc::new(SystemClock))
+        .await
+        .unwrap();
+    let caller = Caller { tenant: Tenant::default(), actor: "test".into(), origin: Default::default() };
     let id = job.rsplit('/').next().unwrap().parse().unwrap();
     let trace = store.of(&caller).trace(id, PageRequest { limit: 50, after: None }).await.unwrap();
     assert_eq!(trace.iterations.len(), 1);

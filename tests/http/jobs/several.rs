@@ -6,7 +6,7 @@ use std::sync::Arc;
 use flankfit::{
     config::ServeSettings,
     http::{self, AppState},
-    jobs::{Clock, JobService, OrderedIds, SystemClock},
+    jobs::{JobService, OrderedIds, SystemClock},
     store::{SqliteStore, StoreSettings},
 };
 use reqwest::{Client, Method, RequestBuilder};
@@ -34,7 +34,8 @@ impl Replicas {
     pub async fn on_sqlite(count: usize) -> Self {
         let directory = tempfile::tempdir().unwrap();
         let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
-        let store = Arc::new(SqliteStore::open(settings, SystemClock.now()).await.unwrap());
+        let store =
+            Arc::new(SqliteStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap());
         let (mut bases, mut states) = (Vec::new(), Vec::new());
         for _ in 0..count {
             let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));

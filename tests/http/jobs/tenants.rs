@@ -15,7 +15,11 @@ use super::{
 
 /// Jobs of another tenant than HTTP's.
 fn others(app: &TestApp) -> Jobs {
-    app.state().jobs.of(&Caller { tenant: Tenant::named("other").unwrap(), actor: "other".into() })
+    app.state().jobs.of(&Caller {
+        tenant: Tenant::named("other").unwrap(),
+        actor: "other".into(),
+        origin: Default::default(),
+    })
 }
 
 fn id_of(path: &str) -> Uuid {
@@ -56,7 +60,12 @@ async fn a_job_that_is_known_is_known_to_its_tenant_alone() {
     let job = app.job().await;
     app.iteration(&job).await;
     let (others, id) = (others(&app), id_of(&job));
-    app.state().jobs.of(&Caller { tenant: Tenant::default(), actor: "own".into() }).check_exists(id).await.unwrap();
+    app.state()
+        .jobs
+        .of(&Caller { tenant: Tenant::default(), actor: "own".into(), origin: Default::default() })
+        .check_exists(id)
+        .await
+        .unwrap();
     missing(others.check_exists(id).await, Resource::Job);
     missing(others.iteration(id, 1).await, Resource::Job);
     // nor does its bell ring for another

@@ -5,7 +5,7 @@ use flankfit::jobs::{Decision, DecisionEvent, Event, Precondition, RecordKind};
 use super::pair::Pair;
 
 /// What must be refused, of every table of the trace.
-const CHANGES: [&str; 14] = [
+const CHANGES: [&str; 16] = [
     "UPDATE iterations SET note = note",
     "DELETE FROM iterations",
     "UPDATE nodes SET data = data",
@@ -20,6 +20,8 @@ const CHANGES: [&str; 14] = [
     "DELETE FROM records",
     "UPDATE events SET kind = kind",
     "DELETE FROM events",
+    "UPDATE audit SET actor = actor",
+    "DELETE FROM audit",
 ];
 
 pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {

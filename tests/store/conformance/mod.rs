@@ -4,6 +4,7 @@
 
 mod answers;
 mod append_only;
+mod audit;
 mod blocks;
 mod extremes;
 mod grounds;
@@ -66,6 +67,11 @@ conformance! {
             a_claimed_key_is_given_back_with_the_outcome;
         append_only:
             the_trace_is_changed_by_nobody;
+        audit:
+            each_change_leaves_one_entry,
+            what_is_refused_leaves_none,
+            a_job_that_is_older_begins_with_what_was_found,
+            chains_of_many_writers_have_no_gaps;
         blocks:
             the_last_estimate_stays_while_blocks_come,
             blocks_are_read_a_few_megabytes_at_a_time,

@@ -26,6 +26,9 @@ pub trait Ground {
     /// What comes after all handles were closed: the store may be opened again.
     fn closed(&self) -> Soon<'_, ()>;
 
+    /// Does something that the triggers would refuse, as an intruder does who owns the database.
+    fn intrude(&self, sql: String) -> Soon<'_, ()>;
+
     /// Does something behind the handles' backs, as whoever owns the database; what the database
     /// says against it.
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>>;

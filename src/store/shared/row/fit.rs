@@ -18,7 +18,7 @@ macro_rules! figure_columns {
 pub(in crate::store) use figure_columns;
 
 #[derive(FromRow)]
-struct FigureRow {
+pub struct FigureRow {
     lambda_star: Option<f64>,
     criterion: Option<CriterionName>,
     scheme: Option<SchemeName>,
@@ -50,7 +50,7 @@ impl From<FigureRow> for Figures {
 
 /// When something was said, and why.
 #[derive(FromRow)]
-struct ReasonRow {
+pub struct ReasonRow {
     reason: Option<String>,
     created_at: Moment,
 }

@@ -26,7 +26,7 @@ impl From<MeasurandRow> for Measurand {
 }
 
 #[derive(FromRow)]
-struct DetailsRow {
+pub struct DetailsRow {
     measured_at: Option<Moment>,
     instrument: Option<String>,
     operator: Option<String>,

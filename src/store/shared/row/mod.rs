@@ -1,13 +1,18 @@
 //! Rows by the names of their columns, and the domain values that they become. A store's SQL gives
 //! its columns these names; a row struct reads no column that it does not name.
 
+mod audit;
 mod fit;
+mod found;
 mod iteration;
 mod job;
 mod record;
 mod stream;
 
+pub(in crate::store) use audit::entry_columns;
+pub use audit::{EntryRow, HeadRow, entries};
 pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRow};
+pub use found::{FoundFit, FoundIteration, FoundNodes, FoundRow};
 pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use record::{RecordRow, RecordSummaryRow};

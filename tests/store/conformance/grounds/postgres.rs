@@ -53,6 +53,15 @@ impl Ground for Postgres {
         Box::pin(async {})
     }
 
+    fn intrude(&self, sql: String) -> Soon<'_, ()> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            let all = format!("SET session_replication_role = replica; {sql}");
+            sqlx::raw_sql(AssertSqlSafe(all)).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
+    }
+
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {
         Box::pin(async move {
             let mut own = PgConnection::connect(&self.url).await.unwrap();

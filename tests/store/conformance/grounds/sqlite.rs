@@ -11,7 +11,7 @@ use tokio::sync::Mutex;
 
 use crate::{
     conformance::pair::{Ground, Soon},
-    support::Place,
+    support::{Place, ids, still},
 };
 
 pub struct Sqlite {
@@ -29,7 +29,8 @@ impl Sqlite {
         if let Some(store) = &*open {
             return store.clone();
         }
-        let store: Arc<dyn Store> = Arc::new(SqliteStore::open(settings, self.place.now()).await.unwrap());
+        let store: Arc<dyn Store> =
+            Arc::new(SqliteStore::open(settings, ids(), still(self.place.now())).await.unwrap());
         *open = Some(store.clone());
         store
     }
@@ -48,6 +49,18 @@ impl Ground for Sqlite {
 
     fn closed(&self) -> Soon<'_, ()> {
         Box::pin(async { *self.store.lock().await = None })
+    }
+
+    fn intrude(&self, sql: String) -> Soon<'_, ()> {
+        Box::pin(async move {
+            let mut own = self.place.connect().await;
+            let triggers = "SELECT name FROM sqlite_schema WHERE type = 'trigger' AND sql LIKE '%append-only%'";
+            let triggers: Vec<String> = sqlx::query_scalar(triggers).fetch_all(&mut own).await.unwrap();
+            let drop: String = triggers.iter().map(|name| format!("DROP TRIGGER {name};")).collect();
+            let all = format!("PRAGMA foreign_keys = OFF; {drop} {sql}");
+            sqlx::raw_sql(AssertSqlSafe(all)).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
     }
 
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {

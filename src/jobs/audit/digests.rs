@@ -1,0 +1,138 @@
+//! The digest of each kind of row. None has the row's number or position in it: where a row stands
+//! is said by the entry. So all of them are known before a change waits for its turn.
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+use super::{
+    contents::Contents,
+    layout::{Fields, Sha256Digest},
+};
+use crate::jobs::{
+    fit::{Figures, NewFit},
+    iteration::{Choice, DecisionEvent, Event, NewIteration},
+    job::Job,
+    measurand::Measurand,
+    measurement::MeasurementDetails,
+    record::Record,
+};
+
+fn of(id: Uuid) -> Fields {
+    Fields::default().text(&id.to_string())
+}
+
+pub fn job_digest(job: &Job) -> Sha256Digest {
+    let start = of(job.id)
+        .text(&job.name)
+        .maybe(job.part_number.as_deref())
+        .maybe(job.serial_number.as_deref())
+        .maybe(job.machine.as_deref())
+        .maybe(job.gear.as_deref())
+        .number(job.tags.len() as u64);
+    let tagged = job.tags.iter().fold(start, |fields, (name, value)| fields.text(name).text(value));
+    tagged.number(job.version).time(job.created_at).time(job.updated_at).digest()
+}
+
+fn measured(fields: Fields, measurand: &Measurand) -> Fields {
+    fields.maybe(measurand.flank_name()).maybe(measurand.tooth.as_deref()).maybe(measurand.axes.as_deref())
+}
+
+pub fn iteration_digest(
+    id: Uuid,
+    measurand: &Measurand,
+    details: &MeasurementDetails,
+    created_at: Timestamp,
+) -> Sha256Digest {
+    let MeasurementDetails { measured_at, instrument, operator, note } = details;
+    let fields = of(id)
+        .maybe(measured_at.map(super::time_text).as_deref())
+        .maybe(instrument.as_deref())
+        .maybe(operator.as_deref())
+        .maybe(note.as_deref());
+    measured(fields, measurand).time(created_at).digest()
+}
+
+/// Of nodes by the bytes that are stored of them.
+pub fn nodes_digest(count: u64, bytes: &[u8]) -> Sha256Digest {
+    Fields::default().number(count).bytes(bytes).digest()
+}
+
+pub fn fit_digest(id: Uuid, event: &Event, figures: &Figures, spec: &str, result: &str) -> Sha256Digest {
+    of(id)
+        .maybe(event.reason.as_deref())
+        .time(event.created_at)
+        .real(figures.lambda_star)
+        .maybe(figures.criterion)
+        .maybe(figures.scheme)
+        .maybe(figures.count.map(|count| count.to_string()).as_deref())
+        .real(figures.condition)
+        .real(figures.regularized_condition)
+        .real(figures.bias_norm)
+        .real(figures.bias_sharp_bound)
+        .real(figures.rms)
+        .real(figures.max_abs)
+        .text(spec)
+        .text(result)
+        .digest()
+}
+
+pub fn choice_digest(Choice { fit_id, event }: &Choice) -> Sha256Digest {
+    of(*fit_id).maybe(event.reason.as_deref()).time(event.created_at).digest()
+}
+
+pub fn decision_digest(DecisionEvent { decision, event }: &DecisionEvent) -> Sha256Digest {
+    Fields::default().text(decision.name()).maybe(event.reason.as_deref()).time(event.created_at).digest()
+}
+
+pub fn record_digest(Record { id, created_at, draft }: &Record) -> Sha256Digest {
+    of(*id)
+        .text(draft.kind.name())
+        .text(&draft.method)
+        .time(*created_at)
+        .text(&draft.request)
+        .text(&draft.result)
+        .maybe(draft.gear.as_deref())
+        .digest()
+}
+
+/// Of what stays of a stream.
+pub fn stream_digest(
+    id: Uuid,
+    spec: &str,
+    forgetting_factor: f64,
+    measurand: &Measurand,
+    created_at: Timestamp,
+) -> Sha256Digest {
+    measured(of(id).text(spec).real(Some(forgetting_factor)), measurand).time(created_at).digest()
+}
+
+/// Of a block: its number, the digest of its nodes as they were posted, and their stored bytes.
+pub fn block_digest(sequence: u64, sha256: &Sha256Digest, count: u64, bytes: &[u8]) -> Sha256Digest {
+    Fields::default().number(sequence).bytes(sha256).number(count).bytes(bytes).digest()
+}
+
+impl NewFit {
+    /// Digest of the row.
+    pub fn digest(&self) -> Sha256Digest {
+        let event = Event { reason: self.reason.clone(), created_at: self.created_at };
+        fit_digest(self.id, &event, &self.computed.figures, &self.computed.spec, &self.computed.result)
+    }
+}
+
+/// The rows of an iteration as it is added: with its nodes, its first fit, the choice of that, and
+/// what is kept with it from the beginning.
+pub fn new_iteration(iteration: &NewIteration) -> Contents {
+    let NewIteration { id, measurand, details, created_at, nodes, fit, records, .. } = iteration;
+    let first = Choice { fit_id: fit.id, event: Event { reason: None, created_at: fit.created_at } };
+    let rows = [
+        ("iteration", iteration_digest(*id, measurand, details, *created_at)),
+        ("nodes", nodes_digest(nodes.posted() as u64, nodes.bytes())),
+        ("fit", fit.digest()),
+        ("choice", choice_digest(&first)),
+    ];
+    let rows = rows.into_iter().map(|(name, digest)| (name.to_owned(), digest));
+    // as many digits as the greatest has, so that their order is that of their names
+    let width = records.len().to_string().len();
+    let records = records.iter().zip(1..).map(|(record, k)| (format!("record.{k:0width$}"), record_digest(record)));
+    Contents::of(rows.chain(records).collect())
+}

@@ -1,0 +1,79 @@
+//! How digests are made: of fields, each behind its length.
+
+use jiff::{Timestamp, fmt::temporal::DateTimePrinter};
+use sha2::{Digest as _, Sha256};
+
+/// SHA-256.
+pub type Sha256Digest = [u8; 32];
+
+/// What stands where a field would have its length, if there is no field.
+const ABSENT: u64 = u64::MAX;
+
+static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
+
+/// A time as digests and entries have it, `2026-11-21T09:21:33.123456Z`: always 27 characters.
+pub fn time_text(time: Timestamp) -> String {
+    PRINTER.timestamp_to_string(&time)
+}
+
+/// The digest of fields. Each stands behind its length in 8 bytes, the most significant first.
+#[derive(Default)]
+pub struct Fields(Sha256);
+
+impl Fields {
+    pub fn bytes(mut self, field: &[u8]) -> Self {
+        self.0.update((field.len() as u64).to_be_bytes());
+        self.0.update(field);
+        self
+    }
+
+    pub fn text(self, field: &str) -> Self {
+        self.bytes(field.as_bytes())
+    }
+
+    pub fn number(self, field: u64) -> Self {
+        self.text(&field.to_string())
+    }
+
+    pub fn time(self, field: Timestamp) -> Self {
+        self.text(&time_text(field))
+    }
+
+    pub fn maybe(mut self, field: Option<&str>) -> Self {
+        match field {
+            Some(text) => self.text(text),
+            None => {
+                self.0.update(ABSENT.to_be_bytes());
+                self
+            }
+        }
+    }
+
+    /// A number by its bits.
+    pub fn real(self, field: Option<f64>) -> Self {
+        self.maybe(field.map(|value| format!("{:016x}", value.to_bits())).as_deref())
+    }
+
+    pub fn digest(self) -> Sha256Digest {
+        self.0.finalize().into()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fields_are_told_apart_by_their_lengths() {
+        let of =
+            |fields: &[Option<&str>]| fields.iter().fold(Fields::default(), |all, field| all.maybe(*field)).digest();
+        let all =
+            [of(&[Some("ab"), Some("c")]), of(&[Some("a"), Some("bc")]), of(&[Some("abc")]), of(&[Some("abc"), None])];
+        for (k, one) in all.iter().enumerate() {
+            assert!(all[k + 1..].iter().all(|other| other != one));
+        }
+        // 8 bytes of length, then the field
+        let plain: Sha256Digest = Sha256::digest(b"\0\0\0\0\0\0\0\x02ab\xff\xff\xff\xff\xff\xff\xff\xff").into();
+        assert_eq!(of(&[Some("ab"), None]), plain);
+    }
+}

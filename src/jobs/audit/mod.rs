@@ -1,0 +1,20 @@
+//! Who changed what: one entry for each change of a job, stored with it or not at all.
+//!
+//! The entries of a job are a chain: each holds the digest of the one before it, and digests of the
+//! rows that its change wrote. So whoever changes, removes or exchanges a row later is found, and
+//! so is whoever changes an entry. The layout of every digest is in `docs/audit.md`.
+
+mod contents;
+mod digests;
+mod entry;
+mod found;
+mod layout;
+
+pub use contents::Contents;
+pub use digests::{
+    block_digest, choice_digest, decision_digest, fit_digest, iteration_digest, job_digest, new_iteration,
+    nodes_digest, record_digest, stream_digest,
+};
+pub use entry::{Action, By, Chain, Entry, Head, Prepared};
+pub use found::{Found, Kind};
+pub use layout::{Sha256Digest, time_text};

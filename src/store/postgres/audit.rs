@@ -1,0 +1,184 @@
+//! The entries of the audit, and the rows that they have digests of.
+
+use futures_util::TryStreamExt as _;
+use sqlx::{FromRow, PgConnection, PgPool, Row as _, postgres::PgRow};
+use uuid::Uuid;
+
+use super::{document::Told, jobs, locate::signed, open::snapshot, time::stamp};
+use crate::{
+    jobs::{
+        Caller, Page, PageRequest,
+        audit::{Chain, Entry, Found, Kind, Sha256Digest},
+    },
+    store::shared::{
+        ChoiceRow, DecisionRow, Document, EntryRow, FoundFit, FoundIteration, FoundNodes, FoundRow, GetAudit, HeadRow,
+        NewEntry, Outcome, Read, RecordRow, entries, entry_columns, figure_columns,
+    },
+};
+
+/// The last entries of chains.
+pub async fn heads(db: &mut PgConnection, chains: &[Uuid]) -> Result<Vec<(Uuid, HeadRow)>, sqlx::Error> {
+    #[derive(FromRow)]
+    struct Row {
+        chain: Uuid,
+        #[sqlx(flatten)]
+        head: HeadRow,
+    }
+    let rows: Vec<Row> = sqlx::query_as(
+        "SELECT c.chain, a.number, a.sha256 FROM unnest($1::uuid[]) AS c (chain) CROSS JOIN LATERAL
+             (SELECT number, sha256 FROM audit WHERE chain = c.chain ORDER BY number DESC LIMIT 1) AS a",
+    )
+    .bind(chains)
+    .fetch_all(db)
+    .await?;
+    Ok(rows.into_iter().map(|row| (row.chain, row.head)).collect())
+}
+
+/// Whether a chain has this entry.
+pub async fn is_there(db: &mut PgConnection, chain: Uuid, number: u64, id: Uuid) -> Result<bool, sqlx::Error> {
+    let found: Option<Uuid> = sqlx::query_scalar("SELECT id FROM audit WHERE chain = $1 AND number = $2")
+        .bind(chain)
+        .bind(signed(number))
+        .fetch_optional(db)
+        .await?;
+    Ok(found == Some(id))
+}
+
+/// Stores entries.
+pub async fn store(db: &mut PgConnection, new: &[NewEntry]) -> Result<(), sqlx::Error> {
+    let text = |of: fn(&Entry) -> &str| new.iter().map(|new| of(&new.entry)).collect::<Vec<_>>();
+    let maybe = |of: fn(&Entry) -> Option<&str>| new.iter().map(|new| of(&new.entry)).collect::<Vec<_>>();
+    let digest = |of: fn(&Entry) -> &Sha256Digest| new.iter().map(|new| of(&new.entry).as_slice()).collect::<Vec<_>>();
+    sqlx::query(
+        "INSERT INTO audit (tenant, chain, number, id, at, actor, action, target, request_id, peer, contents, outcome,
+                            previous, sha256)
+         SELECT * FROM unnest($1::text[], $2::uuid[], $3::bigint[], $4::uuid[], $5::timestamptz[], $6::text[],
+                $7::text[], $8::text[], $9::text[], $10::text[], $11::bytea[], $12::text[], $13::bytea[], $14::bytea[])",
+    )
+    .bind(new.iter().map(|new| new.tenant.as_str()).collect::<Vec<_>>())
+    .bind(new.iter().map(|new| new.chain).collect::<Vec<_>>())
+    .bind(new.iter().map(|new| signed(new.entry.number)).collect::<Vec<_>>())
+    .bind(new.iter().map(|new| new.entry.id).collect::<Vec<_>>())
+    .bind(new.iter().map(|new| stamp(new.entry.at)).collect::<Vec<_>>())
+    .bind(text(|entry| &entry.actor))
+    .bind(text(|entry| &entry.action))
+    .bind(text(|entry| &entry.target))
+    .bind(maybe(|entry| entry.request_id.as_deref()))
+    .bind(maybe(|entry| entry.peer.as_deref()))
+    .bind(new.iter().map(|new| new.entry.contents.bytes()).collect::<Vec<_>>())
+    .bind(text(|entry| &entry.outcome))
+    .bind(digest(|entry| &entry.previous))
+    .bind(digest(|entry| &entry.sha256))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
+/// The rows of a job.
+pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
+    let mut found = Found::default();
+    let rows = &mut found;
+    all::<FoundIteration>(
+        db,
+        "SELECT number, id, flank, tooth, axes, measured_at, instrument, operator, note, created_at
+         FROM iterations WHERE job = $1 ORDER BY number",
+        job,
+        rows,
+    )
+    .await?;
+    all::<FoundNodes>(db, "SELECT number, count, data FROM nodes WHERE job = $1 ORDER BY number", job, rows).await?;
+    all::<WithTold>(
+        db,
+        concat!(
+            "SELECT number, id, reason, created_at, ",
+            figure_columns!(),
+            ", spec, result, coefficients, prior FROM fits WHERE job = $1 ORDER BY number, position"
+        ),
+        job,
+        rows,
+    )
+    .await?;
+    all::<ChoiceRow>(
+        db,
+        "SELECT c.number, f.id AS fit_id, c.reason, c.created_at
+         FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+         WHERE c.job = $1 ORDER BY c.number, c.position",
+        job,
+        rows,
+    )
+    .await?;
+    all::<DecisionRow>(
+        db,
+        "SELECT number, decision, reason, created_at FROM decisions WHERE job = $1 ORDER BY number, position",
+        job,
+        rows,
+    )
+    .await?;
+    all::<RecordRow>(
+        db,
+        "SELECT number, id, kind, method, created_at, request, result, gear
+         FROM records WHERE job = $1 ORDER BY number, position",
+        job,
+        rows,
+    )
+    .await?;
+    Ok(found)
+}
+
+/// A fit with what the trace tells of it, which is in its result as well.
+#[derive(FromRow)]
+struct WithTold {
+    #[sqlx(flatten)]
+    fit: FoundFit,
+    coefficients: Option<Document>,
+    prior: Option<Document>,
+}
+
+impl FoundRow for WithTold {
+    const KIND: Kind = Kind::Fit;
+
+    fn digest(self) -> Sha256Digest {
+        let WithTold { fit, coefficients, prior } = self;
+        match Told::of(&fit.result.0).is(coefficients.as_ref(), prior.as_ref()) {
+            true => fit.digest(),
+            false => [0; 32],
+        }
+    }
+}
+
+/// Adds the rows of a kind, in order. One that does not read is none that an entry tells of.
+async fn all<T>(db: &mut PgConnection, sql: &'static str, job: Uuid, found: &mut Found) -> Outcome<()>
+where
+    T: FoundRow + for<'r> FromRow<'r, PgRow>,
+{
+    let mut rows = sqlx::query(sql).bind(job).fetch(db);
+    while let Some(row) = rows.try_next().await? {
+        let number: i64 = row.try_get("number")?;
+        let digest = T::from_row(&row).map_or([0; 32], FoundRow::digest);
+        found.add(number.unsigned_abs(), T::KIND, digest);
+    }
+    Ok(())
+}
+
+impl Read<PgPool> for GetAudit {
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Page<Entry>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = snapshot(from).await?;
+        let rows: Vec<EntryRow> = sqlx::query_as(concat!(
+            "SELECT ",
+            entry_columns!(),
+            " FROM audit WHERE chain = $1 AND tenant = $2 AND number > $3 ORDER BY number LIMIT $4"
+        ))
+        .bind(self.chain.id(tenant))
+        .bind(tenant.as_str())
+        .bind(after.map_or(0, |cursor| signed(cursor.number())))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        if let (Chain::Job(job), true) = (self.chain, rows.is_empty()) {
+            // one that was deleted has entries
+            jobs::located(&mut db, tenant, job).await?;
+        }
+        entries(rows, limit)
+    }
+}

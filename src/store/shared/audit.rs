@@ -1,0 +1,126 @@
+//! The entries that writes leave, on their way into a database.
+
+use uuid::Uuid;
+
+use super::{
+    incoming::Incoming,
+    operation::{Asked, InsertRuns, Operation},
+};
+use crate::jobs::{
+    NewRun, Tenant,
+    audit::{Action, By, Chain, Contents, Entry, Found, Head, Prepared},
+};
+
+/// An entry about to be stored.
+#[derive(Clone, Debug)]
+pub struct NewEntry {
+    pub tenant: Tenant,
+    /// The key of its chain.
+    pub chain: Uuid,
+    pub entry: Entry,
+}
+
+/// A chain in the transaction that adds to it.
+#[derive(Clone, Debug)]
+pub struct Growing {
+    tenant: Tenant,
+    chain: Uuid,
+    head: Head,
+    /// What is to be stored of it.
+    pub new: Vec<NewEntry>,
+}
+
+impl Growing {
+    /// The chain behind its last entry; before the first there is none.
+    pub fn from(tenant: &Tenant, chain: Chain, head: Option<Head>) -> Self {
+        let head = head.unwrap_or_else(|| Head::before(chain, tenant));
+        Growing { tenant: tenant.clone(), chain: chain.id(tenant), head, new: Vec::new() }
+    }
+
+    /// The chain of a job that is older than the entries: it begins with what was found.
+    pub fn begin(by: By<'_>, job: Uuid, found: &Found) -> Self {
+        let mut chain = Growing::from(&by.caller.tenant, Chain::Job(job), None);
+        let prepared = Prepared::begin(job, Contents::one("found", found.digest()));
+        chain.add(by, prepared, Action::Begin, target::job(job));
+        chain
+    }
+
+    /// Adds an entry, which is stored with others.
+    pub fn enter(&mut self, by: By<'_>, prepared: Prepared, action: Action, target: String) -> NewEntry {
+        let entry = self.head.append(by, prepared, action, target);
+        NewEntry { tenant: self.tenant.clone(), chain: self.chain, entry }
+    }
+
+    /// Adds an entry.
+    pub fn add(&mut self, by: By<'_>, prepared: Prepared, action: Action, target: String) {
+        let new = self.enter(by, prepared, action, target);
+        self.new.push(new);
+    }
+}
+
+impl<O: Operation> Asked<O> {
+    pub fn by(&self) -> By<'_> {
+        By { caller: &self.caller, at: self.at }
+    }
+
+    pub fn tenant(&self) -> &Tenant {
+        &self.caller.tenant
+    }
+
+    /// Its first entry, or its only one.
+    pub fn prepared(&self) -> Prepared {
+        self.prepared[0].clone()
+    }
+
+    /// Its only entry, with what was known of it before.
+    pub fn enter(&self, chain: &mut Growing, action: Action, target: String) {
+        chain.add(self.by(), self.prepared(), action, target);
+    }
+}
+
+impl Asked<InsertRuns> {
+    /// Each job with its iterations, the entry of the job and those of the iterations.
+    pub fn by_runs(&self) -> impl Iterator<Item = (&NewRun, &Prepared, Vec<Incoming<'_>>)> {
+        let mut prepared = self.prepared.iter();
+        self.write.runs.iter().filter_map(move |run| {
+            let of_job = prepared.next()?;
+            let incoming = run.iterations.iter().zip(&mut prepared).map(|(iteration, prepared)| Incoming {
+                by: self.by(),
+                iteration,
+                receipt: None,
+                prepared,
+                stream: None,
+            });
+            Some((run, of_job, incoming.collect()))
+        })
+    }
+}
+
+/// The paths of what is changed.
+pub mod target {
+    use uuid::Uuid;
+
+    pub fn job(job: Uuid) -> String {
+        format!("/v1/jobs/{job}")
+    }
+
+    pub fn iteration(job: Uuid, number: u32) -> String {
+        format!("/v1/jobs/{job}/iterations/{number}")
+    }
+
+    pub fn fit(job: Uuid, number: u32, fit: Uuid) -> String {
+        format!("/v1/jobs/{job}/iterations/{number}/fits/{fit}")
+    }
+
+    pub fn record(job: Uuid, number: u32, record: Uuid) -> String {
+        format!("/v1/jobs/{job}/iterations/{number}/records/{record}")
+    }
+
+    pub fn stream(stream: Uuid) -> String {
+        format!("/v1/streams/{stream}")
+    }
+
+    pub fn block(stream: Uuid, sequence: u64) -> String {
+        format!("/v1/streams/{stream}/blocks/{sequence}")
+    }
+}

@@ -1,0 +1,182 @@
+//! The entries of the audit, and the rows that they have digests of.
+
+use futures_util::TryStreamExt as _;
+use sqlx::{
+    FromRow, Row as _, Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments, sqlite::SqliteRow,
+};
+use uuid::Uuid;
+
+use super::{jobs, locate::signed, time};
+use crate::{
+    jobs::{
+        Caller, Page, PageRequest, Tenant,
+        audit::{By, Chain, Entry, Found},
+    },
+    store::shared::{
+        ChoiceRow, DecisionRow, EntryRow, FoundFit, FoundIteration, FoundNodes, FoundRow, GetAudit, Growing, HeadRow,
+        NewEntry, Outcome, Read, RecordRow, entries, entry_columns, figure_columns,
+    },
+};
+
+/// The columns of an entry that [`bind`] gives values, in its order.
+macro_rules! columns {
+    () => {
+        "tenant, chain, number, id, at, actor, action, target, request_id, peer, contents, outcome, previous, sha256"
+    };
+}
+pub(super) use columns;
+
+/// Binds the [`columns`] of an entry.
+pub fn bind<'q>(query: Query<'q, Sqlite, SqliteArguments>, new: &'q NewEntry) -> Query<'q, Sqlite, SqliteArguments> {
+    let NewEntry { tenant, chain, entry } = new;
+    query
+        .bind(tenant.as_str())
+        .bind(*chain)
+        .bind(signed(entry.number))
+        .bind(entry.id)
+        .bind(time::to_text(entry.at))
+        .bind(&*entry.actor)
+        .bind(&*entry.action)
+        .bind(entry.target.as_str())
+        .bind(entry.request_id.as_deref())
+        .bind(entry.peer.as_deref())
+        .bind(entry.contents.bytes())
+        .bind(&*entry.outcome)
+        .bind(entry.previous.as_slice())
+        .bind(entry.sha256.as_slice())
+}
+
+/// The chain of a job that there is, to add to it. It is asked for before the job is changed: one
+/// that has none yet begins with what is found now.
+pub async fn of_job(db: &mut SqliteConnection, by: By<'_>, job: Uuid) -> Outcome<Growing> {
+    match head(db, job).await? {
+        Some(head) => Ok(Growing::from(&by.caller.tenant, Chain::Job(job), Some(head.into()))),
+        None => Ok(Growing::begin(by, job, &found(db, job).await?)),
+    }
+}
+
+/// The chain of a tenant, to add to it: of changes that are of no job.
+#[expect(dead_code, reason = "changes of keys are about to be entered by it")]
+pub async fn of_tenant(db: &mut SqliteConnection, tenant: &Tenant) -> Outcome<Growing> {
+    let head = head(db, Chain::Tenant.id(tenant)).await?;
+    Ok(Growing::from(tenant, Chain::Tenant, head.map(Into::into)))
+}
+
+async fn head(db: &mut SqliteConnection, chain: Uuid) -> Outcome<Option<HeadRow>> {
+    let head = sqlx::query_as("SELECT number, sha256 FROM audit WHERE chain = ? ORDER BY number DESC LIMIT 1");
+    Ok(head.bind(chain).fetch_optional(db).await?)
+}
+
+/// Stores what was added to a chain.
+pub async fn store(db: &mut SqliteConnection, chain: Growing) -> Outcome<()> {
+    for new in &chain.new {
+        let insert = concat!("INSERT INTO audit (", columns!(), ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+        bind(sqlx::query(insert), new).execute(&mut *db).await?;
+    }
+    Ok(())
+}
+
+/// The rows of a job.
+pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
+    let mut found = Found::default();
+    let rows = &mut found;
+    all::<FoundIteration>(
+        db,
+        "SELECT i.number AS number, i.id AS id, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
+                i.measured_at AS measured_at, i.instrument AS instrument, i.operator AS operator, i.note AS note,
+                i.created_at AS created_at
+         FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? ORDER BY i.number",
+        job,
+        rows,
+    )
+    .await?;
+    all::<FoundNodes>(
+        db,
+        "SELECT i.number AS number, n.count AS count, n.data AS data
+         FROM jobs j JOIN iterations i ON i.job = j.seq JOIN nodes n ON n.iteration = i.seq
+         WHERE j.id = ? ORDER BY i.number",
+        job,
+        rows,
+    )
+    .await?;
+    all::<FoundFit>(
+        db,
+        concat!(
+            "SELECT (SELECT number FROM iterations WHERE seq = iteration) AS number, id, reason, created_at, ",
+            figure_columns!(),
+            ", spec, result FROM fits
+             WHERE iteration IN (SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?)
+             ORDER BY iteration, seq"
+        ),
+        job,
+        rows,
+    )
+    .await?;
+    all::<ChoiceRow>(
+        db,
+        "SELECT i.number AS number, f.id AS fit_id, c.reason AS reason, c.created_at AS created_at
+         FROM jobs j JOIN iterations i ON i.job = j.seq JOIN fit_choices c ON c.iteration = i.seq
+              JOIN fits f ON f.seq = c.fit
+         WHERE j.id = ? ORDER BY i.number, c.position",
+        job,
+        rows,
+    )
+    .await?;
+    all::<DecisionRow>(
+        db,
+        "SELECT i.number AS number, d.decision AS decision, d.reason AS reason, d.created_at AS created_at
+         FROM jobs j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
+         WHERE j.id = ? ORDER BY i.number, d.position",
+        job,
+        rows,
+    )
+    .await?;
+    all::<RecordRow>(
+        db,
+        "SELECT i.number AS number, r.id AS id, r.kind AS kind, r.method AS method, r.created_at AS created_at,
+                r.request AS request, r.result AS result, r.gear AS gear
+         FROM jobs j JOIN iterations i ON i.job = j.seq JOIN records r ON r.iteration = i.seq
+         WHERE j.id = ? ORDER BY i.number, r.seq",
+        job,
+        rows,
+    )
+    .await?;
+    Ok(found)
+}
+
+/// Adds the rows of a kind, in order. One that does not read is none that an entry tells of.
+async fn all<T>(db: &mut SqliteConnection, sql: &'static str, job: Uuid, found: &mut Found) -> Outcome<()>
+where
+    T: FoundRow + for<'r> FromRow<'r, SqliteRow>,
+{
+    let mut rows = sqlx::query(sql).bind(job).fetch(db);
+    while let Some(row) = rows.try_next().await? {
+        let number: i64 = row.try_get("number")?;
+        let digest = T::from_row(&row).map_or([0; 32], FoundRow::digest);
+        found.add(number.unsigned_abs(), T::KIND, digest);
+    }
+    Ok(())
+}
+
+impl Read<SqlitePool> for GetAudit {
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &SqlitePool) -> Outcome<Page<Entry>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = from.begin().await?;
+        let rows: Vec<EntryRow> = sqlx::query_as(concat!(
+            "SELECT ",
+            entry_columns!(),
+            " FROM audit WHERE chain = ? AND tenant = ? AND number > ? ORDER BY number LIMIT ?"
+        ))
+        .bind(self.chain.id(tenant))
+        .bind(tenant.as_str())
+        .bind(after.map_or(0, |cursor| signed(cursor.number())))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        if let (Chain::Job(job), true) = (self.chain, rows.is_empty()) {
+            // one that was deleted has entries
+            jobs::located(&mut db, tenant, job).await?;
+        }
+        entries(rows, limit)
+    }
+}
