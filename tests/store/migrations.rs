@@ -23,6 +23,7 @@ const RELEASED: &[(i64, &str)] = &[
     (10, "617996c25b4a66fdb51262767b542099"),
     (11, "32d92b45e9d2837cb2e303071e20ce78"),
     (12, "d754e3ab5a82d11c5d71424d831ceb47"),
+    (14, "7eed85c8183e415a9d0ae653a3635926"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

@@ -1,18 +1,15 @@
 //! The entries of the audit, and the rows that they have digests of.
 
 use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, PgConnection, PgPool, Row as _, postgres::PgRow};
+use sqlx::{FromRow, PgConnection, Row as _, postgres::PgRow};
 use uuid::Uuid;
 
-use super::{document::Told, jobs, locate::signed, open::snapshot, time::stamp};
+use super::{document::Told, locate::signed, time::stamp};
 use crate::{
-    jobs::{
-        Caller, Page, PageRequest,
-        audit::{Chain, Entry, Found, Kind, Sha256Digest},
-    },
+    jobs::audit::{Entry, Found, Kind, Sha256Digest},
     store::shared::{
-        ChoiceRow, DecisionRow, Document, EntryRow, FoundFit, FoundIteration, FoundNodes, FoundRow, GetAudit, HeadRow,
-        NewEntry, Outcome, Read, RecordRow, entries, entry_columns, figure_columns,
+        ChoiceRow, DecisionRow, Document, FoundFit, FoundIteration, FoundNodes, FoundRow, HeadRow, NewEntry, Outcome,
+        RecordRow, figure_columns,
     },
 };
 
@@ -158,27 +155,4 @@ where
         found.add(number.unsigned_abs(), T::KIND, digest);
     }
     Ok(())
-}
-
-impl Read<PgPool> for GetAudit {
-    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Page<Entry>> {
-        let PageRequest { limit, after } = self.page;
-        let mut db = snapshot(from).await?;
-        let rows: Vec<EntryRow> = sqlx::query_as(concat!(
-            "SELECT ",
-            entry_columns!(),
-            " FROM audit WHERE chain = $1 AND tenant = $2 AND number > $3 ORDER BY number LIMIT $4"
-        ))
-        .bind(self.chain.id(tenant))
-        .bind(tenant.as_str())
-        .bind(after.map_or(0, |cursor| signed(cursor.number())))
-        .bind(i64::from(limit) + 1)
-        .fetch_all(&mut *db)
-        .await?;
-        if let (Chain::Job(job), true) = (self.chain, rows.is_empty()) {
-            // one that was deleted has entries
-            jobs::located(&mut db, tenant, job).await?;
-        }
-        entries(rows, limit)
-    }
 }

@@ -24,6 +24,7 @@
 
 mod answers;
 mod audit;
+mod audit_reads;
 mod blocks;
 mod decisions;
 mod document;

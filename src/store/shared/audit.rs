@@ -2,12 +2,9 @@
 
 use uuid::Uuid;
 
-use super::{
-    incoming::Incoming,
-    operation::{Asked, InsertRuns, Operation},
-};
+use super::operation::{Asked, Operation};
 use crate::jobs::{
-    NewRun, Tenant,
+    Tenant,
     audit::{Action, By, Chain, Contents, Entry, Found, Head, Prepared},
 };
 
@@ -75,24 +72,6 @@ impl<O: Operation> Asked<O> {
     /// Its only entry, with what was known of it before.
     pub fn enter(&self, chain: &mut Growing, action: Action, target: String) {
         chain.add(self.by(), self.prepared(), action, target);
-    }
-}
-
-impl Asked<InsertRuns> {
-    /// Each job with its iterations, the entry of the job and those of the iterations.
-    pub fn by_runs(&self) -> impl Iterator<Item = (&NewRun, &Prepared, Vec<Incoming<'_>>)> {
-        let mut prepared = self.prepared.iter();
-        self.write.runs.iter().filter_map(move |run| {
-            let of_job = prepared.next()?;
-            let incoming = run.iterations.iter().zip(&mut prepared).map(|(iteration, prepared)| Incoming {
-                by: self.by(),
-                iteration,
-                receipt: None,
-                prepared,
-                stream: None,
-            });
-            Some((run, of_job, incoming.collect()))
-        })
     }
 }
 

@@ -4,10 +4,10 @@ use uuid::Uuid;
 
 use super::{
     audit::target,
-    operation::{Asked, InsertIteration, Key, key_of},
+    operation::{Asked, InsertIteration, InsertRuns, Key, key_of},
 };
 use crate::jobs::{
-    NewIteration, Receipt, Tenant,
+    NewIteration, NewRun, Receipt, Tenant,
     audit::{Action, By, Prepared},
 };
 
@@ -41,5 +41,23 @@ impl<'a> Incoming<'a> {
     pub fn deed(&self, number: u32) -> (Action, String) {
         let action = if self.stream.is_some() { Action::FinishStream } else { Action::AddIteration };
         (action, target::iteration(self.iteration.job_id, number))
+    }
+}
+
+impl Asked<InsertRuns> {
+    /// Each job with its iterations, the entry of the job and those of the iterations.
+    pub fn by_runs(&self) -> impl Iterator<Item = (&NewRun, &Prepared, Vec<Incoming<'_>>)> {
+        let mut prepared = self.prepared.iter();
+        self.write.runs.iter().filter_map(move |run| {
+            let of_job = prepared.next()?;
+            let incoming = run.iterations.iter().zip(&mut prepared).map(|(iteration, prepared)| Incoming {
+                by: self.by(),
+                iteration,
+                receipt: None,
+                prepared,
+                stream: None,
+            });
+            Some((run, of_job, incoming.collect()))
+        })
     }
 }

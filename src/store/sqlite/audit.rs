@@ -1,20 +1,18 @@
 //! The entries of the audit, and the rows that they have digests of.
 
 use futures_util::TryStreamExt as _;
-use sqlx::{
-    FromRow, Row as _, Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments, sqlite::SqliteRow,
-};
+use sqlx::{FromRow, Row as _, Sqlite, SqliteConnection, query::Query, sqlite::SqliteArguments, sqlite::SqliteRow};
 use uuid::Uuid;
 
-use super::{jobs, locate::signed, time};
+use super::{locate::signed, time};
 use crate::{
     jobs::{
-        Caller, Page, PageRequest, Tenant,
-        audit::{By, Chain, Entry, Found},
+        Tenant,
+        audit::{By, Chain, Found},
     },
     store::shared::{
-        ChoiceRow, DecisionRow, EntryRow, FoundFit, FoundIteration, FoundNodes, FoundRow, GetAudit, Growing, HeadRow,
-        NewEntry, Outcome, Read, RecordRow, entries, entry_columns, figure_columns,
+        ChoiceRow, DecisionRow, FoundFit, FoundIteration, FoundNodes, FoundRow, Growing, HeadRow, NewEntry, Outcome,
+        RecordRow, figure_columns,
     },
 };
 
@@ -156,27 +154,4 @@ where
         found.add(number.unsigned_abs(), T::KIND, digest);
     }
     Ok(())
-}
-
-impl Read<SqlitePool> for GetAudit {
-    async fn read(&self, Caller { tenant, .. }: &Caller, from: &SqlitePool) -> Outcome<Page<Entry>> {
-        let PageRequest { limit, after } = self.page;
-        let mut db = from.begin().await?;
-        let rows: Vec<EntryRow> = sqlx::query_as(concat!(
-            "SELECT ",
-            entry_columns!(),
-            " FROM audit WHERE chain = ? AND tenant = ? AND number > ? ORDER BY number LIMIT ?"
-        ))
-        .bind(self.chain.id(tenant))
-        .bind(tenant.as_str())
-        .bind(after.map_or(0, |cursor| signed(cursor.number())))
-        .bind(i64::from(limit) + 1)
-        .fetch_all(&mut *db)
-        .await?;
-        if let (Chain::Job(job), true) = (self.chain, rows.is_empty()) {
-            // one that was deleted has entries
-            jobs::located(&mut db, tenant, job).await?;
-        }
-        entries(rows, limit)
-    }
 }

@@ -23,6 +23,7 @@
 
 mod answers;
 mod audit;
+mod audit_reads;
 mod backup;
 mod blocks;
 mod decisions;

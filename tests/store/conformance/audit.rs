@@ -80,7 +80,7 @@ pub async fn each_change_leaves_one_entry(pair: &mut Pair) {
     let found: Vec<_> = found.iter().map(|e| (&*e.action, e.target.clone(), names(&e.contents))).collect();
     assert_eq!(found, told);
     assert_eq!(entries(&store, job.id).await[2].contents.get("fit"), Some(&first.fit.digest()));
-    // a job that is gone leaves its chain, and one stored with its iterations has one entry for each
+    // a job that is gone leaves its chain; one stored with its iterations has an entry for each
     let empty = place.stored_job(&store).await.id;
     store.delete_job(empty, none).await.unwrap();
     let actions = |entries: Vec<Entry>| entries.iter().map(|e| e.action.to_string()).collect::<Vec<_>>();
