@@ -9,7 +9,10 @@ mod oracle;
 
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
-    spec::{Along, Correlation, Degree, Errors, Model, PolynomialBasis, Regularization, Terms, Variance},
+    spec::{
+        Along, Correlation, Degree, Errors, Kinds, Model, Places, PolynomialBasis, Predict, Regularization, Terms,
+        Variance,
+    },
 };
 use oracle::random::Random;
 
@@ -104,6 +107,52 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (mean, worst, width) = coverage(spec, draws, &noise)?;
         let (usual, _, narrow) = coverage(&plain, draws, &noise)?;
         println!("| {name} | `{asked}` | {mean:.3} | {worst:.3} | {:.2} | {usual:.3} |", width / narrow);
+    }
+    small_groups(&plain, draws)
+}
+
+/// Groups of which one is small and as precise as the other or more so: intervals of the heights at
+/// all nodes, and the band over the whole.
+fn small_groups(plain: &FitSpec, draws: usize) -> Result<(), Box<dyn std::error::Error>> {
+    println!(
+        "\n| small group | its nodes | its σ | coefficients, least | most | heights, least | most | band | warned |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|");
+    let x: Vec<f64> = (0..COUNT).map(|i| i as f64).collect();
+    let kinds = Kinds { confidence: true, prediction: false, simultaneous: true };
+    for (small, along) in [5, 6, 8, 10, 30].into_iter().flat_map(|small| [(small, false), (small, true)]) {
+        let member = |k: usize| if along { (0..small).any(|i| i * (COUNT - 1) / (small - 1) == k) } else { k < small };
+        let group: Vec<i64> = (0..COUNT).map(|k| i64::from(!member(k))).collect();
+        let predict = Some(Predict { at: Places::Curve(x.clone()), level: None, kinds, slopes: false });
+        let spec = FitSpec { variance: Variance::Groups(group.clone()), predict, ..plain.clone() };
+        for sigma in [1.0, 0.3, 0.1] {
+            let mut random = Random::new(11);
+            let (mut own, mut heights, mut band, mut warned) = (vec![0usize; 4], vec![0usize; COUNT], 0, 0);
+            let holds = |ends: &[f64; 2]| ends[0] <= 0.0 && 0.0 <= ends[1];
+            for _ in 0..draws {
+                let y = group.iter().map(|g| if *g == 0 { sigma } else { 1.0 } * random.normal()).collect();
+                let found = fit(&Nodes::curve(x.clone(), y, None)?, &spec)?;
+                for (c, hits) in found.coefficients.iter().zip(&mut own) {
+                    *hits += usize::from(c.interval.is_some_and(|interval| holds(&interval.ends)));
+                }
+                let bands = found.predictions.ok_or("no predictions")?;
+                for (ends, hits) in bands.confidence.ok_or("no bands")?.iter().zip(&mut heights) {
+                    *hits += usize::from(holds(ends));
+                }
+                band += usize::from(bands.simultaneous.ok_or("no band")?.band.iter().all(holds));
+                warned += usize::from(found.warnings.iter().any(|w| w.code() == "group_variance_uncertain"));
+            }
+            let share = |hits: usize| hits as f64 / draws as f64;
+            let ends = |hits: &[usize]| {
+                let all = hits.iter().map(|&h| share(h));
+                (all.clone().fold(1.0, f64::min), all.fold(0.0, f64::max))
+            };
+            let ((a, b), (c, d)) = (ends(&own), ends(&heights));
+            let (place, band, warned) = (if along { "all along" } else { "at one end" }, share(band), share(warned));
+            println!(
+                "| {small} of 60 | {place} | {sigma} | {a:.3} | {b:.3} | {c:.3} | {d:.3} | {band:.3} | {warned:.2} |"
+            );
+        }
     }
     Ok(())
 }

@@ -14,7 +14,7 @@ use std::{f64::consts::PI, sync::Arc};
 
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,
-    spec::{Chain, Earlier, Model, Moves, Prior, Regularization, Which},
+    spec::{Chain, Earlier, Kinds, Model, Moves, Places, Predict, Prior, Regularization, Which},
 };
 use oracle::random::Random;
 
@@ -34,6 +34,8 @@ struct Found {
     hits: Vec<usize>,
     width: f64,
     let_go: usize,
+    /// Sets whose simultaneous band holds the heights at all nodes.
+    bands: usize,
 }
 
 /// Columns of length 1 at right angles: standard errors are σ, and every other basis of the same
@@ -77,8 +79,10 @@ fn run(x: &[Vec<f64>], iterations: u32, moving: Moving, step: f64, sets: usize) 
         let now = all.pop().expect("at least one");
         let chain =
             Chain { which: Which::Previous, moves: Moves::Estimated, correction: true, earlier: Some(all.into()) };
+        let kinds = Kinds { simultaneous: true, ..Kinds::default() };
         let spec = FitSpec {
             regularization: Regularization::None,
+            predict: Some(Predict { at: Places::Rows(x.to_vec()), level: None, kinds, slopes: false }),
             prior: Some(Prior::Iterations(chain)),
             ..FitSpec::new(Model::Linear)
         };
@@ -90,6 +94,10 @@ fn run(x: &[Vec<f64>], iterations: u32, moving: Moving, step: f64, sets: usize) 
             found.hits[j] += usize::from(interval.ends[0] <= *a && *a <= interval.ends[1]);
             found.width += interval.gain.unwrap_or(1.0);
         }
+        let band = result.predictions.and_then(|bands| bands.simultaneous).expect("there is noise").band;
+        let height = |row: &[f64]| row.iter().zip(&truth).map(|(x, a)| x * a).sum::<f64>();
+        let holds = |([low, high], row): (&[f64; 2], &Vec<f64>)| (*low..=*high).contains(&height(row));
+        found.bands += usize::from(band.iter().zip(x).all(holds));
         found.let_go += usize::from(result.prior.and_then(|prior| prior.conflict).is_some_and(|c| c.let_go));
     }
     found
@@ -98,9 +106,10 @@ fn run(x: &[Vec<f64>], iterations: u32, moving: Moving, step: f64, sets: usize) 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let sets: usize = std::env::args().nth(1).map_or(Ok(1000), |text| text.parse())?;
     println!("{sets} sets each; mean squared error over least squares' / mean coverage / that of the worst");
-    println!("coefficient / width over least squares' / share of sets in which the prior was let go\n");
-    println!("| coefficients, iterations, what moves | 0 σ | 0.1 σ | 0.3 σ | 1 σ | 3 σ | 10 σ |");
-    println!("|---|---|---|---|---|---|---|");
+    println!("coefficient / coverage of the simultaneous band / width over least squares' / share of sets in which");
+    println!("the prior was let go\n");
+    println!("| coefficients, iterations, what moves | 0 σ | 0.1 σ | 0.3 σ | 0.7 σ | 1 σ | 3 σ | 10 σ |");
+    println!("|---|---|---|---|---|---|---|---|");
     for (n, iterations, moving, name) in [
         (4, 6, Moving::All, "4, 6, all"),
         (9, 6, Moving::All, "9, 6, all"),
@@ -111,15 +120,16 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     ] {
         let x = design(45, n);
         print!("| {name} ");
-        for step in [0.0, 0.1, 0.3, 1.0, 3.0, 10.0] {
+        for step in [0.0, 0.1, 0.3, 0.7, 1.0, 3.0, 10.0] {
             let found = run(&x, iterations, moving, step, sets);
             let shares: Vec<f64> = found.hits.iter().map(|&h| h as f64 / sets as f64).collect();
             let count = n as f64;
             print!(
-                "| {:.2} / {:.3} / {:.3} / {:.2} / {:.3} ",
+                "| {:.2} / {:.3} / {:.3} / {:.3} / {:.2} / {:.3} ",
                 found.ours / found.theirs,
                 shares.iter().sum::<f64>() / count,
                 shares.iter().fold(1.0f64, |least, s| least.min(*s)),
+                found.bands as f64 / sets as f64,
                 found.width / (count * sets as f64),
                 found.let_go as f64 / sets as f64
             );

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 use flankfit_engine::{
     estimation::result::{Times, Warning},
-    fault::words::Size,
+    fault::words::{Shown, Size},
 };
 
 use serde::{Deserialize, Serialize};
@@ -35,8 +35,10 @@ pub fn sentence(warning: &Warning) -> String {
              stands"
         ),
         Warning::NormLimitBelowEstimate { limit, norm } => format!(
-            "coefficient_norm_limit {limit} is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, \
-             the observed one may exceed them"
+            "coefficient_norm_limit {} is below ‖Â‖ = {} of this fit: if the true norm is above the limit too, \
+             bias-aware intervals and bands do not hold, and bias_bound and sharp_bound may be exceeded",
+            Shown(*limit),
+            Shown(*norm)
         ),
         Warning::NormLimitIsEstimate { norm, along, error } => format!(
             "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \

@@ -35,6 +35,17 @@ async fn a_flank_rises_and_bends_as_told() {
     assert_eq!(fit["spec"]["constraints"], example()["constraints"]);
     assert_eq!(fit["coefficients"][0]["interval_kind"], "least_squares");
 
+    // a told limit shortens intervals as without constraints; a tiny one is told in few digits
+    let mut limited = example();
+    limited["coefficient_norm_limit"] = json!(1e-300);
+    let body = app.fit(&limited.to_string()).await.json();
+    assert_eq!(body["coefficients"][0]["interval_kind"], "bias_aware", "{body}");
+    let warnings = body["warnings"].as_array().unwrap();
+    let below = warnings.iter().find(|w| w["code"] == "norm_limit_below_estimate").unwrap();
+    let message = below["message"].as_str().unwrap();
+    assert!(message.starts_with("coefficient_norm_limit 1e-300 is below") && message.len() < 300, "{message}");
+    assert!(message.contains("bias-aware intervals and bands do not hold"), "{message}");
+
     // the surface that is answered does as told wherever it is looked at
     let axis = |low: f64, high: f64| (0..=60).map(|k| low + (high - low) * f64::from(k) / 60.0).collect::<Vec<f64>>();
     let grid = json!({"u": axis(30.0, 34.0), "v": axis(0.0, 20.0)});

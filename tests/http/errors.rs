@@ -68,6 +68,23 @@ async fn told_parameters_and_variances_come_back() {
     let body = app.fit(&example("fit_groups").to_string()).await.json();
     let sigma = |k: usize| number(&body["variance"]["groups"][k]["sigma"]);
     assert!(sigma(1) > 2.0 * sigma(0), "{}", body["variance"]);
+    assert!(body["warnings"].as_array().unwrap().iter().all(|w| w["code"] != "group_variance_uncertain"), "{body}");
+    // four of 24 nodes tell next to nothing of a variance beside a fitted curve
+    let mut small = example("fit_groups");
+    let group: Vec<u8> = (0..24).map(|k| u8::from(k % 6 != 2)).collect();
+    small["variance"] = json!({"groups": group});
+    let y = (0..24).map(|k| if k % 6 == 2 { 0.0 } else { f64::from((7 * k) % 5) - 2.0 });
+    small["nodes"]["y"] = json!(y.enumerate().map(|(k, y)| y + 1e-3 * (k as f64).sin()).collect::<Vec<_>>());
+    let body = app.fit(&small.to_string()).await.json();
+    let warnings = body["warnings"].as_array().unwrap();
+    let warning = warnings.iter().find(|w| w["code"] == "group_variance_uncertain").unwrap_or_else(|| panic!("{body}"));
+    assert!(warning["message"].as_str().unwrap().starts_with("the variance of group 0 rests on "), "{warning}");
+    let wide = |k: usize| {
+        let [low, high] = [0, 1].map(|end| number(&body["coefficients"][k]["interval"][end]));
+        (high - low) / number(&body["coefficients"][k]["std_error"])
+    };
+    // t of two degrees of freedom or fewer, not of all
+    assert!(wide(0) > 7.0, "{body}");
     let mut power = example("fit_groups");
     power["nodes"]["x"] = json!((1..25).map(f64::from).collect::<Vec<_>>());
     power["variance"] = json!({"power_of": "u"});

@@ -237,6 +237,32 @@ fn intervals_hold_where_the_constraint_binds() {
     assert!(error < 0.5 * plain_error, "{error} {plain_error}");
 }
 
+/// A told limit of the norm shortens intervals as without constraints: they are about least squares
+/// that nothing constrains, filtered.
+#[test]
+fn a_told_limit_shortens_intervals_as_without_constraints() {
+    let mut random = Random::new(9);
+    let nodes = curve(&mut random, 25, |_| 0.0, 0.2);
+    let limited =
+        |constraints| FitSpec { coefficient_norm_limit: Some(0.5), ..spec(chebyshev(Degree::Both(3)), constraints) };
+    let (free, held) = (fit(&nodes, &limited(vec![])), fit(&nodes, &limited(vec![just(ConstraintKind::Increasing)])));
+    assert!(held.warnings.iter().any(|warning| warning.code() == "constraints_active"));
+    for (free, held) in free.coefficients.iter().zip(&held.coefficients) {
+        let (free, held) = (free.interval.unwrap(), held.interval.unwrap());
+        assert_eq!((held.kind, held.ends), (IntervalKind::BiasAware, free.ends));
+    }
+}
+
+/// A slope that the constraint holds at 0 is determined by it alone.
+#[test]
+fn what_constraints_determine_has_no_standard_error() {
+    let nodes = curve(&mut Random::new(10), 25, |x| -x, 0.1);
+    let found = fit(&nodes, &spec(chebyshev(Degree::Both(1)), vec![just(ConstraintKind::Increasing)]));
+    let slope = &found.coefficients[1];
+    assert!(slope.value.abs() < 1e-9 && slope.std_error.unwrap() < 1e-12, "{slope:?}");
+    assert!(slope.least_squares_std_error.unwrap() > 0.01 && slope.interval.unwrap().ends[1] < -0.3, "{slope:?}");
+}
+
 #[track_caller]
 fn refused(nodes: &Nodes, spec: &FitSpec, field: Field, reason: ConstraintReason) {
     match estimation::fit(nodes, spec) {

@@ -209,6 +209,22 @@ fn numbers_are_those_of_their_definitions() {
     assert!((told.chi_squared_limit - 16.266).abs() < 0.3);
 }
 
+/// The uncertainty of the machine counts in full, and as if all settings erred the same way at
+/// every node: the interval of the ratio holds more often than it says.
+#[test]
+fn the_interval_of_the_ratio_is_wide() {
+    for factor in [0.7, 1.0] {
+        let hits = (0..600).filter(|&seed| {
+            let told = answer(seed, factor, |_| 0.0);
+            let [low, high] = told.response_ratio_interval.unwrap();
+            (low..=high).contains(&factor)
+        });
+        let held = hits.count() as f64 / 600.0;
+        println!("{factor}: {held}");
+        assert!(held >= 0.97, "{factor}: {held}");
+    }
+}
+
 #[test]
 fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
     let still = Comparison {

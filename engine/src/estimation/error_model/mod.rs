@@ -5,6 +5,7 @@
 //! estimated, the estimate is an average over them. Variances come in as weights, or as a sandwich
 //! about least squares.
 
+pub(super) mod group_spread;
 pub(super) mod lines;
 pub(super) mod mixture;
 pub(super) mod position_spread;

@@ -89,6 +89,14 @@ pub enum ErrorsReason {
     /// A σ beside variances that are taken from the residuals.
     #[error("variances are taken from the residuals, not from a σ that is told")]
     Sigma,
+    /// More groups than are kept apart.
+    #[error("{groups} groups, but a fit with so many coefficients estimates the variances of up to {most}")]
+    ManyGroups {
+        /// Groups.
+        groups: usize,
+        /// Groups at most.
+        most: usize,
+    },
     /// A node that determines a coefficient alone.
     #[error("a node alone determines a coefficient: its residual says nothing of its variance")]
     Alone,

@@ -2,27 +2,35 @@
 
 use nalgebra::DMatrix;
 
-use super::mixture::Mixture;
+use super::{group_spread::GroupSpread, mixture::Mixture};
 use crate::{
     estimation::{
         factor::Factor,
         inference::{CONFORMANCE_PROBABILITY, Inferred, Noise},
     },
-    numerics::{Dd, triangular},
+    numerics::{Dd, distribution::Student, triangular},
 };
 
-/// The covariance of what the heights have in Q's coordinates, and the mixture that it is of.
+/// The covariance of what the heights have in Q's coordinates, and what it is of.
 pub(crate) struct ErrorSpread {
     /// A root G of the covariance: a form q has variance ‖Gᵀq‖².
     root: DMatrix<f64>,
-    /// With the matrix that leads from Q's coordinates to those of plain least squares.
-    mixture: Option<(Mixture, DMatrix<f64>)>,
+    kind: Kind,
+}
+
+enum Kind {
+    /// Student's distribution with m − n degrees of freedom.
+    Student,
+    /// A mixture, with the matrix that leads from Q's coordinates to those of plain least squares.
+    Mixture(Mixture, DMatrix<f64>),
+    /// Student's distribution with each form's own degrees of freedom.
+    Groups(GroupSpread),
 }
 
 impl ErrorSpread {
     /// Of a covariance in Q's coordinates, given by its root.
     pub(crate) fn new(root: DMatrix<f64>) -> Self {
-        ErrorSpread { root, mixture: None }
+        ErrorSpread { root, kind: Kind::Student }
     }
 
     /// Of a mixture found in the coordinates of the factor `plain`, for a problem whose factor is
@@ -30,7 +38,27 @@ impl ErrorSpread {
     pub(crate) fn of_mixture(mixture: Mixture, white: &DMatrix<Dd>, plain: &Factor) -> Option<Self> {
         let inverse = triangular::inverse_upper(&plain.r);
         let turn = triangular::multiply_upper(white, &inverse).map(|x| x.to_f64());
-        Some(ErrorSpread { root: &turn * mixture.root()?, mixture: Some((mixture, turn)) })
+        Some(ErrorSpread { root: &turn * mixture.root()?, kind: Kind::Mixture(mixture, turn) })
+    }
+
+    /// Of groups whose variances are estimated; σ of the weighted problem. `None` where the
+    /// covariance is singular to rounding.
+    pub(crate) fn of_groups(groups: GroupSpread, sigma: f64) -> Option<Self> {
+        Some(ErrorSpread { root: groups.root()? * sigma, kind: Kind::Groups(groups) })
+    }
+
+    /// Whether errors are those of R but for a factor, so that unit vectors of a tube are R's.
+    pub(crate) fn is_weighted(&self) -> bool {
+        matches!(self.kind, Kind::Groups(_))
+    }
+
+    /// The noise with the distribution that the error of a form has over its standard error.
+    pub(crate) fn noise_of(&self, form: &[f64], noise: &Noise) -> Noise {
+        let student: Student = match &self.kind {
+            Kind::Groups(groups) => groups.student(form),
+            Kind::Student | Kind::Mixture(..) => noise.student,
+        };
+        Noise { student, ..*noise }
     }
 
     /// A vector whose products with those of other forms are their covariances.
@@ -46,7 +74,7 @@ impl ErrorSpread {
     /// The interval of an unregularised form with this value, where errors are a mixture; `own` is
     /// the standard deviation of a further error in σ.
     pub(crate) fn interval(&self, form: &[f64], value: f64, own: f64, miss: f64) -> Option<[f64; 2]> {
-        let (mixture, turn) = self.mixture.as_ref()?;
+        let Kind::Mixture(mixture, turn) = &self.kind else { return None };
         let plain: Vec<f64> =
             turn.column_iter().map(|column| column.iter().zip(form).map(|(t, q)| t * q).sum()).collect();
         Some(mixture.interval(&plain, value, own, miss))
@@ -56,7 +84,7 @@ impl ErrorSpread {
     /// [`CONFORMANCE_PROBABILITY`]: a mixture is answered as Student's distribution with the same
     /// ones.
     pub(crate) fn inferred(&self, form: &[f64], value: f64, noise: &Noise) -> Inferred {
-        let student = noise.student;
+        let student = self.noise_of(form, noise).student;
         let tail = 1.0 - CONFORMANCE_PROBABILITY;
         let (value, std_error) = match self.interval(form, value, 0.0, 2.0 * tail) {
             Some([low, high]) => (0.5 * (low + high), 0.5 * (high - low) / student.upper_quantile(tail)),

@@ -1,6 +1,8 @@
 //! Fits whose errors are correlated or of unequal variance: from plain least squares to the problem
 //! that the model of the errors makes of it, and on as any fit.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use super::{
     conclude::{conclude, conclude_with},
     error_checks::{check, family, given},
@@ -12,6 +14,7 @@ use crate::{
         diagnostics::{dependence, within_range},
         error::FitError,
         error_model::{
+            group_spread::GroupSpread,
             lines::{Lines, Measure},
             mixture::{Family, Mixture, lower_root},
             process::Whitening,
@@ -35,6 +38,8 @@ use crate::{
 const MOST: usize = 8_000_000;
 /// Products of a search for parameters: some seconds.
 const MOST_PRODUCTS: usize = 1_000_000_000;
+/// Degrees of freedom below which the variance of a group is warned of.
+const FEW_OF_GROUP: f64 = 3.0;
 /// Degrees of freedom that estimates of errors take at least.
 const LEAST_FREEDOM: usize = 3;
 
@@ -256,11 +261,23 @@ impl Plain<'_> {
         let (q, residuals) = (self.orthonormal(), self.residuals());
         let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
         let group: Vec<i64> = (0..residuals.len()).map(|k| groups[self.sample.posted(k)]).collect();
+        let (count, most) = (group.iter().collect::<BTreeSet<_>>().len(), GroupSpread::most(self.design.size()));
+        if count > most {
+            return Err(Faults::one(Field::Variance, ErrorsReason::ManyGroups { groups: count, most }).into());
+        }
         let Some(weights) = unequal::groups(&rows, &group) else {
             return Err(Faults::one(Field::Variance, ErrorsReason::Group).into());
         };
         let omega: Vec<f64> = group.iter().map(|g| weights[g]).collect();
-        let mut result = self.weighted(&omega)?;
+        let places: BTreeMap<i64, usize> = weights.keys().enumerate().map(|(place, &g)| (g, place)).collect();
+        let place: Vec<usize> = group.iter().map(|g| places[g]).collect();
+        // a posterior has weights for known
+        let alone = weights.len() == 1 || self.spec.prior.is_some();
+        let (mut result, few) = self.weighted(&omega, (!alone).then_some((&place, weights.len())))?;
+        if let Some((place, freedom)) = few.filter(|(_, freedom)| *freedom < FEW_OF_GROUP) {
+            let group = weights.keys().nth(place).copied().unwrap_or(0);
+            result.warnings.push(Warning::GroupVarianceUncertain { group, freedom });
+        }
         let sigma = result.residuals.sigma.unwrap_or(0.0);
         result.variance = Some(VarianceReport::Groups(weights.iter().map(|(&g, &w)| (g, sigma / w.sqrt())).collect()));
         Ok(result)
@@ -285,15 +302,21 @@ impl Plain<'_> {
             }
         };
         let omega: Vec<f64> = x.iter().map(|x| libm::pow(*x, -2.0 * exponent)).collect();
-        let mut result = self.weighted(&omega)?;
+        let (mut result, _) = self.weighted(&omega, None)?;
         result.variance = Some(VarianceReport::Power { exponent, at: middle });
         Ok(result)
     }
 
-    /// Least squares with the weights of the nodes times ω, by counted node.
-    fn weighted(&self, omega: &[f64]) -> Result<FitResult, FitError> {
-        if omega.iter().all(|w| *w == 1.0) {
-            return conclude_plain(self);
+    /// Least squares with the weights of the nodes times ω, by counted node; `groups` has the place
+    /// of each node's group among so many, where ω was estimated by groups. With it the group whose
+    /// variance is known least, and on how many degrees of freedom that rests.
+    fn weighted(
+        &self,
+        omega: &[f64],
+        groups: Option<(&[usize], usize)>,
+    ) -> Result<(FitResult, Option<(usize, f64)>), FitError> {
+        if omega.iter().all(|w| *w == 1.0) && groups.is_none() {
+            return Ok((conclude_plain(self)?, None));
         }
         let mut weights = vec![0.0; self.nodes.posted()];
         for (k, omega) in omega.iter().enumerate() {
@@ -303,9 +326,22 @@ impl Plain<'_> {
         let heights = Heights::new(&sample);
         within_range(Field::List(self.nodes.heights()), &heights)?;
         let factor = Factor::new(self.design, &sample)?;
+        if factor.working.is_none() {
+            return Err(dependence(self.design, &factor, heights.weight));
+        }
         let evidence = Evidence::Posted { sample: &sample, nodes: self.nodes };
         let linear = LinearProblem { design: self.design, factor: &factor, heights: heights.about_zero, evidence };
         let frame = Frame::new(self.design, &factor, self.spec, heights.weight)?;
-        conclude(&linear, &heights, self.spec, &frame, None)
+        let Some((place, count)) = groups else {
+            return Ok((conclude(&linear, &heights, self.spec, &frame, None)?, None));
+        };
+        let undetermined = || FitError::from(Faults::one(Field::Variance, ErrorsReason::Group));
+        let (m, n) = (sample.count(), self.design.size());
+        let rows = orthonormal_rows(self.design, &factor, &sample);
+        let found = GroupSpread::new(n, &rows, place, count).ok_or_else(undetermined)?;
+        let few = found.least_freedom(place);
+        let sigma = (factor.rss / (m - n) as f64).sqrt();
+        let spread = ErrorSpread::of_groups(found, sigma).ok_or_else(undetermined)?;
+        Ok((conclude_with(&linear, &heights, self.spec, &frame, None, Some(&spread))?, Some(few)))
     }
 }

@@ -133,10 +133,16 @@ impl Forms<'_> {
         Some(self.errors?.inferred(&form.q, self.least_squares(form), self.noise.as_ref()?))
     }
 
+    /// What is known of the noise in the error of least squares of the form.
+    pub(super) fn noise_of(&self, form: &Form) -> Option<Noise> {
+        let noise = self.noise.as_ref()?;
+        Some(self.errors.filter(|_| !self.posterior).map_or(*noise, |errors| errors.noise_of(&form.q, noise)))
+    }
+
     /// The interval of the form at one place, widened for a further measurement whose own error is
     /// `own`: Student's about least squares, or the bias-aware one where that is shorter.
     pub(super) fn interval(&self, estimated: &Estimated, own: f64) -> Option<[f64; 2]> {
-        let noise = self.noise.as_ref()?;
+        let noise = &self.noise_of(&estimated.form)?;
         if self.posterior {
             let half = noise.quantile() * estimated.std_error?.hypot(own);
             return Some([estimated.value - half, estimated.value + half]);

@@ -1,16 +1,18 @@
 //! Heights, slopes and bands at places of the domain.
 
+use std::collections::BTreeMap;
+
 use super::forms::{Estimated, Forms, length};
 use crate::{
     estimation::{
         design::{Along, Design},
         fault::{Faults, Field, InferenceReason},
-        inference::{Among, Noise, Tube, path_length, scheffe, sheet, simultaneous_factor},
+        inference::{Among, Noise, SimultaneousMethod, Tube, path_length, scheffe, sheet, simultaneous_factor},
         regularized::LinearMap,
         result::{Predictions, Simultaneous, Slopes},
         spec::{Domain, FitSpec, Places, Predict},
     },
-    numerics::{cancel::Asking, triangular},
+    numerics::{cancel::Asking, distribution::Student, triangular},
 };
 
 /// Products of places and coefficients at most: some seconds, and 100 MB.
@@ -178,19 +180,61 @@ fn band(
         true => Some(Among::Each(heights.len())),
         false => tube(forms, places, biased).map(Among::Tube),
     };
-    let (factor, method) = simultaneous_factor(n, among.as_ref(), noise);
+    let mut factors = Factors { n, among, whole: *noise, known: BTreeMap::new() };
     let band = heights
         .iter()
+        .asking(1000)
         .map(|one| {
-            let (middle, half) = match biased {
-                true if forms.posterior => (one.value, factor * one.std_error?),
-                true => (one.value, factor * one.std_error? + one.bias_bound),
-                false => (forms.least_squares(&one.form), factor * one.least_squares_error?),
-            };
-            Some([middle - half, middle + half])
+            if biased {
+                let bias = if forms.posterior { 0.0 } else { one.bias_bound };
+                let half = factors.of(noise) * one.std_error? + bias;
+                return Some([one.value - half, one.value + half]);
+            }
+            let own = forms.noise_of(&one.form)?;
+            let (middle, factor) = (forms.least_squares(&one.form), factors.of(&own));
+            let half = factor * one.least_squares_error?;
+            // of a mixture the standard error says less than the quantiles: the band of a place by
+            // itself lies within the one of the whole
+            let miss = own.miss;
+            let alone = forms.errors.and_then(|errors| errors.interval(&one.form.q, middle, 0.0, miss));
+            let [low, high] = alone.unwrap_or([middle; 2]);
+            Some([low.min(middle - half), high.max(middle + half)])
         })
         .collect::<Option<Vec<_>>>()?;
-    Some(Simultaneous { band, factor, method, scheffe: scheffe(n, noise) })
+    let (factor, method, scheffe) = factors.largest()?;
+    Some(Simultaneous { band, factor, method, scheffe })
+}
+
+/// Factors of a band, by degrees of freedom.
+struct Factors {
+    n: usize,
+    among: Option<Among>,
+    /// With the degrees of freedom that places have unless they have their own.
+    whole: Noise,
+    known: BTreeMap<i64, (f64, SimultaneousMethod, f64)>,
+}
+
+impl Factors {
+    /// The factor of a place. Degrees of freedom of its own are rounded down by a hundredth at
+    /// most, so that they are few.
+    fn of(&mut self, noise: &Noise) -> f64 {
+        let freedom = noise.student.freedom();
+        let own = freedom != self.whole.student.freedom();
+        let step = (100.0 * libm::log(freedom)).floor();
+        let key = if own { step as i64 } else { i64::MAX };
+        let (factor, ..) = *self.known.entry(key).or_insert_with(|| {
+            let student = Student::new(libm::exp(0.01 * step).max(1.0));
+            let noise = if own { Noise { student, ..*noise } } else { self.whole };
+            let (factor, method) = simultaneous_factor(self.n, self.among.as_ref(), &noise);
+            (factor, method, scheffe(self.n, &noise))
+        });
+        factor
+    }
+
+    /// The largest factor that was asked for, with its method and Scheffé's.
+    fn largest(&self) -> Option<(f64, SimultaneousMethod, f64)> {
+        self.known.values().copied().max_by(|a, b| a.0.total_cmp(&b.0))
+    }
 }
 
 /// Steps along an axis of the first look at a path or sheet, and at most.
@@ -210,7 +254,7 @@ const SETTLED: f64 = 1e-3;
 /// The path or sheet of unit vectors over the domain, widened to the places asked for; `None`
 /// for a robust estimate, whose errors do not follow from R alone.
 fn tube(forms: &Forms, places: &[[f64; 2]], biased: bool) -> Option<Tube> {
-    if forms.robust.is_some() || forms.errors.is_some() {
+    if forms.robust.is_some() || forms.errors.is_some_and(|errors| !errors.is_weighted()) {
         return None;
     }
     let design: &Design = forms.linear.design;

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     estimation::spec::Along,
-    fault::words::{Shown, Size, counted, listed},
+    fault::words::{Shown, Size, counted, listed, rounded},
 };
 
 /// Something that the reader of an answer must know.
@@ -53,8 +53,8 @@ pub enum Warning {
     PerturbationUnbounded,
     /// A limit below the norm of the estimate.
     #[error(
-        "the limit {limit} of the norm is below ‖Â‖ = {norm} of this fit: the bounds limit the expected bias, the \
-         observed one may exceed them"
+        "the limit {} of the norm is below ‖Â‖ = {} of this fit: if the true norm is above the limit too, bias-aware \
+         intervals and bands do not hold and the bounds of the bias may be exceeded", Shown(*.limit), Shown(*.norm)
     )]
     NormLimitBelowEstimate {
         /// r of the request.
@@ -303,6 +303,17 @@ pub enum Warning {
          not use it, bounds on the bias do"
     )]
     NormLimitUnused,
+    /// A variance that was estimated from next to nothing.
+    #[error(
+        "the variance of group {group} rests on {} degrees of freedom: join groups, or expect intervals that are \
+         several times as wide as with known variances", rounded(*.freedom, 2)
+    )]
+    GroupVarianceUncertain {
+        /// The group.
+        group: i64,
+        /// Degrees of freedom in effect.
+        freedom: f64,
+    },
     /// A predicted error that nothing corrects.
     #[error(
         "there is no corrected predicted error here: it is that of a matrix B, ridge or Tikhonov (up to 200 \

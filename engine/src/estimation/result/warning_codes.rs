@@ -48,6 +48,7 @@ impl Warning {
             NoInfluence | NoInfluenceOfRobust | NoInfluenceOfErrors | InfluenceOfMany { .. } => "no_influence",
             PositionsAsExact => "positions_as_exact",
             PositionsUncertain { .. } => "positions_uncertain",
+            GroupVarianceUncertain { .. } => "group_variance_uncertain",
             NormLimitUnused => "norm_limit_unused",
             PriorWithoutNoise => "prior_unused",
             ShapeAtBound(_) => "shape_at_bound",

@@ -49,7 +49,7 @@ answer! {
         /// given about the estimate, if that band is narrower on the whole.
         simultaneous?: Vec<[f64; 2]> = simultaneous.as_ref().map(|all| &all.band),
         simultaneous_method?: SimultaneousMethodName = simultaneous.as_ref().map(|all| &all.method),
-        /// Half the width of `simultaneous` in standard errors.
+        /// Half the width of `simultaneous` in standard errors, the largest of all places.
         simultaneous_factor?: f64 = simultaneous.as_ref().map(|all| all.factor),
         /// Scheffé's factor √(nF), of which no other is larger where it is used.
         scheffe?: f64 = simultaneous.as_ref().map(|all| all.scheffe),

@@ -1,0 +1,146 @@
+//! Estimated variances and correlations: intervals of small groups hold, and bands over the whole
+//! contain those of single places and hold.
+
+use crate::{oracle::random::Random, problems::fit};
+use flankfit_engine::estimation::{
+    FitResult, FitSpec, Nodes,
+    spec::{
+        Along, Correlation, Degree, Errors, Kinds, Model, Places, PolynomialBasis, Predict, Regularization, Terms,
+        Variance,
+    },
+};
+
+const COUNT: usize = 60;
+
+/// Places of bands.
+fn places() -> Vec<f64> {
+    axis().into_iter().step_by(7).collect()
+}
+
+fn axis() -> Vec<f64> {
+    (0..COUNT).map(|k| k as f64).collect()
+}
+
+/// A cubic with all its bands.
+fn spec() -> FitSpec {
+    let model = Model::Polynomial { degree: Degree::Both(3), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
+    let kinds = Kinds { confidence: true, prediction: false, simultaneous: true };
+    let predict = Some(Predict { at: Places::Curve(places()), level: None, kinds, slopes: false });
+    FitSpec { regularization: Regularization::None, predict, ..FitSpec::new(model) }
+}
+
+/// How often 0, the truth, lies in the intervals of the coefficients and of the heights, the least
+/// and the greatest of them, and in the band as a whole.
+#[derive(Debug)]
+struct Held {
+    intervals: [f64; 2],
+    heights: [f64; 2],
+    band: f64,
+}
+
+fn held(draws: usize, mut draw: impl FnMut() -> FitResult) -> Held {
+    let (mut hits, mut places, mut band) = (vec![0usize; 4], vec![0usize; places().len()], 0);
+    let holds = |ends: &[f64; 2]| ends[0] <= 0.0 && 0.0 <= ends[1];
+    for _ in 0..draws {
+        let found = draw();
+        for (c, hits) in found.coefficients.iter().zip(&mut hits) {
+            *hits += usize::from(holds(&c.interval.unwrap().ends));
+        }
+        let bands = found.predictions.unwrap();
+        let (own, whole) = (bands.confidence.unwrap(), bands.simultaneous.unwrap().band);
+        for ((own, whole), hits) in own.iter().zip(&whole).zip(&mut places) {
+            assert!(whole[0] <= own[0] && own[1] <= whole[1], "{whole:?} does not contain {own:?}");
+            *hits += usize::from(holds(own));
+        }
+        band += usize::from(whole.iter().all(holds));
+    }
+    let share = |count: usize| count as f64 / draws as f64;
+    let ends = |hits: &[usize]| {
+        let all = hits.iter().map(|&h| share(h));
+        [all.clone().fold(1.0, f64::min), all.fold(0.0, f64::max)]
+    };
+    Held { intervals: ends(&hits), heights: ends(&places), band: share(band) }
+}
+
+/// A small group, of the first nodes or of nodes all along, that is as precise as the others or
+/// more so. 300 draws each: a coverage is uncertain by 0.013, the least of some by more.
+#[test]
+fn intervals_of_small_groups_hold() {
+    for spread in [false, true] {
+        for small in [5, 6, 10] {
+            let member = |k: usize| {
+                if spread { (0..small).any(|i| i * (COUNT - 1) / (small - 1) == k) } else { k < small }
+            };
+            let group: Vec<i64> = (0..COUNT).map(|k| i64::from(!member(k))).collect();
+            let asked = FitSpec { variance: Variance::Groups(group.clone()), ..spec() };
+            for sigma in [1.0, 0.1] {
+                let mut random = Random::new(601);
+                let found = held(300, || {
+                    let y = group.iter().map(|g| if *g == 0 { sigma } else { 1.0 } * random.normal()).collect();
+                    fit(&Nodes::curve(axis(), y, None).unwrap(), &asked)
+                });
+                println!("{small} spread {spread} {sigma}: {found:?}");
+                assert!(found.intervals[0] >= 0.91 && found.intervals[1] <= 0.99, "{small} {sigma}: {found:?}");
+                assert!(found.heights[0] >= 0.91 && found.heights[1] <= 0.99, "{small} {sigma}: {found:?}");
+                assert!((0.92..0.995).contains(&found.band), "{small} {sigma}: {found:?}");
+            }
+        }
+    }
+}
+
+/// Three groups at once, none of them large.
+#[test]
+fn intervals_of_three_groups_hold() {
+    let group: Vec<i64> = (0..COUNT as i64)
+        .map(|k| {
+            if k % 6 == 0 {
+                0
+            } else if k % 6 == 3 {
+                2
+            } else {
+                1
+            }
+        })
+        .collect();
+    let sigma = [0.2, 1.0, 0.5];
+    let asked = FitSpec { variance: Variance::Groups(group.clone()), ..spec() };
+    let mut random = Random::new(602);
+    let found = held(300, || {
+        let y = group.iter().map(|g| sigma[*g as usize] * random.normal()).collect();
+        fit(&Nodes::curve(axis(), y, None).unwrap(), &asked)
+    });
+    println!("{found:?}");
+    assert!(found.intervals[0] >= 0.91 && found.heights[0] >= 0.91 && found.band >= 0.92, "{found:?}");
+}
+
+/// The variance of five nodes along a cubic is known by little more than one of them.
+#[test]
+fn a_variance_of_next_to_nothing_is_told() {
+    let group: Vec<i64> = (0..COUNT).map(|k| i64::from(k % 12 != 5)).collect();
+    let mut random = Random::new(603);
+    let y = group.iter().map(|g| if *g == 0 { 0.01 } else { 1.0 } * random.normal()).collect();
+    let asked = FitSpec { variance: Variance::Groups(group), ..spec() };
+    let found = fit(&Nodes::curve(axis(), y, None).unwrap(), &asked);
+    let warning = found.warnings.iter().find(|w| w.code() == "group_variance_uncertain").unwrap();
+    assert!(warning.to_string().starts_with("the variance of group 0 rests on 1 "), "{warning}");
+    let halves = FitSpec { variance: Variance::Groups((0..60).map(|k| k % 2).collect()), ..spec() };
+    let even = fit(&Nodes::curve(axis(), random.normals(60), None).unwrap(), &halves);
+    assert!(even.warnings.iter().all(|w| w.code() != "group_variance_uncertain"));
+}
+
+/// Bands of estimated correlations contain the intervals of every place (asserted on the way), and
+/// hold.
+#[test]
+fn bands_of_estimated_correlations_hold() {
+    for (correlation, rho, least) in [
+        (Correlation::Ar1 { rho: None }, 0.0, 0.94),
+        (Correlation::Ar1 { rho: None }, 0.5, 0.94),
+        (Correlation::Ar1 { rho: None }, 0.9, 0.92),
+    ] {
+        let asked = FitSpec { errors: Some(Errors { correlation, along: Along::Order, lines: None }), ..spec() };
+        let mut random = Random::new(604);
+        let found = held(150, || fit(&Nodes::curve(axis(), random.autoregression(COUNT, rho), None).unwrap(), &asked));
+        println!("{rho}: {found:?}");
+        assert!(found.band >= least, "{rho}: {found:?}");
+    }
+}
