@@ -22,7 +22,7 @@ fn v(x: f64, y: f64, z: f64) -> Vector {
     Vector::new(x, y, z)
 }
 
-fn plane(normal: Vector, offset: f64) -> Plane {
+pub fn plane(normal: Vector, offset: f64) -> Plane {
     Plane { normal: normal.normalize(), offset }
 }
 
@@ -40,7 +40,7 @@ fn knots(arcs: usize) -> BSplineBasis {
 }
 
 /// The profile (radius, height, weight) of `arcs` quadratic arcs about the z axis.
-fn revolved(profile: &[([f64; 2], f64)], arcs: usize) -> SurfaceShape {
+pub fn revolved(profile: &[([f64; 2], f64)], arcs: usize) -> SurfaceShape {
     let (mut points, mut weights) = (Vec::new(), Vec::new());
     for ([x, y], turned) in circle() {
         for ([radius, height], own) in profile {
@@ -52,7 +52,7 @@ fn revolved(profile: &[([f64; 2], f64)], arcs: usize) -> SurfaceShape {
     SurfaceShape::BSpline(BSplineSurface::new(bases, Dimension::Space, points, Some(weights)).unwrap())
 }
 
-fn sphere(radius: f64) -> SurfaceShape {
+pub fn sphere(radius: f64) -> SurfaceShape {
     let half = circle()[..5].iter().map(|([x, y], w)| ([radius * y, -radius * x], *w)).collect::<Vec<_>>();
     revolved(&half, 2)
 }
@@ -93,7 +93,7 @@ fn cut(surface: &SurfaceShape, at: Plane) -> Section {
 }
 
 /// Every place of the curve, and every place of its spline, is as near to what `off` measures from.
-fn lies(curve: &SectionCurve, off: impl Fn(Vector) -> f64) {
+pub fn lies(curve: &SectionCurve, off: impl Fn(Vector) -> f64) {
     for place in &curve.points {
         assert!(off(place.point).abs() < 1e-9, "{:?} is off by {:e}", place.point, off(place.point));
     }
@@ -106,7 +106,7 @@ fn lies(curve: &SectionCurve, off: impl Fn(Vector) -> f64) {
 }
 
 /// The distance from a circle in space.
-fn from_circle(centre: Vector, normal: Vector, radius: f64) -> impl Fn(Vector) -> f64 {
+pub fn from_circle(centre: Vector, normal: Vector, radius: f64) -> impl Fn(Vector) -> f64 {
     move |p| {
         let along = normal.normalize().dot(&(p - centre));
         let flat = p - centre - normal.normalize() * along;

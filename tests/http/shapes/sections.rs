@@ -211,3 +211,30 @@ async fn faults_are_told_by_pointer() {
     let problem = send(app.post(PATH, meshed.to_string())).await.problem(422, "invalid_request");
     assert_eq!(problem["errors"][0]["pointer"], "/families", "{problem}");
 }
+
+/// Warnings name their planes as pointers, ten of each kind at most, and say how many more.
+#[tokio::test]
+async fn warnings_of_many_planes_are_few() {
+    let app = TestApp::start().await;
+    // steps up, level at each whole number
+    let count = 14;
+    let rows: Vec<Value> = (0..2 * count).map(|k| json!([[k, 0, k / 2], [k, 1, k / 2]])).collect();
+    let knots: Vec<usize> = [0].into_iter().chain(0..2 * count).chain([2 * count - 1]).collect();
+    let stairs = json!({"type": "b_spline", "degree": [1, 1], "knots": [knots, [0, 0, 1, 1]], "control_points": rows});
+    let offsets = |count: usize| (0..count).map(|k| k as f64).collect::<Vec<_>>();
+    let request =
+        |count: usize| json!({"surface": stairs, "families": [{"normal": [0, 0, 1], "offsets": offsets(count)}]});
+    for (asked, last) in [
+        (10, None),
+        (11, Some("/families: the same of 1 more plane")),
+        (14, Some("/families: the same of 4 more planes")),
+    ] {
+        let found = ask(&app, &request(asked)).await;
+        let warnings: Vec<&Value> =
+            found["warnings"].as_array().unwrap().iter().filter(|w| w["code"] == "coincident").collect();
+        let message = |k: usize| warnings[k]["message"].as_str().unwrap();
+        assert!(message(0).starts_with("/families/0/offsets/0: a part of the surface"), "{found}");
+        assert_eq!(warnings.len(), 10 + usize::from(last.is_some()), "{found}");
+        assert_eq!(last, (asked > 10).then(|| message(10)));
+    }
+}

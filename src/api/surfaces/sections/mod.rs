@@ -3,6 +3,8 @@
 mod body;
 mod request;
 
+use std::collections::BTreeMap;
+
 pub use self::{
     body::SectionsBody,
     request::{SectionFormName, SectionsRequest},
@@ -35,6 +37,8 @@ use flankfit_engine::{
 
 /// What a point takes: itself, as a piece of a curve, and its text.
 const POINT: usize = 800;
+/// Planes that a warning names, each by itself.
+const MOST_TOLD: usize = 10;
 /// What a section takes beside its points.
 const SECTION: usize = 400;
 
@@ -43,14 +47,19 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let Checked { surface, families, how, mesh } = read(text)?;
     let found = cut(&surface, &families, how, room)?;
     let mut warnings = Vec::new();
+    let mut told = BTreeMap::new();
     let mut answered = Vec::with_capacity(families.len());
     for (k, (planes, found)) in families.iter().zip(&found).enumerate() {
         let mut sections = Vec::with_capacity(found.len());
         for (i, (offset, found)) in planes.offsets.iter().zip(found).enumerate() {
-            note(found, how, [k, i], &mut warnings);
+            note(found, how, [k, i], (&mut warnings, &mut told));
             sections.push(written(found, *offset, how.chords).ok_or_else(|| beyond("/surface"))?);
         }
         answered.push(SectionFamilyBody { sections });
+    }
+    for (code, count) in told.into_iter().filter(|(_, count)| *count > MOST_TOLD) {
+        let more = counted(count - MOST_TOLD, "more plane", "more planes");
+        warnings.push(WarningBody { code: code.into(), message: format!("/families: the same of {more}") });
     }
     let mut body = SectionsBody { families: answered, mesh: None, mesh_frame: None, mesh_error: None, warnings };
     if let (true, [u, v], [of_u, of_v]) = (mesh, &families[..], &found[..]) {
@@ -125,10 +134,20 @@ fn no_mesh(fault: NoMesh) -> Problem {
     Problem::invalid(Faults::one(pointer, detail))
 }
 
-/// What the curves do not say.
-fn note(found: &Section, how: Description, [family, plane]: [usize; 2], warnings: &mut Vec<WarningBody>) {
+/// What the curves do not say; `told` counts the planes of each warning.
+fn note(
+    found: &Section,
+    how: Description,
+    [family, plane]: [usize; 2],
+    (warnings, told): (&mut Vec<WarningBody>, &mut BTreeMap<&'static str, usize>),
+) {
     let mut warn = |code: &'static str, what: String| {
-        warnings.push(WarningBody { code: code.into(), message: format!("families/{family}/offsets/{plane}: {what}") });
+        let count = told.entry(code).or_default();
+        *count += 1;
+        if *count <= MOST_TOLD {
+            let message = format!("/families/{family}/offsets/{plane}: {what}");
+            warnings.push(WarningBody { code: code.into(), message });
+        }
     };
     if found.coincident {
         warn("coincident", "a part of the surface lies in the plane; it is no part of the curves".to_owned());

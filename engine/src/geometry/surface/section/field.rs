@@ -9,6 +9,10 @@ use crate::geometry::{
 const STEPS: usize = 40;
 /// The same for places without slope: where it has not settled by then, the height is too flat.
 const NEAREST: usize = 16;
+/// The part of the way to a side that a step beyond it goes.
+const STAY: f64 = 0.9;
+/// The shortest part of a step that is tried.
+const SHORTEST: f64 = 1e-3;
 /// Moves, in widths of the parameters, that may be rounding.
 const SETTLED: f64 = 1e-11;
 
@@ -161,6 +165,55 @@ impl Field<'_> {
             before = moved;
         }
         at
+    }
+
+    /// The place of the section with `along · S = offset` that Newton's method leads to from
+    /// `start`, shortening steps that lead further away.
+    pub(super) fn across(&self, start: [f64; 2], along: &Vector, offset: f64) -> Option<[f64; 2]> {
+        let mut at = self.inside(start);
+        let mut local = self.at(at);
+        let misses = |local: &Local| [local.height, along.dot(&local.jet.value) - offset];
+        let size = |[x, y]: [f64; 2]| x.hypot(y);
+        let mut miss = misses(&local);
+        for _ in 0..STEPS {
+            let rounding = 4.0 * f64::EPSILON * (local.jet.value.norm() + self.offset.abs());
+            if size(miss) <= rounding {
+                return Some(at);
+            }
+            let [[a, b], [c, d]] = [local.slope, [along.dot(&local.jet.u), along.dot(&local.jet.v)]];
+            let determinant = a * d - b * c;
+            let mut step = [(d * miss[0] - b * miss[1]) / determinant, (a * miss[1] - c * miss[0]) / determinant];
+            if !step.iter().all(|x| x.is_finite()) {
+                return None;
+            }
+            for k in 0..2 {
+                let [low, high] = self.smooth[k];
+                let room = if step[k] > 0.0 { at[k] - low } else { high - at[k] };
+                // a pole is no place to begin the next step at
+                if step[k].abs() > room {
+                    step[k] = (STAY * room).copysign(step[k]);
+                }
+            }
+            let mut share = 1.0;
+            let next = loop {
+                let next = self.inside([at[0] - share * step[0], at[1] - share * step[1]]);
+                let there = self.at(next);
+                let missed = misses(&there);
+                if size(missed) < size(miss) {
+                    break Some((next, there, missed));
+                }
+                share *= 0.5;
+                if share < SHORTEST {
+                    break None;
+                }
+            };
+            let Some(next) = next else {
+                // what no longer becomes less may be rounding
+                return (size(miss) <= 64.0 * rounding).then_some(at);
+            };
+            (at, local, miss) = next;
+        }
+        None
     }
 
     /// A place without slope near `start`, no further off than `reach`, and how the height bends

@@ -152,11 +152,49 @@ fn hermite<const N: usize>(share: f64, length: f64, ends: [&[f64; N]; 2], slopes
     std::array::from_fn(|k| a * ends[0][k] + b * ends[1][k] + c * slopes[0][k] + d * slopes[1][k])
 }
 
+/// A place that is no further than this part of the chord from where the cubic has it is the one
+/// that is looked for.
+const WHERE_EXPECTED: f64 = 0.05;
+
 /// The place of the section at a share of a piece of this length.
 fn between(field: &Field<'_>, a: &SectionPoint, b: &SectionPoint, share: f64, length: f64) -> Option<SectionPoint> {
     let kind = if a.kind == Kind::Touching || b.kind == Kind::Touching { Kind::Touching } else { Kind::Across };
     let guess = hermite(share, length, [&a.parameters, &b.parameters], [&a.slope, &b.slope]);
-    point_at(field, field.onto(guess, kind), kind, b.point - a.point)
+    let chord = b.point - a.point;
+    let at = match kind {
+        Kind::Across => passed(field, [a, b], share, guess, length),
+        _ => None,
+    };
+    let found = point_at(field, at.unwrap_or_else(|| field.onto(guess, kind)), kind, chord)?;
+    // what lies behind one of the ends is on another part of the section
+    let ahead = |from: &Vector, to: &Vector| (to - from).dot(&chord) > 0.0;
+    (kind == Kind::Touching || ahead(&a.point, &found.point) && ahead(&found.point, &b.point)).then_some(found)
+}
+
+/// Where the section passes the plane across the chord at a share of a piece. In space the section
+/// is smooth where parameters are not: beside a pole they turn by a quarter within next to nothing.
+/// So what counts is the distance in space from where the cubic expects it.
+fn passed(field: &Field<'_>, [a, b]: [&SectionPoint; 2], share: f64, guess: [f64; 2], length: f64) -> Option<[f64; 2]> {
+    let array = |v: &Vector| [v.x, v.y, v.z];
+    let ends = [array(&a.point), array(&b.point)];
+    let tangents = [array(&a.tangent), array(&b.tangent)];
+    let chord = b.point - a.point;
+    let along = chord.try_normalize(0.0)?;
+    let expected = Vector::from(hermite(share, length, [&ends[0], &ends[1]], [&tangents[0], &tangents[1]]));
+    let ([p, q], [s, t]) = (a.parameters, b.parameters);
+    let mean = [p + share * (s - p), q + share * (t - q)];
+    let mut best: Option<([f64; 2], f64)> = None;
+    for start in [guess, mean, [p, t], [s, q], a.parameters, b.parameters] {
+        let Some(at) = field.across(start, &along, along.dot(&expected)) else { continue };
+        let off = (field.at(at).jet.value - expected).norm() / chord.norm();
+        if best.is_none_or(|(_, least)| off < least) {
+            best = Some((at, off));
+        }
+        if off <= WHERE_EXPECTED {
+            break;
+        }
+    }
+    best.filter(|(_, off)| *off <= 1.0).map(|(at, _)| at)
 }
 
 /// How far the curve that joins two places is from a third between them, at right angles to it.

@@ -98,12 +98,23 @@ fn lines_around(rectangle: &Rectangle<'_>, level: u32, cells: &BTreeSet<Place>) 
 fn inside(rectangle: &Rectangle<'_>, level: u32, part: Block, sides: &[(usize, usize)], all: &mut Pieces) {
     let (heights, range) = rectangle.part(level, [part[0], (part[1].0 + 1, part[1].1 + 1)]);
     if rectangle.depth == DEEPEST || rectangle.left.get() == 0 {
-        all.unresolved.push(range.map(|[low, high]| 0.5 * (low + high)));
+        all.unresolved.push(in_plane(rectangle.field, range));
         return;
     }
     let own = Rectangle { range, heights, depth: rectangle.depth + 1, ..*rectangle };
     let found = own.search();
     pieces(&own, found, sides, all);
+}
+
+/// The place of a rectangle that is nearest to the plane, of those that Newton's method leads to
+/// from its middle and its corners.
+fn in_plane(field: &Field<'_>, [u, v]: [[f64; 2]; 2]) -> [f64; 2] {
+    let middle = [0.5 * (u[0] + u[1]), 0.5 * (v[0] + v[1])];
+    let starts = [middle, [u[0], v[0]], [u[0], v[1]], [u[1], v[0]], [u[1], v[1]]];
+    let inside = |at: [f64; 2]| [at[0].clamp(u[0], u[1]), at[1].clamp(v[0], v[1])];
+    let found = starts.into_iter().flat_map(|at| [inside(field.onto(at, Kind::Across)), at]);
+    let height = |at: &[f64; 2]| field.height(*at).abs();
+    found.min_by(|a, b| height(a).total_cmp(&height(b))).unwrap_or(middle)
 }
 
 /// Where the height changes its sign on the edges of simple cells, joined cell by cell.

@@ -28,6 +28,8 @@ const CONTACT: f64 = 1e-11;
 const ROUNDING: f64 = 64.0 * f64::EPSILON;
 /// Ends nearer to each other than this part of the extent may be one place.
 const NEAR: f64 = 1e-7;
+/// Where rounding moves the section by more than this part of the extent there is none to be told.
+const FLAT: f64 = 1e-9;
 /// Cells about places without slope that are looked at, at most.
 const MOST_CELLS: usize = 50_000;
 
@@ -96,10 +98,11 @@ impl<'a> Sections<'a> {
         let mut found = Section::default();
         let (mut lines, mut left) = (Vec::new(), how.most);
         for (index, patch) in self.patches.iter().enumerate() {
-            patch.each((index, plane, contact), &mut |field, heights| {
+            let flat = patch.each((index, plane, contact, how.tolerance.max(FLAT * size)), &mut |field, heights| {
                 let own = smooth(field, heights, [contact, rounding]);
                 found.take(field, own, (size, how), (&mut lines, &mut left))
             })?;
+            found.coincident |= flat;
         }
         let near = (NEAR * size).max(ROUNDING * largest);
         for points in [&mut found.branch_points, &mut found.contacts, &mut found.unresolved] {

@@ -69,12 +69,15 @@ impl<'a> Patch<'a> {
     }
 
     /// Hands each smooth rectangle that the plane may pass to `take`, with what is known of the
-    /// height there; heights up to `contact` count as 0.
+    /// height there; heights up to `contact` count as 0. Answers whether a rectangle lies so flat
+    /// about the plane that rounding moves the section by more than `blur`: there is no line to be
+    /// told there.
     pub(super) fn each(
         &self,
-        (index, plane, contact): (usize, &Plane, f64),
+        (index, plane, contact, blur): (usize, &Plane, f64, f64),
         take: &mut dyn FnMut(&Field<'_>, Heights) -> Result<(), SectionFault>,
-    ) -> Result<(), SectionFault> {
+    ) -> Result<bool, SectionFault> {
+        let mut flat = false;
         let [us, vs] = self.breaks();
         let net = self.spline.as_deref().map(|spline| Net::of(spline, plane));
         for i in 0..us.len() - 1 {
@@ -84,6 +87,10 @@ impl<'a> Patch<'a> {
                 let field =
                     Field { surface: self.surface, patch: index, normal: plane.normal, offset: plane.offset, smooth };
                 let heights = match &net {
+                    Some(net) if net.is_flat([i, j], smooth, (contact, blur)) => {
+                        flat = true;
+                        continue;
+                    }
                     Some(net) if net.is_away([i, j], smooth, contact) => continue,
                     Some(net) => net.heights([i, j]),
                     None => Heights::sampled(&field, smooth),
@@ -91,7 +98,7 @@ impl<'a> Patch<'a> {
                 take(&field, heights)?;
             }
         }
-        Ok(())
+        Ok(flat)
     }
 }
 
@@ -104,6 +111,8 @@ struct Net<'a> {
     /// Heights of control points; of a graph without the part of the ground.
     heights: Vec<f64>,
     rounding: f64,
+    /// No rectangle is wider.
+    extent: f64,
 }
 
 impl<'a> Net<'a> {
@@ -124,6 +133,7 @@ impl<'a> Net<'a> {
             spans: spline.bases().each_ref().map(wide),
             heights: spline.control_points().iter().map(height).collect(),
             rounding: 64.0 * f64::EPSILON * (largest + plane.offset.abs()),
+            extent: 4.0 * largest,
         }
     }
 
@@ -136,17 +146,36 @@ impl<'a> Net<'a> {
         (i..=i + p).flat_map(move |row| (j..=j + q).map(move |column| row * columns + column))
     }
 
+    /// What the ground under a rectangle adds to the heights of a graph: the least and the most.
+    fn ground(&self, [u, v]: [[f64; 2]; 2]) -> [f64; 2] {
+        if self.spline.dimension().is_parametric() {
+            return [0.0; 2];
+        }
+        let [a, b] = [(self.plane.normal.x, u), (self.plane.normal.y, v)].map(|(n, [low, high])| [n * low, n * high]);
+        [a[0].min(a[1]) + b[0].min(b[1]), a[0].max(a[1]) + b[0].max(b[1])]
+    }
+
     /// Whether all control points lie on one side of the plane.
-    fn is_away(&self, at: [usize; 2], [u, v]: [[f64; 2]; 2], contact: f64) -> bool {
-        let [low, high] = if self.spline.dimension().is_parametric() {
-            [0.0; 2]
-        } else {
-            let [a, b] =
-                [(self.plane.normal.x, u), (self.plane.normal.y, v)].map(|(n, [low, high])| [n * low, n * high]);
-            [a[0].min(a[1]) + b[0].min(b[1]), a[0].max(a[1]) + b[0].max(b[1])]
-        };
+    fn is_away(&self, at: [usize; 2], smooth: [[f64; 2]; 2], contact: f64) -> bool {
+        let [low, high] = self.ground(smooth);
         self.acting(at).all(|k| self.heights[k] + low > contact)
             || self.acting(at).all(|k| self.heights[k] + high < -contact)
+    }
+
+    /// Whether the rectangle leaves the plane, but nowhere by so much that the section were known
+    /// to `blur` in spite of rounding.
+    fn is_flat(&self, at: [usize; 2], smooth: [[f64; 2]; 2], (contact, blur): (f64, f64)) -> bool {
+        let [low, high] = self.ground(smooth);
+        let height = |k: usize| (self.heights[k] + low).abs().max((self.heights[k] + high).abs());
+        let most = self.acting(at).map(height).fold(0.0, f64::max);
+        // seldom, so that places are asked for last
+        if most <= contact || most * blur > 0.25 * self.rounding * self.extent {
+            return false;
+        }
+        let [[a, b], [c, d]] = smooth;
+        let place = |u: f64, v: f64| self.spline.place(u, v).value;
+        let width = (place(a, c) - place(b, d)).norm().max((place(a, d) - place(b, c)).norm());
+        most * blur <= self.rounding * width / 16.0
     }
 
     fn heights(&self, at: [usize; 2]) -> Heights {
