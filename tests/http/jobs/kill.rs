@@ -20,6 +20,9 @@ const ROUNDS: usize = 12;
 const WRITERS: usize = 8;
 const ANY_PORT: SocketAddr = SocketAddr::new(IpAddr::V4(Ipv4Addr::LOCALHOST), 0);
 
+/// What servers of this process have called errors: why an answer was none.
+pub static ERRORS: Mutex<Vec<String>> = Mutex::new(Vec::new());
+
 pub struct Server {
     child: Child,
     pub base: String,
@@ -73,7 +76,10 @@ impl Server {
             }
         };
         // The log must go on being read, or the server would block on a full pipe.
-        std::thread::spawn(move || std::io::copy(&mut log, &mut std::io::sink()));
+        std::thread::spawn(move || {
+            let errors = log.lines().map_while(Result::ok).filter(|line| line.contains("\"level\":\"ERROR\""));
+            errors.for_each(|line| ERRORS.lock().unwrap().push(line));
+        });
         Server { child, base: format!("http://{address}") }
     }
 

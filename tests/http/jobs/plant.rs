@@ -79,7 +79,8 @@ impl Plant {
             let body = iteration();
             let path = format!("{job}/iterations");
             let keyed = |request: RequestBuilder| request.header("Idempotency-Key", &key).json(&body);
-            let answer = self.ask(&path, keyed).await.expect(201);
+            let answer = self.ask(&path, keyed).await;
+            assert_eq!(answer.status, 201, "{}, {:#?}", answer.text, kill::ERRORS.lock().unwrap());
             stored.push((answer.json()["number"].as_u64().unwrap(), answer.text));
         }
         stored
