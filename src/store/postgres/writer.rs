@@ -137,16 +137,21 @@ impl Writer {
         let silent = || Err(sqlx::Error::Io(io::ErrorKind::TimedOut.into()));
         let running = transact(&mut session, change, group, earlier);
         let outcome = tokio::time::timeout(SILENCE, running).await.unwrap_or_else(|_| silent());
-        let kept = match &outcome {
-            Ok(()) => true,
-            Err(error @ sqlx::Error::Database(_)) if class(error) != Class::Lost => session.rollback().await.is_ok(),
-            Err(sqlx::Error::Protocol(_)) => session.rollback().await.is_ok(),
-            Err(_) => false,
-        };
-        if kept {
+        let Err(error) = outcome else {
             self.session = Some(session);
+            return Ok(());
+        };
+        if class(&error) == Class::Lost {
+            return Err(error);
         }
-        outcome
+        match session.rollback().await {
+            Ok(()) => {
+                self.session = Some(session);
+                Err(error)
+            }
+            // Whatever the server said at last, it has gone with the connection.
+            Err(_) => Err(sqlx::Error::Io(io::Error::new(io::ErrorKind::ConnectionAborted, error))),
+        }
     }
 }
 
