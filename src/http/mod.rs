@@ -2,7 +2,8 @@
 //! request).
 
 mod accept;
-pub mod auth;
+pub mod audit;
+mod auth;
 pub mod body;
 pub mod budget;
 mod caller_state;

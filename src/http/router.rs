@@ -8,8 +8,8 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs, meta,
-    observe,
+    audit, conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs,
+    meta, observe,
     openapi::{Contract, scopes},
     operations::{self, Operations},
     records, shapes, simulations,
@@ -40,6 +40,7 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(records::group())
         .merge(simulations::group())
         .merge(trace::group())
+        .merge(audit::group())
         .merge(events::group())
         .merge(streams::group())
         .merge(stream_socket::group());

@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    audit::{Chain, Entry},
+    audit::{Chain, Entry, Verdict},
     callers::Caller,
     event::JobEvent,
     fit::{FitRecord, NewFit},
@@ -123,6 +123,9 @@ macro_rules! repository_operations {
 
                 /// Entries of a chain, oldest first.
                 GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;
+                /// Whether the chain of a job and the rows that it tells of are as they were
+                /// written.
+                VerifyAudit = verify_audit(job: Uuid) -> Verdict;
 
                 /// The answer kept under an idempotency key, with the digest of its request.
                 GetAnswer = answer(key: String, scope: String) -> Option<([u8; 32], Answer)>;

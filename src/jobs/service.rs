@@ -8,6 +8,7 @@ use uuid::Uuid;
 
 use super::{
     ambient::{Clock, Ids},
+    audit::{Chain, Entry, Verdict},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
     event::{JobEvent, JobNotifier},
@@ -150,6 +151,16 @@ impl Jobs {
     /// A page of the story of a job.
     pub async fn trace(&self, job: Uuid, page: PageRequest) -> Result<Trace, RepositoryError> {
         self.repository.trace(job, page).await
+    }
+
+    /// Entries of a chain of the audit, oldest first.
+    pub async fn audit(&self, chain: Chain, page: PageRequest) -> Result<Page<Entry>, RepositoryError> {
+        self.repository.audit(chain, page).await
+    }
+
+    /// Whether the chain of a job and the rows that it tells of are as they were written.
+    pub async fn verify_audit(&self, job: Uuid) -> Result<Verdict, RepositoryError> {
+        self.repository.verify_audit(job).await
     }
 
     /// Some events of a job after the one numbered `after`, in order.

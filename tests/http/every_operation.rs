@@ -214,6 +214,7 @@ async fn cursors_belong_to_their_list() {
         (format!("{job}/trace"), "iterations"),
         (format!("{job}/iterations/1/fits"), "fits"),
         (format!("{job}/iterations/1/records"), "records"),
+        (format!("{job}/audit"), "entries of the audit"),
     ];
     for (list, items) in &lists {
         let page = send(app.get(&format!("{list}?limit=1"))).await.json();

@@ -1,5 +1,6 @@
 //! Gear jobs: iterations, their fits and records, trace, events.
 
+pub mod audit;
 pub mod events;
 pub mod fits;
 pub mod import;

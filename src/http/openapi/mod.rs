@@ -56,6 +56,7 @@ use crate::api::{
             them all."),
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
             iteration in the end."),
+        (name = "audit", description = "Who changed what, and whether it is still as it was written."),
         (name = "operation", description = "Health and metrics.")
     )
 )]

@@ -73,6 +73,7 @@ const SCOPES: &[(Scope, &[&str])] = &[
             "create_iteration_correction",
         ],
     ),
+    (Scope::Audit, &["list_job_audit", "verify_job_audit", "list_audit"]),
 ];
 
 /// Writes the scope of every operation into the document.

@@ -2,6 +2,8 @@
 
 use std::collections::BTreeMap;
 
+use uuid::Uuid;
+
 use super::layout::{Fields, Sha256Digest};
 
 /// The tables whose rows entries have digests of.
@@ -15,32 +17,42 @@ pub enum Kind {
     Record,
 }
 
-/// Digests of the rows of a job: those of one kind and one iteration in the order in which they
-/// were stored.
+/// A stream, as far as it stays the same.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FoundStream {
+    pub digest: Sha256Digest,
+    /// Whether its blocks are still there.
+    pub open: bool,
+}
+
+/// Digests of the rows of a job.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Found(BTreeMap<(u64, Kind), Vec<Sha256Digest>>);
+pub struct Found {
+    /// The job's own; none of one that was deleted.
+    pub job: Option<Sha256Digest>,
+    /// Those of one kind and one iteration in the order in which they were stored.
+    rows: BTreeMap<(u64, Kind), Vec<Sha256Digest>>,
+    pub streams: BTreeMap<Uuid, FoundStream>,
+    pub blocks: BTreeMap<(Uuid, u64), Sha256Digest>,
+}
 
 impl Found {
     /// The next row of a kind of an iteration.
     pub fn add(&mut self, number: u64, kind: Kind, digest: Sha256Digest) {
-        self.0.entry((number, kind)).or_default().push(digest);
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.0.is_empty()
+        self.rows.entry((number, kind)).or_default().push(digest);
     }
 
     /// The rows of a kind of an iteration.
     pub fn rows(&self, number: u64, kind: Kind) -> &[Sha256Digest] {
-        self.0.get(&(number, kind)).map_or(&[], Vec::as_slice)
+        self.rows.get(&(number, kind)).map_or(&[], Vec::as_slice)
     }
 
     /// Every row, by iterations and kinds.
     pub fn iter(&self) -> impl Iterator<Item = (u64, Kind, &[Sha256Digest])> {
-        self.0.iter().map(|(&(number, kind), rows)| (number, kind, rows.as_slice()))
+        self.rows.iter().map(|(&(number, kind), rows)| (number, kind, rows.as_slice()))
     }
 
-    /// One digest of them all.
+    /// One digest of all that is of iterations.
     pub fn digest(&self) -> Sha256Digest {
         let mut fields = Fields::default();
         for (number, kind, rows) in self.iter() {

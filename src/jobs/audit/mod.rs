@@ -9,6 +9,7 @@ mod digests;
 mod entry;
 mod found;
 mod layout;
+mod verify;
 
 pub use contents::Contents;
 pub use digests::{
@@ -16,5 +17,6 @@ pub use digests::{
     nodes_digest, record_digest, stream_digest,
 };
 pub use entry::{Action, By, Chain, Entry, Head, Prepared};
-pub use found::{Found, Kind};
+pub use found::{Found, FoundStream, Kind};
 pub use layout::{Sha256Digest, time_text};
+pub use verify::{Verdict, Verifier, What};

@@ -6,10 +6,10 @@ use uuid::Uuid;
 
 use super::{document::Told, locate::signed, time::stamp};
 use crate::{
-    jobs::audit::{Entry, Found, Kind, Sha256Digest},
+    jobs::audit::{Entry, Found, Kind, Sha256Digest, job_digest},
     store::shared::{
-        ChoiceRow, DecisionRow, Document, FoundFit, FoundIteration, FoundNodes, FoundRow, HeadRow, NewEntry, Outcome,
-        RecordRow, figure_columns,
+        ChoiceRow, DecisionRow, Document, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow,
+        HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
     },
 };
 
@@ -119,7 +119,39 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
         rows,
     )
     .await?;
+    own(db, job, &mut found).await?;
     Ok(found)
+}
+
+/// Adds the row of the job and those of its streams.
+async fn own(db: &mut PgConnection, job: Uuid, found: &mut Found) -> Outcome<()> {
+    let row: Option<JobRow> = sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1"))
+        .bind(job)
+        .fetch_optional(&mut *db)
+        .await?;
+    found.job = row.map(|row| job_digest(&row.into()));
+    let mut streams = sqlx::query_as::<_, FoundStreamRow>(
+        "SELECT id, spec, forgetting_factor, flank, tooth, axes, created_at, iteration IS NULL AS open
+         FROM streams WHERE job = $1",
+    )
+    .bind(job)
+    .fetch(&mut *db);
+    while let Some(row) = streams.try_next().await? {
+        let (id, stream) = row.into();
+        found.streams.insert(id, stream);
+    }
+    drop(streams);
+    let mut blocks = sqlx::query_as::<_, FoundBlock>(
+        "SELECT b.stream, b.sequence, b.sha256, b.count, b.data
+         FROM streams s JOIN stream_blocks b ON b.stream = s.id WHERE s.job = $1",
+    )
+    .bind(job)
+    .fetch(db);
+    while let Some(row) = blocks.try_next().await? {
+        let (block, digest) = row.into();
+        found.blocks.insert(block, digest);
+    }
+    Ok(())
 }
 
 /// A fit with what the trace tells of it, which is in its result as well.

@@ -1,14 +1,15 @@
 //! The audit, read and verified.
 
-use sqlx::PgPool;
+use futures_util::TryStreamExt as _;
+use sqlx::{FromRow, PgPool};
 
-use super::{jobs, locate::signed, open::snapshot};
+use super::{audit::found, jobs, locate::signed, open::snapshot};
 use crate::{
     jobs::{
         Caller, Page, PageRequest,
-        audit::{Chain, Entry},
+        audit::{Chain, Entry, Head, Verdict, Verifier},
     },
-    store::shared::{EntryRow, GetAudit, Outcome, Read, entries, entry_columns},
+    store::shared::{EntryRow, GetAudit, HeadRow, Outcome, Read, VerifyAudit, entries, entry_columns},
 };
 
 impl Read<PgPool> for GetAudit {
@@ -31,5 +32,38 @@ impl Read<PgPool> for GetAudit {
             jobs::located(&mut db, tenant, job).await?;
         }
         entries(rows, limit)
+    }
+}
+
+impl Read<PgPool> for VerifyAudit {
+    /// In one state of the database.
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Verdict> {
+        let mut db = snapshot(from).await?;
+        let sealed: Vec<HeadRow> =
+            sqlx::query_as("SELECT number, sha256 FROM audit_sealed WHERE chain = $1 AND tenant = $2")
+                .bind(self.job)
+                .bind(tenant.as_str())
+                .fetch_all(&mut *db)
+                .await?;
+        let sealed = sealed.into_iter().map(Head::from).map(|head| (head.number, head.sha256)).collect();
+        let mut verifier = Verifier::of(Chain::Job(self.job), tenant, sealed);
+        let mut rows = sqlx::query(concat!(
+            "SELECT ",
+            entry_columns!(),
+            " FROM audit WHERE chain = $1 AND tenant = $2 ORDER BY number"
+        ))
+        .bind(self.job)
+        .bind(tenant.as_str())
+        .fetch(&mut *db);
+        let mut none = true;
+        while let Some(row) = rows.try_next().await? {
+            none = false;
+            verifier.entry(EntryRow::from_row(&row).ok().and_then(EntryRow::entry).as_ref());
+        }
+        drop(rows);
+        if none {
+            jobs::located(&mut db, tenant, self.job).await?;
+        }
+        Ok(verifier.conclude(&found(&mut db, self.job).await?))
     }
 }

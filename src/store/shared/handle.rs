@@ -14,6 +14,7 @@ use super::{
         GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
         GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
         InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob,
+        VerifyAudit,
     },
     queue::Queue,
     subject::Subject,
@@ -24,7 +25,7 @@ use crate::{
         Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest,
         Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
         RepositoryError, RepositoryFuture, Stored, Stream, StreamState, Successors, Trace,
-        audit::{Chain, Entry, Prepared},
+        audit::{Chain, Entry, Prepared, Verdict},
     },
     repository_operations,
 };

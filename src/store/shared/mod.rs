@@ -36,13 +36,14 @@ pub use operation::{
     GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
     GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
     InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords,
-    Operation, PatchJob, key_of,
+    Operation, PatchJob, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundFit, FoundIteration,
-    FoundNodes, FoundRow, HeadRow, IterationRow, JobRow, Latest, MeasurandRow, MeasuredTooth, NodesRow, RecordRow,
-    RecordSummaryRow, StateRow, StreamRow, TracedFitRow, TracedIterationRow, entries,
+    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock, FoundFit,
+    FoundIteration, FoundNodes, FoundRow, FoundStreamRow, HeadRow, IterationRow, JobRow, Latest, MeasurandRow,
+    MeasuredTooth, NodesRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow, TracedIterationRow,
+    entries,
 };
 pub(in crate::store) use row::{entry_columns, figure_columns, job_columns};
 pub use subject::Subject;

@@ -15,7 +15,7 @@ use crate::{
         JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Stored, Stream, StreamState, Successors,
         Tenant, Trace,
-        audit::{Chain, Contents, Entry, Prepared},
+        audit::{Chain, Contents, Entry, Prepared, Verdict},
     },
     repository_operations,
 };

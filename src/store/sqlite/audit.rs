@@ -8,11 +8,11 @@ use super::{locate::signed, time};
 use crate::{
     jobs::{
         Tenant,
-        audit::{By, Chain, Found},
+        audit::{By, Chain, Found, job_digest},
     },
     store::shared::{
-        ChoiceRow, DecisionRow, FoundFit, FoundIteration, FoundNodes, FoundRow, Growing, HeadRow, NewEntry, Outcome,
-        RecordRow, figure_columns,
+        ChoiceRow, DecisionRow, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, Growing,
+        HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
     },
 };
 
@@ -139,7 +139,40 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
         rows,
     )
     .await?;
+    own(db, job, &mut found).await?;
     Ok(found)
+}
+
+/// Adds the row of the job and those of its streams.
+async fn own(db: &mut SqliteConnection, job: Uuid, found: &mut Found) -> Outcome<()> {
+    let row: Option<JobRow> = sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = ?"))
+        .bind(job)
+        .fetch_optional(&mut *db)
+        .await?;
+    found.job = row.map(|row| job_digest(&row.into()));
+    let mut streams = sqlx::query_as::<_, FoundStreamRow>(
+        "SELECT s.id AS id, s.spec AS spec, s.forgetting_factor AS forgetting_factor, s.flank AS flank,
+                s.tooth AS tooth, s.axes AS axes, s.created_at AS created_at, s.iteration IS NULL AS open
+         FROM jobs j JOIN streams s ON s.job = j.seq WHERE j.id = ?",
+    )
+    .bind(job)
+    .fetch(&mut *db);
+    while let Some(row) = streams.try_next().await? {
+        let (id, stream) = row.into();
+        found.streams.insert(id, stream);
+    }
+    drop(streams);
+    let mut blocks = sqlx::query_as::<_, FoundBlock>(
+        "SELECT s.id AS stream, b.sequence AS sequence, b.sha256 AS sha256, b.count AS count, b.data AS data
+         FROM jobs j JOIN streams s ON s.job = j.seq JOIN stream_blocks b ON b.stream = s.seq WHERE j.id = ?",
+    )
+    .bind(job)
+    .fetch(db);
+    while let Some(row) = blocks.try_next().await? {
+        let (block, digest) = row.into();
+        found.blocks.insert(block, digest);
+    }
+    Ok(())
 }
 
 /// Adds the rows of a kind, in order. One that does not read is none that an entry tells of.

@@ -1,6 +1,7 @@
 //! Gear jobs over real HTTP.
 
 pub mod app;
+mod audit;
 mod command_line;
 mod concurrency;
 mod conditional;

@@ -15,6 +15,7 @@ mod recorder;
 mod records;
 mod runs;
 pub mod streams;
+mod tampering;
 mod teeth;
 mod tenants;
 mod trace;
@@ -72,6 +73,11 @@ conformance! {
             what_is_refused_leaves_none,
             a_job_that_is_older_begins_with_what_was_found,
             chains_of_many_writers_have_no_gaps;
+        tampering:
+            what_is_as_it_was_written_is_intact,
+            changed_entries_are_found_at_their_numbers,
+            changed_rows_are_found_at_their_numbers,
+            a_job_from_before_is_verified_too;
         blocks:
             the_last_estimate_stays_while_blocks_come,
             blocks_are_read_a_few_megabytes_at_a_time,

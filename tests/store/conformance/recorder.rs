@@ -13,7 +13,7 @@ use flankfit::{
         JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
         RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep, Wakes,
-        audit::{Chain, Entry},
+        audit::{Chain, Entry, Verdict},
     },
     repository_operations,
 };

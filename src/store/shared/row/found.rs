@@ -11,9 +11,10 @@ use super::{
 };
 use crate::{
     jobs::audit::{
-        Kind, Sha256Digest, choice_digest, decision_digest, fit_digest, iteration_digest, nodes_digest, record_digest,
+        FoundStream, Kind, Sha256Digest, block_digest, choice_digest, decision_digest, fit_digest, iteration_digest,
+        nodes_digest, record_digest, stream_digest,
     },
-    store::shared::columns::{Document, Integer, Moment},
+    store::shared::columns::{Digest, Document, Integer, Moment},
 };
 
 /// A row of some kind.
@@ -95,5 +96,40 @@ impl FoundRow for RecordRow {
 
     fn digest(self) -> Sha256Digest {
         record_digest(&self.into())
+    }
+}
+
+#[derive(FromRow)]
+pub struct FoundStreamRow {
+    id: Uuid,
+    spec: Document,
+    forgetting_factor: f64,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    created_at: Moment,
+    open: bool,
+}
+
+impl From<FoundStreamRow> for (Uuid, FoundStream) {
+    fn from(row: FoundStreamRow) -> Self {
+        let measurand = row.measurand.into();
+        let digest = stream_digest(row.id, &row.spec.0, row.forgetting_factor, &measurand, row.created_at.0);
+        (row.id, FoundStream { digest, open: row.open })
+    }
+}
+
+#[derive(FromRow)]
+pub struct FoundBlock {
+    stream: Uuid,
+    sequence: Integer<u64>,
+    sha256: Digest,
+    count: Integer<u64>,
+    data: Vec<u8>,
+}
+
+impl From<FoundBlock> for ((Uuid, u64), Sha256Digest) {
+    fn from(row: FoundBlock) -> Self {
+        let digest = block_digest(row.sequence.0, &row.sha256.0, row.count.0, &row.data);
+        ((row.stream, row.sequence.0), digest)
     }
 }

@@ -12,7 +12,7 @@ mod stream;
 pub(in crate::store) use audit::entry_columns;
 pub use audit::{EntryRow, HeadRow, entries};
 pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRow};
-pub use found::{FoundFit, FoundIteration, FoundNodes, FoundRow};
+pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
 pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use record::{RecordRow, RecordSummaryRow};

@@ -1,0 +1,155 @@
+//! Who changed what, as it is answered.
+
+use std::{collections::BTreeMap, fmt::Write as _};
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use crate::jobs::{
+    List, Page,
+    audit::{Entry, Sha256Digest, Verdict, What, time_text},
+};
+
+/// A change: who made it, when, and digests of what was stored. SHA-256 is always in 64 lower-case
+/// hexadecimal digits.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditEntry)]
+pub struct EntryBody {
+    /// 1, 2, 3 … within the chain, without gaps.
+    #[schema(minimum = 1)]
+    pub number: u64,
+    /// UUIDv7; of an entry with which an older job begins, UUIDv8.
+    pub id: Uuid,
+    /// When the change was asked for, always with six decimals.
+    #[schema(value_type = String, format = DateTime)]
+    pub at: String,
+    /// Who made it: the name of a key, or `anonymous`.
+    pub actor: String,
+    /// What was done, such as `iteration.add`.
+    pub action: String,
+    /// The path of what was changed.
+    pub target: String,
+    /// `x-request-id` of the request.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub request_id: Option<String>,
+    /// The address that the request came from.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub peer: Option<String>,
+    /// SHA-256 of each row that was stored, by what it is.
+    pub contents: BTreeMap<String, String>,
+    /// `stored`, `changed`, `deleted`, or `found` where nothing was changed.
+    pub outcome: String,
+    /// `sha256` of the entry before it; of the first, a digest of the tenant and the job.
+    pub previous: String,
+    /// SHA-256 of the rest.
+    pub sha256: String,
+}
+
+/// Some entries of a chain, oldest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditPage)]
+pub struct AuditPageBody {
+    /// The entries of this page.
+    pub items: Vec<EntryBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+/// What is not as it was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = AuditFault)]
+pub enum WhatName {
+    /// The entry itself, or it is missing.
+    Entry,
+    /// Its link to the one before it.
+    Link,
+    /// A row that it has a digest of; or, one behind the last entry, a row that no entry tells of.
+    Content,
+    /// A seal has another digest of it.
+    Seal,
+}
+
+/// Whether a chain and the rows that it tells of are as they were written.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditVerdict)]
+pub struct VerdictBody {
+    /// Whether nothing was changed.
+    pub intact: bool,
+    /// Where it is intact: entries of the chain.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub entries: Option<u64>,
+    /// Where it is intact: `sha256` of the last entry. Absent of a job from before there were
+    /// entries that was not changed since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub head: Option<String>,
+    /// Where it is not: the first entry at fault.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(minimum = 1)]
+    pub number: Option<u64>,
+    /// Where it is not: what is at fault.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub what: Option<WhatName>,
+}
+
+/// A digest in hexadecimal digits.
+fn hex(digest: &Sha256Digest) -> String {
+    digest.iter().fold(String::with_capacity(64), |mut text, byte| {
+        // Writing to a string cannot fail.
+        let _ = write!(text, "{byte:02x}");
+        text
+    })
+}
+
+impl From<Entry> for EntryBody {
+    fn from(entry: Entry) -> Self {
+        EntryBody {
+            number: entry.number,
+            id: entry.id,
+            at: time_text(entry.at),
+            actor: entry.actor.to_string(),
+            action: entry.action.to_string(),
+            target: entry.target,
+            request_id: entry.request_id.map(|id| id.to_string()),
+            peer: entry.peer.map(|peer| peer.to_string()),
+            contents: entry.contents.iter().map(|(name, digest)| (name.to_owned(), hex(digest))).collect(),
+            outcome: entry.outcome.to_string(),
+            previous: hex(&entry.previous),
+            sha256: hex(&entry.sha256),
+        }
+    }
+}
+
+impl From<Page<Entry>> for AuditPageBody {
+    fn from(page: Page<Entry>) -> Self {
+        AuditPageBody {
+            items: page.items.into_iter().map(Into::into).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Audit)),
+        }
+    }
+}
+
+impl From<What> for WhatName {
+    fn from(what: What) -> Self {
+        match what {
+            What::Entry => WhatName::Entry,
+            What::Link => WhatName::Link,
+            What::Content => WhatName::Content,
+            What::Seal => WhatName::Seal,
+        }
+    }
+}
+
+impl From<Verdict> for VerdictBody {
+    fn from(verdict: Verdict) -> Self {
+        let none = VerdictBody { intact: false, entries: None, head: None, number: None, what: None };
+        match verdict {
+            Verdict::Intact { entries, head } => {
+                VerdictBody { intact: true, entries: Some(entries), head: head.as_ref().map(hex), ..none }
+            }
+            Verdict::Broken { number, what } => VerdictBody { number: Some(number), what: Some(what.into()), ..none },
+        }
+    }
+}

@@ -1,0 +1,66 @@
+//! Who changed what: entries of the audit, and whether all is as it was written.
+
+use axum::Json;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    caller_state::CallerState,
+    extract::{PathOf, QueryOf},
+    paging::PageQuery,
+    state::AppState,
+};
+use crate::{
+    api::{
+        jobs::audit::{AuditPageBody, VerdictBody},
+        problem::Problem,
+    },
+    jobs::{List, audit::Chain},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(list_job_audit)).routes(routes!(verify_job_audit)).routes(routes!(list_audit))
+}
+
+/// Every change of a job, oldest first.
+///
+/// Each entry has the digest of the one before it, so that none can be changed or left out
+/// unnoticed. A job that was deleted has still got its entries. One that is older than they are
+/// begins with a digest of what was found at its first change.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/audit", operation_id = "list_job_audit", tag = "audit",
+    params(("job_id" = Uuid, Path), PageQuery),
+    responses((status = 200, description = "Some entries, and where the next page begins.", body = AuditPageBody))
+)]
+async fn list_job_audit(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Json<AuditPageBody>, Problem> {
+    Ok(Json(state.jobs.audit(Chain::Job(job), query.check(List::Audit)?).await?.into()))
+}
+
+/// Whether a job's entries, and all that they tell of, are as they were written.
+///
+/// Reads the whole job: every entry is digested again, and so is every row that it has a digest of.
+/// The first entry at fault is told.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/audit/verify", operation_id = "verify_job_audit", tag = "audit",
+    params(("job_id" = Uuid, Path)),
+    responses((status = 200, description = "Whether anything was changed, and where.", body = VerdictBody))
+)]
+async fn verify_job_audit(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Json<VerdictBody>, Problem> {
+    Ok(Json(state.jobs.verify_audit(job).await?.into()))
+}
+
+/// Changes of the tenant that are of no job, oldest first.
+///
+/// The chain of a tenant tells of its keys. Changes of jobs are in the chains of these.
+#[utoipa::path(
+    get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
+    params(PageQuery),
+    responses((status = 200, description = "Some entries, and where the next page begins.", body = AuditPageBody))
+)]
+async fn list_audit(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<Json<AuditPageBody>, Problem> {
+    Ok(Json(state.jobs.audit(Chain::Tenant, query.check(List::Audit)?).await?.into()))
+}

@@ -1,0 +1,249 @@
+//! Whether a chain and the rows that it tells of are as they were written.
+
+use std::collections::BTreeMap;
+
+use uuid::Uuid;
+
+use super::{
+    entry::{Action, Chain, Entry, Head},
+    found::{Found, Kind},
+    layout::Sha256Digest,
+};
+use crate::jobs::callers::Tenant;
+
+/// What is not as it was written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum What {
+    /// The entry itself, or it is missing.
+    Entry,
+    /// Its link to the one before it.
+    Link,
+    /// A row that it has a digest of; or a row that no entry tells of.
+    Content,
+    /// A seal has another digest of it.
+    Seal,
+}
+
+impl What {
+    /// The contract's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            What::Entry => "entry",
+            What::Link => "link",
+            What::Content => "content",
+            What::Seal => "seal",
+        }
+    }
+}
+
+/// What was found out of a chain.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    Intact {
+        entries: u64,
+        /// Digest of the last entry; none of a chain without any.
+        head: Option<Sha256Digest>,
+    },
+    /// The first entry that is not as it was written, or whose rows are not.
+    Broken { number: u64, what: What },
+}
+
+/// A row that an entry tells of.
+#[derive(Clone, Copy)]
+struct Told {
+    digest: Sha256Digest,
+    by: u64,
+}
+
+/// Goes through a chain.
+pub struct Verifier {
+    head: Head,
+    /// What seals say of it: digests by numbers.
+    sealed: BTreeMap<u64, Sha256Digest>,
+    job: Option<Told>,
+    rows: BTreeMap<(u64, Kind), Vec<Told>>,
+    streams: BTreeMap<Uuid, Told>,
+    blocks: BTreeMap<(Uuid, u64), Told>,
+    /// The rows that are older than the chain.
+    older: Option<Told>,
+    fault: Option<(u64, What)>,
+    /// Whether the chain ends where it is broken.
+    torn: bool,
+}
+
+impl Verifier {
+    /// Of a chain, with the digests that seals have of its entries.
+    pub fn of(chain: Chain, tenant: &Tenant, sealed: BTreeMap<u64, Sha256Digest>) -> Self {
+        Verifier {
+            head: Head::before(chain, tenant),
+            sealed,
+            job: None,
+            rows: BTreeMap::new(),
+            streams: BTreeMap::new(),
+            blocks: BTreeMap::new(),
+            older: None,
+            fault: None,
+            torn: false,
+        }
+    }
+
+    /// The next entry as it is stored; none for one that does not read.
+    pub fn entry(&mut self, entry: Option<&Entry>) {
+        if self.torn {
+            return;
+        }
+        let number = self.head.number + 1;
+        let fault = match entry {
+            Some(entry) if entry.number != number || entry.sha256 != entry.digest() => Some(What::Entry),
+            Some(entry) if entry.previous != self.head.sha256 => Some(What::Link),
+            Some(entry) => {
+                let sealed = self.sealed.remove(&number);
+                sealed.filter(|sealed| *sealed != entry.sha256).map(|_| What::Seal)
+            }
+            None => Some(What::Entry),
+        };
+        if let Some(what) = fault {
+            self.note(number, what);
+        }
+        self.torn |= matches!(fault, Some(What::Entry | What::Link));
+        if let Some(entry) = entry.filter(|_| !self.torn) {
+            self.head = Head { number, sha256: entry.sha256 };
+            self.expect(entry);
+        }
+    }
+
+    /// The first fault is told.
+    fn note(&mut self, number: u64, what: What) {
+        let fault = (number, what);
+        self.fault = Some(self.fault.map_or(fault, |first| first.min(fault)));
+    }
+
+    fn expect(&mut self, entry: &Entry) {
+        let place = Place::of(&entry.target);
+        for (name, &digest) in entry.contents.iter() {
+            let told = Told { digest, by: entry.number };
+            let kind = match name {
+                "job" => {
+                    self.job = Some(told);
+                    continue;
+                }
+                "found" => {
+                    self.older = Some(told);
+                    continue;
+                }
+                "stream" => {
+                    self.streams.extend(place.stream.map(|id| (id, told)));
+                    continue;
+                }
+                "block" => {
+                    self.blocks.extend(place.stream.zip(place.block).map(|block| (block, told)));
+                    continue;
+                }
+                "iteration" => Kind::Iteration,
+                "nodes" => Kind::Nodes,
+                "fit" => Kind::Fit,
+                "choice" => Kind::Choice,
+                "decision" => Kind::Decision,
+                _ => Kind::Record,
+            };
+            self.rows.entry((place.iteration.unwrap_or(0), kind)).or_default().push(told);
+        }
+        if *entry.action == *Action::DeleteStream.name() {
+            self.streams.retain(|id, _| Some(*id) != place.stream);
+        }
+        if *entry.action == *Action::DeleteJob.name() {
+            self.job = None;
+        }
+    }
+
+    /// Compares what was told with what is found.
+    pub fn conclude(mut self, found: &Found) -> Verdict {
+        if !self.torn {
+            // what is sealed beyond the end was there once
+            if let Some(&number) = self.sealed.keys().next() {
+                self.note(number.min(self.head.number + 1), What::Entry);
+            }
+        }
+        if self.head.number > 0 {
+            self.compare(found);
+        }
+        match self.fault {
+            Some((number, what)) => Verdict::Broken { number, what },
+            None => {
+                Verdict::Intact { entries: self.head.number, head: (self.head.number > 0).then_some(self.head.sha256) }
+            }
+        }
+    }
+
+    fn compare(&mut self, found: &Found) {
+        let mut faults: Vec<u64> = Vec::new();
+        // rows that no entry tells of would be of the next one
+        let next = self.head.number + 1;
+        let mut older = Found::default();
+        for (&(number, kind), told) in &self.rows {
+            let rows = found.rows(number, kind);
+            // those that are older than the chain come first
+            let before = self.older.map_or(0, |_| rows.len().saturating_sub(told.len()));
+            let differs = |(k, told): &(usize, &Told)| rows.get(before + k) != Some(&told.digest);
+            faults.extend(told.iter().enumerate().find(differs).map(|(_, told)| told.by));
+        }
+        for (number, kind, rows) in found.iter() {
+            let told = self.rows.get(&(number, kind)).map_or(0, Vec::len);
+            let untold = &rows[..rows.len().saturating_sub(told)];
+            match self.older {
+                Some(_) => untold.iter().for_each(|row| older.add(number, kind, *row)),
+                None if !untold.is_empty() && !self.torn => faults.push(next),
+                None => {}
+            }
+        }
+        if !self.torn {
+            faults.extend(self.older.filter(|told| told.digest != older.digest()).map(|told| told.by));
+            let job = self.job;
+            faults.extend(job.filter(|told| found.job != Some(told.digest)).map(|told| told.by));
+            faults.extend((job.is_none() && found.job.is_some()).then_some(next));
+            self.compare_streams(found, &mut faults, next);
+        }
+        if let Some(first) = faults.into_iter().min() {
+            self.note(first, What::Content);
+        }
+    }
+
+    /// Streams may be older than the chain; blocks are there as long as their stream is open.
+    fn compare_streams(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
+        for (id, told) in &self.streams {
+            let there = found.streams.get(id).is_some_and(|stream| stream.digest == told.digest);
+            faults.extend((!there).then_some(told.by));
+        }
+        for ((stream, _), told) in
+            self.blocks.iter().filter(|(block, told)| found.blocks.get(*block) != Some(&told.digest))
+        {
+            let open = found.streams.get(stream).is_some_and(|stream| stream.open);
+            faults.extend(open.then_some(told.by));
+        }
+        if self.older.is_none() {
+            let untold = found.streams.keys().any(|id| !self.streams.contains_key(id))
+                || found.blocks.keys().any(|block| !self.blocks.contains_key(block));
+            faults.extend(untold.then_some(next));
+        }
+    }
+}
+
+/// Where the rows of an entry are, by its target.
+#[derive(Default)]
+struct Place {
+    iteration: Option<u64>,
+    stream: Option<Uuid>,
+    block: Option<u64>,
+}
+
+impl Place {
+    fn of(target: &str) -> Self {
+        let parts: Vec<&str> = target.split('/').collect();
+        let after = |name: &str| parts.windows(2).find(|pair| pair[0] == name).map(|pair| pair[1]);
+        Place {
+            iteration: after("iterations").and_then(|number| number.parse().ok()),
+            stream: after("streams").and_then(|id| id.parse().ok()),
+            block: after("blocks").and_then(|number| number.parse().ok()),
+        }
+    }
+}

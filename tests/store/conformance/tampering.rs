@@ -1,0 +1,170 @@
+//! Whoever changes, removes or exchanges a row behind the store's back is found, at the number of
+//! the entry that tells of it.
+
+use std::sync::Arc;
+
+use flankfit::jobs::{
+    Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewIteration, Precondition, RecordKind,
+    audit::{Chain, Verdict, What},
+};
+use flankfit_engine::estimation::Nodes;
+use uuid::Uuid;
+
+use super::{audit::entries, pair::Pair};
+use crate::support::{WHOLE, nodes};
+
+/// An iteration whose fit and whose nodes are no others', by λ* and by how many nodes there are.
+fn iteration(pair: &Pair, job: Uuid, lambda_star: f64, more: usize) -> Arc<NewIteration> {
+    let mut new = NewIteration::clone(&pair.values.iteration(job));
+    new.fit = pair.values.fit(lambda_star);
+    if more > 0 {
+        let x: Vec<f64> = (0..6 + more).map(|i| i as f64).collect();
+        new.nodes = Arc::new(Nodes::scattered(x.clone(), x.clone(), x, None).unwrap()).into();
+    } else {
+        new.nodes = Arc::new(nodes()).into();
+    }
+    Arc::new(new)
+}
+
+/// A job with something of everything. Its entries: 1 the job, 2 and 3 iterations (λ* 0.25 with 6
+/// nodes, 0.5 with 8), 4 a fit (λ* 0.75), 5 a choice, 6 a decision, 7 a record, 8 and 9 streams, 10
+/// a block, 11 the second stream's iteration (λ* 0.875 with 9 nodes), 12 a change of the job.
+async fn filled(pair: &Pair) -> Uuid {
+    let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
+    let job = place.stored_job(&store).await.id;
+    store.insert_iteration(iteration(pair, job, 0.25, 0), None).await.unwrap();
+    store.insert_iteration(iteration(pair, job, 0.5, 2), None).await.unwrap();
+    let fit = Arc::new(place.fit(0.75));
+    store.insert_fit(job, 1, fit.clone(), None).await.unwrap();
+    let event = || Event { reason: Some("slope".to_owned()), created_at: place.now() };
+    store.choose(job, 1, Choice { fit_id: fit.id, event: event() }, none.clone()).await.unwrap();
+    let decision = DecisionEvent { decision: Decision::Remachine, event: event() };
+    store.decide(job, 1, decision, none.clone()).await.unwrap();
+    store.insert_record(job, 1, place.record(RecordKind::Curve, "lagrange"), None).await.unwrap();
+    let streams = [(); 2].map(|()| Arc::new(place.stream(job)));
+    for stream in &streams {
+        store.insert_stream(stream.clone(), None).await.unwrap();
+    }
+    store.insert_block(place.block(streams[0].id, 1), None).await.unwrap();
+    let finished = FinishedStream { stream: streams[1].id, sequence: 0, iteration: iteration(pair, job, 0.875, 3) };
+    store.finish_stream(finished, None).await.unwrap();
+    let patch = JobPatch { name: Some("pinion".to_owned()), ..JobPatch::default() };
+    store.patch_job(job, patch, none, place.now()).await.unwrap();
+    job
+}
+
+pub async fn what_is_as_it_was_written_is_intact(pair: &mut Pair) {
+    let job = filled(pair).await;
+    let told = entries(&pair.store, job).await;
+    let head = told.last().unwrap().sha256;
+    assert_eq!(pair.store.verify_audit(job).await.unwrap(), Verdict::Intact { entries: 12, head: Some(head) });
+    let other = pair.values.stored_job(&pair.store).await.id;
+    pair.store.delete_job(other, Precondition::None).await.unwrap();
+    let verdict = pair.store.verify_audit(other).await.unwrap();
+    assert!(matches!(verdict, Verdict::Intact { entries: 2, .. }), "{verdict:?}");
+    assert_eq!(pair.store.audit(Chain::Job(other), WHOLE).await.unwrap().items.len(), 2);
+}
+
+/// Tampers, and tells what is found.
+async fn found(pair: &mut Pair, job: Uuid, sql: &str) -> Verdict {
+    pair.ground.intrude(sql.to_owned()).await;
+    pair.store.verify_audit(job).await.unwrap()
+}
+
+/// Each on a copy of the audit: what one case has done is undone for the next.
+pub async fn changed_entries_are_found_at_their_numbers(pair: &mut Pair) {
+    let job = filled(pair).await;
+    pair.ground.intrude("CREATE TABLE audit_kept AS SELECT * FROM audit".to_owned()).await;
+    let cases = [
+        ("UPDATE audit SET actor = 'other' WHERE number = 3", 3, What::Entry),
+        ("UPDATE audit SET action = 'fit.none' WHERE number = 4", 4, What::Entry),
+        ("UPDATE audit SET target = '/v1/jobs' WHERE number = 5", 5, What::Entry),
+        ("UPDATE audit SET request_id = 'x' WHERE number = 6", 6, What::Entry),
+        ("UPDATE audit SET peer = '' WHERE number = 7", 7, What::Entry),
+        ("UPDATE audit SET outcome = 'lost' WHERE number = 12", 12, What::Entry),
+        ("UPDATE audit SET contents = previous WHERE number = 8", 8, What::Entry),
+        ("UPDATE audit SET previous = sha256 WHERE number = 1", 1, What::Entry),
+        ("UPDATE audit SET sha256 = previous WHERE number = 9", 9, What::Entry),
+        ("DELETE FROM audit WHERE number = 1", 1, What::Entry),
+        ("DELETE FROM audit WHERE number = 10", 10, What::Entry),
+        // the last: the job is no longer as it was at first
+        ("DELETE FROM audit WHERE number = 12", 1, What::Content),
+        ("UPDATE audit SET number = 100 + number WHERE number IN (4, 5)", 4, What::Entry),
+    ];
+    for (sql, number, what) in cases {
+        assert_eq!(found(pair, job, sql).await, Verdict::Broken { number, what }, "{sql}");
+        pair.ground.intrude("DELETE FROM audit; INSERT INTO audit SELECT * FROM audit_kept".to_owned()).await;
+        assert!(matches!(pair.store.verify_audit(job).await.unwrap(), Verdict::Intact { entries: 12, .. }));
+    }
+    // two that have changed places
+    let swap = "UPDATE audit SET number = 104 WHERE number = 4; UPDATE audit SET number = 4 WHERE number = 5;
+                UPDATE audit SET number = 5 WHERE number = 104";
+    assert_eq!(found(pair, job, swap).await, Verdict::Broken { number: 4, what: What::Entry });
+}
+
+pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
+    let swap = |table: &str, column: &str, by: &str, one: &str, two: &str| {
+        format!(
+            "CREATE TABLE swapped AS SELECT {by} AS k, {column} AS v FROM {table} WHERE {by} IN ({one}, {two});
+             UPDATE {table} SET {column} = (SELECT v FROM swapped WHERE k = {two}) WHERE {by} = {one};
+             UPDATE {table} SET {column} = (SELECT v FROM swapped WHERE k = {one}) WHERE {by} = {two};
+             DROP TABLE swapped"
+        )
+    };
+    let cases = [
+        ("UPDATE nodes SET count = 7 WHERE count = 6".to_owned(), 2),
+        ("UPDATE nodes SET data = (SELECT data FROM nodes WHERE count = 8) WHERE count = 9".to_owned(), 11),
+        ("DELETE FROM nodes WHERE count = 8".to_owned(), 3),
+        (swap("nodes", "data", "count", "8", "9"), 3),
+        ("UPDATE fits SET rms = 0.125 WHERE lambda_star = 0.5".to_owned(), 3),
+        ("UPDATE fits SET reason = 'other' WHERE lambda_star = 0.75".to_owned(), 4),
+        ("UPDATE fits SET criterion = 'none' WHERE lambda_star = 0.875".to_owned(), 11),
+        ("UPDATE fits SET spec = result WHERE lambda_star = 0.25".to_owned(), 2),
+        ("DELETE FROM fits WHERE lambda_star = 0.75".to_owned(), 4),
+        ("DELETE FROM fits WHERE lambda_star = 0.5".to_owned(), 3),
+        (swap("fits", "result", "lambda_star", "0.5", "0.875"), 3),
+        ("UPDATE iterations SET note = 'other' WHERE number = 2".to_owned(), 3),
+        ("UPDATE fit_choices SET reason = NULL WHERE position = 2".to_owned(), 5),
+        ("UPDATE decisions SET decision = 'accept'".to_owned(), 6),
+        ("DELETE FROM decisions".to_owned(), 6),
+        ("UPDATE records SET method = 'newton'".to_owned(), 7),
+        ("DELETE FROM records".to_owned(), 7),
+        ("UPDATE streams SET forgetting_factor = 0.5 WHERE sequence = 1".to_owned(), 8),
+        ("DELETE FROM stream_blocks".to_owned(), 10),
+        ("UPDATE stream_blocks SET count = 3".to_owned(), 10),
+        ("UPDATE jobs SET machine = 'other'".to_owned(), 12),
+    ];
+    for (sql, number) in cases {
+        // each in a database of its own
+        let job = filled(pair).await;
+        let verdict = found(pair, job, &sql).await;
+        assert_eq!(verdict, Verdict::Broken { number, what: What::Content }, "{sql}");
+        pair.ground.intrude(CLEAR.to_owned()).await;
+    }
+    // rows that no entry tells of
+    let job = filled(pair).await;
+    let forgotten = "CREATE TABLE kept AS SELECT * FROM audit WHERE number < 7; DELETE FROM audit;
+        INSERT INTO audit SELECT * FROM kept; DELETE FROM stream_states; DELETE FROM stream_blocks;
+        DELETE FROM streams; UPDATE jobs SET name = 'wheel', version = 1, updated_at = created_at";
+    assert_eq!(found(pair, job, forgotten).await, Verdict::Broken { number: 7, what: What::Content });
+}
+
+/// Everything, in an order that no reference forbids.
+const CLEAR: &str = "DELETE FROM stream_states; DELETE FROM stream_blocks; DELETE FROM streams; DELETE FROM events; \
+                     DELETE FROM records; DELETE FROM decisions; DELETE FROM fit_choices; DELETE FROM fits; \
+                     DELETE FROM nodes; DELETE FROM iterations; DELETE FROM jobs; DELETE FROM audit";
+
+/// What was found at its first change is held against one digest, what came later row by row.
+pub async fn a_job_from_before_is_verified_too(pair: &mut Pair) {
+    let job = filled(pair).await;
+    pair.ground.intrude("DELETE FROM audit".to_owned()).await;
+    assert_eq!(pair.store.verify_audit(job).await.unwrap(), Verdict::Intact { entries: 0, head: None });
+    pair.store.insert_iteration(iteration(pair, job, 2.0, 7), None).await.unwrap();
+    pair.store.insert_fit(job, 1, Arc::new(pair.values.fit(4.0)), None).await.unwrap();
+    let verdict = pair.store.verify_audit(job).await.unwrap();
+    assert!(matches!(verdict, Verdict::Intact { entries: 3, .. }), "{verdict:?}");
+    let broken = |number| Verdict::Broken { number, what: What::Content };
+    assert_eq!(found(pair, job, "UPDATE fits SET rms = 0.5 WHERE lambda_star = 4.0").await, broken(3));
+    assert_eq!(found(pair, job, "UPDATE nodes SET count = 99 WHERE count = 13").await, broken(2));
+    assert_eq!(found(pair, job, "UPDATE fits SET rms = 0.5 WHERE lambda_star = 0.25").await, broken(1));
+}
