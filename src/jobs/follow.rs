@@ -26,6 +26,18 @@ impl JobService {
         }
     }
 
+    /// Some key or some tenant was changed.
+    pub(super) fn announce_keys(&self) {
+        self.keys_changed();
+        if let Some(wakes) = &self.wakes {
+            wakes.tell(Wake::Keys);
+        }
+    }
+
+    fn keys_changed(&self) {
+        self.key_changes.send_modify(|changes| *changes += 1);
+    }
+
     /// Hears what other processes tell, and tells them. It ends only where the store is this
     /// process's alone.
     pub async fn follow_others(&self) {
@@ -39,7 +51,9 @@ impl JobService {
         match wake {
             Wake::Job(job) => self.notifier.notify(&job),
             Wake::StreamEnd => self.cache.announce_end(),
+            Wake::Keys => self.keys_changed(),
             Wake::Anything => {
+                self.keys_changed();
                 self.notifier.notify_all();
                 self.cache.announce_end();
             }

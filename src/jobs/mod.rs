@@ -45,7 +45,10 @@ mod streams;
 mod wake;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
-pub use callers::{Caller, Owned, Role, Scope, Scopes, Tenant};
+pub use callers::{
+    ApiKey, Caller, Credentials, KeyDraft, KeyId, KeyPatch, Keys, KnownKey, KnownKeys, NewKey, NewPlant, Owned, Plant,
+    PlantDraft, PlantPatch, Role, Rotation, San, Scope, Scopes, Secret, Tenant, TenantKeys, secret,
+};
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
@@ -60,12 +63,12 @@ pub use job::{Job, JobPatch, Update};
 pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;
 pub use origin::Origin;
-pub use outcome::{Precondition, RepositoryError, Resource, Stored};
+pub use outcome::{Precondition, RepositoryError, RepositoryFuture, Resource, Stored};
 pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
-pub use repository::{Repository, RepositoryFuture, Store, Upkeep, Wakes};
+pub use repository::{Repository, Store, Upkeep, Wakes};
 pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,

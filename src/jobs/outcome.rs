@@ -1,5 +1,7 @@
 //! What becomes of a write or a read: what was stored, or why nothing was.
 
+use std::pin::Pin;
+
 use uuid::Uuid;
 
 /// What a request named and the store did not find.
@@ -10,6 +12,8 @@ pub enum Resource {
     Fit,
     Stream,
     Record,
+    Key,
+    Tenant,
 }
 
 /// Why the store did not do what it was asked.
@@ -47,6 +51,18 @@ pub enum RepositoryError {
     /// An answer is already kept under this idempotency key.
     #[error("the idempotency key is taken")]
     KeyTaken,
+    /// A revoked key is not changed any more.
+    #[error("the key is revoked")]
+    KeyRevoked,
+    /// A key of a certificate has no secret that another could take the place of.
+    #[error("the key has no secret")]
+    NoSecret,
+    /// Another key is of certificates with this name.
+    #[error("a key has this name of certificates")]
+    SanTaken,
+    /// There is a tenant of this name.
+    #[error("there is a tenant of this name")]
+    TenantExists,
     /// Too many writes wait; nothing was stored.
     #[error("the store's queue is full")]
     Overloaded,
@@ -60,6 +76,9 @@ pub enum RepositoryError {
     #[error("the store failed: {0}")]
     Failed(String),
 }
+
+/// What the store's methods answer with.
+pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, RepositoryError>> + Send + 'a>>;
 
 /// What only the store could know of something it stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -10,11 +10,14 @@ pub enum List {
     Iterations,
     Fits,
     Records,
+    Keys,
+    Tenants,
     Audit,
 }
 
 impl List {
-    const ALL: [List; 5] = [List::Jobs, List::Iterations, List::Fits, List::Records, List::Audit];
+    const ALL: [List; 7] =
+        [List::Jobs, List::Iterations, List::Fits, List::Records, List::Keys, List::Tenants, List::Audit];
 
     /// What its cursors begin with.
     fn kind(self) -> u8 {
@@ -23,7 +26,8 @@ impl List {
             List::Iterations => 2,
             List::Fits => 3,
             List::Records => 4,
-            // some numbers are for lists of tenants and keys
+            List::Keys => 5,
+            List::Tenants => 6,
             List::Audit => 8,
         }
     }
@@ -35,6 +39,8 @@ impl List {
             List::Iterations => "iterations",
             List::Fits => "fits",
             List::Records => "records",
+            List::Keys => "keys",
+            List::Tenants => "tenants",
             List::Audit => "entries of the audit",
         }
     }
@@ -134,7 +140,7 @@ mod tests {
             }
         }
         let bare = cursor.0.simple().to_string();
-        for text in ["", "next", "0é", &bare, &format!("05{bare}"), &format!("01{bare}0"), &format!("01{}", cursor.0)]
+        for text in ["", "next", "0é", &bare, &format!("99{bare}"), &format!("01{bare}0"), &format!("01{}", cursor.0)]
         {
             assert_eq!(Cursor::decode(text, List::Jobs), Err(CursorError::Unknown), "{text}");
         }

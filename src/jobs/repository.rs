@@ -10,14 +10,14 @@ use uuid::Uuid;
 
 use super::{
     audit::{Chain, Entry, Verdict},
-    callers::Caller,
+    callers::{Caller, Credentials, Keys},
     event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
     iteration::{Choice, DecisionEvent, FitSummary, Iteration, NewIteration, NewRun, Trace},
     job::{Job, JobPatch},
     measurand::{Measurand, Successors},
-    outcome::{Precondition, RepositoryError, Stored},
+    outcome::{Precondition, RepositoryFuture, Stored},
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
     record::{Record, RecordKind, RecordSummary},
@@ -26,13 +26,16 @@ use super::{
 };
 use flankfit_engine::estimation::Nodes;
 
-/// What the store's methods answer with.
-pub type RepositoryFuture<'a, T> = Pin<Box<dyn Future<Output = Result<T, RepositoryError>> + Send + 'a>>;
-
 /// A store of jobs, of every tenant.
 pub trait Store: Upkeep {
     /// The store as a caller sees it: other tenants' jobs, and what belongs to these, do not exist.
     fn of(&self, caller: &Caller) -> Arc<dyn Repository>;
+
+    /// The keys of a caller's tenant, and the tenants.
+    fn keys(&self, caller: &Caller) -> Arc<dyn Keys>;
+
+    /// The keys of all tenants, for whoever must find out who asks.
+    fn credentials(&self) -> Arc<dyn Credentials>;
 
     /// How the processes that use the store wake each other; `None` where it is one process's
     /// alone.
@@ -77,6 +80,7 @@ pub trait Upkeep: Send + Sync + 'static {
 macro_rules! repository_operations {
     ($then:ident) => {
         $then! {
+            Repository
             reads {
                 GetJob = job(id: Uuid) -> Job;
                 /// Newest first.
@@ -165,13 +169,14 @@ macro_rules! repository_operations {
 /// Makes the trait of the operations.
 macro_rules! declare {
     (
+        $Trait:ident
         reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
         writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
     ) => {
         /// A store as one caller sees it. Every write is all or nothing, and is durable when its
         /// future is ready; a write that was begun is finished even if its future is dropped. Reads
         /// see one consistent state each.
-        pub trait Repository: Send + Sync + 'static {
+        pub trait $Trait: Send + Sync + 'static {
             $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found>;)*
             $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply>;)*
         }

@@ -25,11 +25,13 @@ use super::{
 /// What the use cases of all callers share.
 pub struct JobService {
     pub(super) store: Arc<dyn Store>,
-    clock: Arc<dyn Clock>,
+    pub(super) clock: Arc<dyn Clock>,
     ids: Arc<dyn Ids>,
     known: KnownJobs,
     pub(super) cache: StreamCache,
     pub(super) notifier: JobNotifier,
+    /// Told when some key was changed, here or by another process.
+    pub(super) key_changes: watch::Sender<u64>,
     /// How other processes are woken that use the store.
     pub(super) wakes: Option<Arc<dyn Wakes>>,
 }
@@ -38,12 +40,22 @@ impl JobService {
     pub fn new(store: Arc<dyn Store>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Arc<Self> {
         let (known, cache, notifier) = Default::default();
         let wakes = store.wakes();
-        Arc::new(JobService { store, clock, ids, known, cache, notifier, wakes })
+        let key_changes = watch::channel(0).0;
+        Arc::new(JobService { store, clock, ids, known, cache, notifier, key_changes, wakes })
     }
 
     /// The jobs of a caller's tenant.
     pub fn of(self: &Arc<Self>, caller: &Caller) -> Jobs {
         Jobs { repository: self.store.of(caller), tenant: caller.tenant.clone(), service: self.clone() }
+    }
+
+    /// Whether other processes use the store, too.
+    pub fn is_shared(&self) -> bool {
+        self.wakes.is_some()
+    }
+
+    pub(super) fn fresh_id(&self, now: Timestamp) -> Uuid {
+        self.ids.fresh(now)
     }
 
     /// The time that whatever is written now carries.
@@ -90,7 +102,7 @@ impl Jobs {
     }
 
     pub(super) fn fresh_id(&self, now: Timestamp) -> Uuid {
-        self.service.ids.fresh(now)
+        self.service.fresh_id(now)
     }
 
     /// The answer kept under an idempotency key, with the digest of its request.

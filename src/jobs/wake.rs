@@ -10,6 +10,8 @@ pub enum Wake {
     Job(Owned),
     /// Some stream was finished or deleted.
     StreamEnd,
+    /// Some key or some tenant was changed.
+    Keys,
     /// Nothing was heard for a while, and anything may have happened.
     Anything,
 }

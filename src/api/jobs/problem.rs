@@ -20,6 +20,8 @@ impl From<RepositoryError> for Problem {
                     Resource::Fit => "The iteration has no such fit.",
                     Resource::Record => "The iteration has no such record.",
                     Resource::Stream => "There is no such stream.",
+                    Resource::Key => "There is no such key.",
+                    Resource::Tenant => "There is no such tenant.",
                 },
             ),
             RepositoryError::HasIterations(count) => Problem::new(
@@ -66,6 +68,18 @@ impl From<RepositoryError> for Problem {
             RepositoryError::ForeignFit(id) => {
                 Problem::invalid(Faults::one("/fit_id", format!("the iteration has no fit {id}")))
             }
+            RepositoryError::KeyRevoked => {
+                Problem::new(ProblemCode::Conflict, "The key is revoked, which is for good; make a new one.")
+            }
+            RepositoryError::NoSecret => Problem::new(
+                ProblemCode::Conflict,
+                "The key is of a certificate and has no secret; certificates are renewed by who signs them.",
+            ),
+            RepositoryError::SanTaken => Problem::new(
+                ProblemCode::Conflict,
+                "Another key is of certificates with this name; revoke that one first.",
+            ),
+            RepositoryError::TenantExists => Problem::new(ProblemCode::Conflict, "There is a tenant of this name."),
             RepositoryError::KeyTaken => Problem::new(
                 ProblemCode::IdempotencyKeyInUse,
                 "Another request with this idempotency key has just been stored; send it again to get its answer.",

@@ -6,6 +6,9 @@ use uuid::Uuid;
 
 use crate::jobs::origin::Origin;
 
+/// No tenant can be named so.
+const ROOT: &str = "@root";
+
 /// A plant. Each job belongs to one, and for callers of another it does not exist.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct Tenant(Arc<str>);
@@ -21,6 +24,20 @@ impl Tenant {
         let letters = name.bytes().all(|c| c.is_ascii_lowercase() || c.is_ascii_digit() || c == b'-');
         let ends = name.starts_with('-') || name.ends_with('-');
         (within && letters && !ends).then(|| Tenant(name.into()))
+    }
+
+    /// What stands in the place of a tenant for callers who are of none.
+    pub fn root() -> Self {
+        Tenant(ROOT.into())
+    }
+
+    pub fn is_root(&self) -> bool {
+        &*self.0 == ROOT
+    }
+
+    /// One that was written down, [`Tenant::root`] among them.
+    pub fn kept(name: &str) -> Option<Self> {
+        if name == ROOT { Some(Self::root()) } else { Self::named(name) }
     }
 
     pub fn as_str(&self) -> &str {
@@ -66,5 +83,6 @@ mod tests {
             assert_eq!(Tenant::named(name), None, "{name}");
         }
         assert_eq!(Tenant::named("default"), Some(Tenant::default()));
+        assert_eq!((Tenant::named(ROOT), Tenant::kept(ROOT)), (None, Some(Tenant::root())));
     }
 }

@@ -10,6 +10,7 @@ use crate::jobs::{Owned, Tenant, Wake};
 /// PostgreSQL takes less than 8,000 bytes at a time.
 const MOST_BYTES: usize = 7900;
 const STREAM_END: &str = ".";
+const KEYS: &str = "!";
 const ANYTHING: &str = "*";
 
 /// A message that was heard.
@@ -30,6 +31,7 @@ impl Message {
             let word = match wake {
                 Wake::Job(Owned { tenant, id }) => format!(" {}/{}", tenant.as_str(), id.simple()),
                 Wake::StreamEnd => format!(" {STREAM_END}"),
+                Wake::Keys => format!(" {KEYS}"),
                 Wake::Anything => format!(" {ANYTHING}"),
             };
             match texts.last_mut() {
@@ -47,6 +49,7 @@ impl Message {
         let sent = Duration::from_micros(words.next()?.parse().ok()?);
         let wake = |word: &str| match word {
             STREAM_END => Wake::StreamEnd,
+            KEYS => Wake::Keys,
             job => owned(job).map_or(Wake::Anything, Wake::Job),
         };
         Some(Message { from, sent, wakes: words.map(wake).collect() })
@@ -65,7 +68,7 @@ mod tests {
     #[test]
     fn what_is_written_is_read_again_in_texts_that_are_not_too_long() {
         let job = |id| Wake::Job(Owned { tenant: Tenant::named(&"t".repeat(63)).unwrap(), id: Uuid::from_u128(id) });
-        let wakes: Vec<Wake> = (0..500).map(job).chain([Wake::StreamEnd, Wake::Anything]).collect();
+        let wakes: Vec<Wake> = (0..500).map(job).chain([Wake::StreamEnd, Wake::Keys, Wake::Anything]).collect();
         let (from, sent) = (Uuid::from_u128(7), Duration::from_micros(1_234_567));
         let texts = Message::write(from, sent, &wakes);
         assert!(texts.iter().all(|text| text.len() < 8000) && texts.len() > 1, "{}", texts.len());

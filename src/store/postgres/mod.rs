@@ -23,6 +23,7 @@
 //! Each table or two have a file with their reads and writes.
 
 mod answers;
+mod api_keys;
 mod audit;
 mod audit_reads;
 mod blocks;
@@ -39,6 +40,7 @@ mod locate;
 mod message;
 mod migrate;
 mod open;
+mod plants;
 mod records;
 mod runs;
 mod session;

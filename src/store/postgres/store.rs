@@ -17,7 +17,7 @@ use super::{
     writer::Writer,
 };
 use crate::{
-    jobs::{self, Caller, Clock, Ids, Repository, RepositoryError, RepositoryFuture, Upkeep, Wakes},
+    jobs::{self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Upkeep, Wakes},
     store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Subject, queue},
     telemetry,
 };
@@ -106,6 +106,14 @@ impl Backend for Database {
 impl jobs::Store for PostgresStore {
     fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
         Arc::new(Handle::new(self.0.clone(), caller.clone()))
+    }
+
+    fn keys(&self, caller: &Caller) -> Arc<dyn Keys> {
+        Arc::new(Handle::new(self.0.clone(), caller.clone()))
+    }
+
+    fn credentials(&self) -> Arc<dyn Credentials> {
+        Arc::new(Handle::of_nobody(self.0.clone()))
     }
 
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {

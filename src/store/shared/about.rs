@@ -6,7 +6,8 @@ use uuid::Uuid;
 use super::{
     operation::{
         Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit, InsertIteration, InsertJob,
-        InsertRecord, InsertRuns, InsertStream, PatchJob,
+        InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, PatchJob, PatchKey, PatchPlant, RevokeKey,
+        RotateKey,
     },
     subject::{About, Subject},
 };
@@ -47,6 +48,12 @@ about! {
     InsertBlock: write => Subject::Stream(write.block.stream), vec![of_block(write)];
     FinishStream: write => Subject::Stream(write.finished.stream), vec![new_iteration(&write.finished.iteration)];
     DeleteStream: write => Subject::Stream(write.id);
+    InsertKey: _write => Subject::Nothing;
+    PatchKey: _write => Subject::Nothing;
+    RotateKey: _write => Subject::Nothing;
+    RevokeKey: _write => Subject::Nothing;
+    InsertPlant: _write => Subject::Nothing;
+    PatchPlant: _write => Subject::Nothing;
 }
 
 pub fn of_job(job: &Job) -> Contents {

@@ -7,7 +7,9 @@ use jiff::Timestamp;
 use sqlx::{Database, Decode, Type, error::BoxDynError};
 
 use super::error::damaged;
-use crate::jobs::{Decision, Figures, RecordKind, StreamEvent, nodes_codec, side_named};
+use crate::jobs::{
+    Decision, Figures, KeyId, RecordKind, Role, San, Scopes, StreamEvent, Tenant, nodes_codec, side_named,
+};
 use flankfit_engine::{estimation::Nodes, gear::Side};
 
 /// A time. How it is written is each database's own.
@@ -115,6 +117,11 @@ macro_rules! name_column {
 name_column!(Decision, "a decision", Decision::named);
 name_column!(RecordKind, "a kind of record", RecordKind::named);
 name_column!(StreamEvent, "an event", StreamEvent::named);
+name_column!(KeyId, "a key's id", KeyId::named);
+name_column!(Tenant, "a tenant", Tenant::kept);
+name_column!(Role, "a role", Role::named);
+name_column!(Scopes, "scopes", Scopes::named);
+name_column!(San, "a name of certificates", San::named);
 name_column!(Flank, "a flank", |name| side_named(name).map(Flank));
 name_column!(CriterionName, "a figure's name", |name| Figures::criterion_named(name).map(CriterionName));
 name_column!(SchemeName, "a figure's name", |name| Figures::scheme_named(name).map(SchemeName));

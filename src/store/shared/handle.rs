@@ -9,25 +9,18 @@ use uuid::Uuid;
 use super::{
     access::{Read, Write},
     error::StoreError,
+    maintenance::{FindCertificate, FindKey, HasKeys, NoteUses},
     operation::{
-        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
-        GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
-        GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
-        InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob,
-        VerifyAudit,
+        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob, VerifyAudit, GetKey, GetPlant, InsertKey, InsertPlant, ListKeys, ListPlants, PatchKey, PatchPlant, RevokeKey, RotateKey,
     },
-    queue::Queue,
+    queue::{Queue, Run},
     subject::Subject,
 };
 use crate::{
     jobs::{
-        Answer, Block, Caller, Choice, Clock, DecisionEvent, FinishedStream, FitRecord, FitSummary, Ids, Iteration,
-        Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest,
-        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
-        RepositoryError, RepositoryFuture, Stored, Stream, StreamState, Successors, Trace,
-        audit::{Chain, Entry, Prepared, Verdict},
+        Answer, Block, Caller, Choice, Clock, DecisionEvent, FinishedStream, FitRecord, FitSummary, Ids, Iteration, Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Stored, Stream, StreamState, Successors, Trace, audit::{Chain, Entry, Prepared, Verdict}, ApiKey, Credentials, KeyId, KeyPatch, Keys, KnownKey, NewKey, NewPlant, Plant, PlantPatch, Rotation, San, Tenant,
     },
-    repository_operations,
+    key_operations, repository_operations,
 };
 use flankfit_engine::estimation::Nodes;
 
@@ -61,6 +54,11 @@ pub struct Handle<B> {
 }
 
 impl<B: Backend> Handle<B> {
+    /// For what is asked before it is known who asks.
+    pub fn of_nobody(backend: Arc<B>) -> Self {
+        Handle::new(backend, Caller { tenant: Tenant::root(), actor: "nobody".into(), origin: Default::default() })
+    }
+
     pub fn new(backend: Arc<B>, caller: Caller) -> Self {
         Handle { backend, caller }
     }
@@ -95,10 +93,11 @@ impl<B: Backend> Handle<B> {
 /// Makes a repository of every store that knows how to do each operation.
 macro_rules! declare {
     (
+        $Trait:ident
         reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
         writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
     ) => {
-        impl<B: Backend> Repository for Handle<B>
+        impl<B: Backend> $Trait for Handle<B>
         where
             $($Read: Read<B::Readers>,)*
             $($Write: Write<B::Connection>,)*
@@ -115,3 +114,28 @@ macro_rules! declare {
 }
 
 repository_operations!(declare);
+key_operations!(declare);
+
+impl<B: Backend> Credentials for Handle<B>
+where
+    FindKey: Read<B::Readers>,
+    FindCertificate: Read<B::Readers>,
+    HasKeys: Read<B::Readers>,
+    NoteUses: Run<B::Connection>,
+{
+    fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>> {
+        self.read(FindKey { id })
+    }
+
+    fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
+        self.read(FindCertificate { san })
+    }
+
+    fn has_keys(&self) -> RepositoryFuture<'_, bool> {
+        self.read(HasKeys)
+    }
+
+    fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
+        Box::pin(self.backend.queue(Subject::Nothing).write(NoteUses { uses }))
+    }
+}

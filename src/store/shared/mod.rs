@@ -10,6 +10,7 @@ mod error;
 mod group;
 mod handle;
 mod incoming;
+mod keyed;
 mod lists;
 mod maintenance;
 mod neighbours;
@@ -28,22 +29,18 @@ pub use error::{Outcome, StoreError, damaged};
 pub use group::{InsertTogether, run_group};
 pub use handle::{Backend, Handle};
 pub use incoming::Incoming;
+pub use keyed::{behind, place};
 pub use lists::{Counted, Listed, in_order, page, told};
-pub use maintenance::{ForgetAnswers, Probe};
+pub use maintenance::{FindCertificate, FindKey, ForgetAnswers, HasKeys, NoteUses, Probe};
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
-    Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
-    GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo,
-    GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit,
-    InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords,
-    Operation, PatchJob, VerifyAudit, key_of,
+        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords, Operation, PatchJob, VerifyAudit, key_of, GetKey, GetPlant, InsertKey, InsertPlant, ListKeys, ListPlants, PatchKey, PatchPlant, RevokeKey, RotateKey,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock, FoundFit,
-    FoundIteration, FoundNodes, FoundRow, FoundStreamRow, HeadRow, IterationRow, JobRow, Latest, MeasurandRow,
-    MeasuredTooth, NodesRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow, TracedIterationRow,
-    entries,
+        AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, HeadRow, IterationRow, JobRow, Latest, MeasurandRow, MeasuredTooth, NodesRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow, TracedIterationRow, entries, KeyRow, KnownKeyRow, PlantRow,
 };
-pub(in crate::store) use row::{entry_columns, figure_columns, job_columns};
+pub(in crate::store) use row::{
+        entry_columns, figure_columns, job_columns, key_columns, plant_columns,
+};
 pub use subject::Subject;

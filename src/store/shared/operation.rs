@@ -11,13 +11,9 @@ use super::{
 };
 use crate::{
     jobs::{
-        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
-        JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
-        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Stored, Stream, StreamState, Successors,
-        Tenant, Trace,
-        audit::{Chain, Contents, Entry, Prepared, Verdict},
+        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Stored, Stream, StreamState, Successors, Tenant, Trace, audit::{Chain, Contents, Entry, Prepared, Verdict}, ApiKey, KeyId, KeyPatch, NewKey, NewPlant, Plant, PlantPatch, Rotation,
     },
-    repository_operations,
+    key_operations, repository_operations,
 };
 use flankfit_engine::estimation::Nodes;
 
@@ -88,6 +84,7 @@ impl<O: Operation> Operation for Asked<O> {
 /// Makes a struct of each operation.
 macro_rules! declare {
     (
+        $Trait:ident
         reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
         writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
     ) => {
@@ -132,3 +129,4 @@ macro_rules! declare {
 }
 
 repository_operations!(declare);
+key_operations!(declare);

@@ -6,8 +6,8 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use crate::jobs::{
-    Choice, DecisionEvent, FinishedStream, Job, JobPatch, NewBlock, NewFit, NewIteration, NewRun, NewStream,
-    Precondition, Receipt, Record,
+    Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeyId, KeyPatch, NewBlock, NewFit, NewIteration, NewKey,
+    NewPlant, NewRun, NewStream, PlantPatch, Precondition, Receipt, Record, Rotation, Tenant,
 };
 
 /// Part of a write.
@@ -30,7 +30,24 @@ macro_rules! light {
     };
 }
 
-light!(Choice, DecisionEvent, Job, JobPatch, NewStream, Precondition, Timestamp, Uuid, u32);
+light!(
+    Choice,
+    DecisionEvent,
+    Job,
+    JobPatch,
+    KeyId,
+    KeyPatch,
+    NewKey,
+    NewPlant,
+    NewStream,
+    PlantPatch,
+    Precondition,
+    Rotation,
+    Tenant,
+    Timestamp,
+    Uuid,
+    u32
+);
 
 impl Weight for Option<Receipt> {
     fn receipt(&self) -> Option<&Receipt> {

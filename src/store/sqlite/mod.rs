@@ -22,6 +22,7 @@
 //! Each table or two have a file with their reads and writes.
 
 mod answers;
+mod api_keys;
 mod audit;
 mod audit_reads;
 mod backup;
@@ -37,6 +38,7 @@ mod jobs;
 mod locate;
 mod lock;
 mod open;
+mod plants;
 mod records;
 mod runs;
 mod store;

@@ -13,7 +13,7 @@ use super::{
     writer::Writer,
 };
 use crate::{
-    jobs::{self, ANSWERS_KEPT, Caller, Clock, Ids, Repository, RepositoryError, RepositoryFuture, Upkeep},
+    jobs::{self, ANSWERS_KEPT, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Upkeep},
     store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, Subject, queue},
     telemetry,
 };
@@ -77,6 +77,14 @@ impl Backend for Database {
 impl jobs::Store for SqliteStore {
     fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
         Arc::new(Handle::new(self.0.clone(), caller.clone()))
+    }
+
+    fn keys(&self, caller: &Caller) -> Arc<dyn Keys> {
+        Arc::new(Handle::new(self.0.clone(), caller.clone()))
+    }
+
+    fn credentials(&self) -> Arc<dyn Credentials> {
+        Arc::new(Handle::of_nobody(self.0.clone()))
     }
 }
 

@@ -8,6 +8,7 @@ mod audit;
 mod blocks;
 mod extremes;
 mod grounds;
+mod keys;
 mod neighbours;
 mod paging;
 mod pair;
@@ -86,6 +87,15 @@ conformance! {
             nodes_keep_their_bits,
             figures_keep_their_bits_or_are_none,
             texts_of_any_letters_and_length_come_back;
+        keys:
+            a_key_comes_back_as_it_was_made,
+            keys_are_changed_rotated_and_revoked,
+            another_tenants_keys_do_not_exist,
+            a_name_of_certificates_is_of_one_key,
+            keys_come_in_pages_newest_first,
+            tenants_begin_with_a_key,
+            a_key_stays_what_it_is,
+            a_key_is_changed_once_from_each_version;
         neighbours:
             neighbours_are_of_the_same_flank_and_tooth;
         paging:

@@ -8,7 +8,7 @@ use std::{
     },
 };
 
-use flankfit::jobs::{Repository, RepositoryFuture, Store};
+use flankfit::jobs::{Caller, Keys, Repository, RepositoryFuture, Store, Tenant};
 
 use super::recorder::{Exercised, Turns, Watched};
 use crate::support::{Values, caller};
@@ -56,6 +56,13 @@ impl Pair {
         seen_by(&self.handles, tenant, &self.exercised)
     }
 
+    /// The keys as callers of a tenant see them, who have turns at the two handles.
+    pub fn keys_of(&self, tenant: &Tenant) -> Arc<dyn Keys> {
+        let caller = Caller { tenant: tenant.clone(), actor: "test".into(), origin: Default::default() };
+        let handles = self.handles.each_ref().map(|handle| handle.keys(&caller));
+        Arc::new(Turns::<dyn Keys> { handles, next: AtomicUsize::new(0), exercised: self.exercised.clone() })
+    }
+
     pub async fn close(&self) {
         for handle in &self.handles {
             handle.close().await;
@@ -88,16 +95,16 @@ fn watched(store: Arc<dyn Store>, exercised: &Arc<Exercised>) -> Arc<dyn Store> 
 
 fn seen_by(handles: &[Arc<dyn Store>; 2], tenant: &str, exercised: &Arc<Exercised>) -> Arc<dyn Repository> {
     let handles = handles.each_ref().map(|handle| handle.of(&caller(tenant)));
-    Arc::new(Turns { handles, next: AtomicUsize::new(0), exercised: exercised.clone() })
+    Arc::new(Turns::<dyn Repository> { handles, next: AtomicUsize::new(0), exercised: exercised.clone() })
 }
 
-impl Turns {
+impl<T: ?Sized + Send + Sync> Turns<T> {
     /// Asks whichever handle has its turn.
-    pub fn ask<'a, T: Send + 'a>(
+    pub fn ask<'a, R: Send + 'a>(
         &'a self,
         operation: &'static str,
-        ask: impl FnOnce(&'a dyn Repository) -> RepositoryFuture<'a, T>,
-    ) -> RepositoryFuture<'a, T> {
+        ask: impl FnOnce(&'a T) -> RepositoryFuture<'a, R>,
+    ) -> RepositoryFuture<'a, R> {
         self.exercised.operation(operation);
         let turn = self.next.fetch_add(1, Ordering::Relaxed);
         let asked = ask(&*self.handles[turn % 2]);

@@ -9,13 +9,9 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent,
-        JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition,
-        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
-        RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep, Wakes,
-        audit::{Chain, Entry, Verdict},
+        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep, Wakes, audit::{Chain, Entry, Verdict}, ApiKey, Credentials, KeyId, KeyPatch, Keys, KnownKey, NewKey, NewPlant, Plant, PlantPatch, Rotation, San, Tenant,
     },
-    repository_operations,
+    key_operations, repository_operations,
 };
 use flankfit_engine::estimation::Nodes;
 use jiff::Timestamp;
@@ -40,18 +36,25 @@ impl Exercised {
     /// The operations and the refusals that there are and that were not met.
     pub fn missed(&self) -> Vec<&'static str> {
         let (operations, errors) = (self.operations.lock().unwrap(), self.errors.lock().unwrap());
-        let operations = OPERATIONS.iter().chain(&UPKEEP).filter(|name| !operations.contains(*name));
+        let names = <dyn Repository as Named>::NAMES.iter().chain(<dyn Keys as Named>::NAMES);
+        let operations = names.chain(&UPKEEP).filter(|name| !operations.contains(*name));
         operations.chain(ERRORS.iter().filter(|name| !errors.contains(*name))).copied().collect()
     }
 }
 
 /// Every refusal.
-const ERRORS: [&str; 18] = [
+const ERRORS: [&str; 24] = [
     "no job",
     "no iteration",
     "no fit",
     "no stream",
     "no record",
+    "no key",
+    "no tenant",
+    "key revoked",
+    "no secret",
+    "name taken",
+    "tenant exists",
     "iterations",
     "streams",
     "no such tooth",
@@ -74,6 +77,12 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::NotFound(Resource::Fit) => "no fit",
         RepositoryError::NotFound(Resource::Stream) => "no stream",
         RepositoryError::NotFound(Resource::Record) => "no record",
+        RepositoryError::NotFound(Resource::Key) => "no key",
+        RepositoryError::NotFound(Resource::Tenant) => "no tenant",
+        RepositoryError::KeyRevoked => "key revoked",
+        RepositoryError::NoSecret => "no secret",
+        RepositoryError::SanTaken => "name taken",
+        RepositoryError::TenantExists => "tenant exists",
         RepositoryError::HasIterations(_) => "iterations",
         RepositoryError::HasStreams(_) => "streams",
         RepositoryError::NoSuchTooth { .. } => "no such tooth",
@@ -93,7 +102,8 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 4] = ["forget_answers", "check_writable", "ping", "close"];
+const UPKEEP: [&str; 8] =
+    ["forget_answers", "check_writable", "ping", "close", "find_key", "find_certificate", "has_keys", "note_uses"];
 
 /// A handle of which it is noted what is done for no caller.
 pub struct Watched {
@@ -104,6 +114,14 @@ pub struct Watched {
 impl Store for Watched {
     fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
         self.store.of(caller)
+    }
+
+    fn keys(&self, caller: &Caller) -> Arc<dyn Keys> {
+        self.store.keys(caller)
+    }
+
+    fn credentials(&self) -> Arc<dyn Credentials> {
+        Arc::new(WatchedCredentials { credentials: self.store.credentials(), exercised: self.exercised.clone() })
     }
 
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
@@ -133,22 +151,29 @@ impl Upkeep for Watched {
     }
 }
 
-/// A repository of which each call goes to the other of two handles.
-pub struct Turns {
-    pub handles: [Arc<dyn Repository>; 2],
+/// The names of a trait's operations.
+trait Named {
+    const NAMES: &'static [&'static str];
+}
+
+/// A trait's operations of which each call goes to the other of two handles.
+pub struct Turns<T: ?Sized> {
+    pub handles: [Arc<T>; 2],
     pub next: AtomicUsize,
     pub exercised: Arc<Exercised>,
 }
 
 macro_rules! take_turns {
     (
+        $Trait:ident
         reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
         writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
     ) => {
-        /// The name of every operation.
-        const OPERATIONS: &[&str] = &[$(stringify!($read),)* $(stringify!($write),)*];
+        impl Named for dyn $Trait {
+            const NAMES: &'static [&'static str] = &[$(stringify!($read),)* $(stringify!($write),)*];
+        }
 
-        impl Repository for Turns {
+        impl $Trait for Turns<dyn $Trait> {
             $(fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found> {
                 self.ask(stringify!($read), |handle| handle.$read($($of),*))
             })*
@@ -160,3 +185,32 @@ macro_rules! take_turns {
 }
 
 repository_operations!(take_turns);
+key_operations!(take_turns);
+
+/// Of which it is noted what is asked before it is known who asks.
+struct WatchedCredentials {
+    credentials: Arc<dyn Credentials>,
+    exercised: Arc<Exercised>,
+}
+
+impl Credentials for WatchedCredentials {
+    fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>> {
+        self.exercised.operation("find_key");
+        self.credentials.find_key(id)
+    }
+
+    fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
+        self.exercised.operation("find_certificate");
+        self.credentials.find_certificate(san)
+    }
+
+    fn has_keys(&self) -> RepositoryFuture<'_, bool> {
+        self.exercised.operation("has_keys");
+        self.credentials.has_keys()
+    }
+
+    fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
+        self.exercised.operation("note_uses");
+        self.credentials.note_uses(uses)
+    }
+}

@@ -6,6 +6,7 @@ mod fit;
 mod found;
 mod iteration;
 mod job;
+mod key;
 mod record;
 mod stream;
 
@@ -15,6 +16,11 @@ pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRo
 pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
 pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
+pub use key::{KeyRow, KnownKeyRow, PlantRow};
 pub use record::{RecordRow, RecordSummaryRow};
 pub use stream::{BlockRow, EventRow, StateRow, StreamRow};
-pub(in crate::store) use {fit::figure_columns, job::job_columns};
+pub(in crate::store) use {
+    fit::figure_columns,
+    job::job_columns,
+    key::{key_columns, plant_columns},
+};

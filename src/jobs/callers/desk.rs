@@ -1,0 +1,200 @@
+//! The use cases of keys and tenants.
+
+use std::sync::Arc;
+
+use jiff::{SignedDuration, Timestamp};
+
+use super::{
+    caller::{Caller, Tenant},
+    kept::Keys,
+    key::{ApiKey, KeyId, KeyPatch, NewKey, Rotation, San},
+    plant::{NewPlant, Plant, PlantPatch},
+    role::Role,
+    scope::Scopes,
+    secret::Secret,
+};
+use crate::jobs::{
+    idempotency::Keyed,
+    outcome::{Precondition, RepositoryError},
+    page::{Page, PageRequest},
+    service::{JobService, run_to_completion},
+};
+
+/// A key before it has an id.
+#[derive(Clone, Debug)]
+pub struct KeyDraft {
+    pub name: String,
+    pub role: Option<Role>,
+    pub scopes: Scopes,
+    pub expires_at: Option<Timestamp>,
+    /// Of a certificate; without it the key is a secret.
+    pub san: Option<San>,
+}
+
+/// A tenant before it is stored.
+#[derive(Clone, Debug)]
+pub struct PlantDraft {
+    pub name: Tenant,
+    pub description: Option<String>,
+}
+
+/// The keys of one tenant and everything that a caller can do with them; and the tenants.
+#[derive(Clone)]
+pub struct TenantKeys {
+    keys: Arc<dyn Keys>,
+    tenant: Tenant,
+    service: Arc<JobService>,
+}
+
+impl JobService {
+    /// The keys of a caller's tenant.
+    pub fn keys_of(self: &Arc<Self>, caller: &Caller) -> TenantKeys {
+        TenantKeys { keys: self.store.keys(caller), tenant: caller.tenant.clone(), service: self.clone() }
+    }
+}
+
+impl TenantKeys {
+    pub fn tenant(&self) -> &Tenant {
+        &self.tenant
+    }
+
+    pub fn now(&self) -> Timestamp {
+        self.service.now()
+    }
+
+    pub async fn key(&self, id: KeyId) -> Result<ApiKey, RepositoryError> {
+        self.keys.key(id).await
+    }
+
+    pub async fn list(&self, page: PageRequest) -> Result<Page<ApiKey>, RepositoryError> {
+        self.keys.keys(page).await
+    }
+
+    /// Stores a key. Its secret, where it has one, is known to whoever asked, and to nobody after.
+    pub async fn create(
+        &self,
+        draft: KeyDraft,
+        keyed: Option<Keyed<ApiKey>>,
+    ) -> Result<(Arc<ApiKey>, Option<Secret>), RepositoryError> {
+        let (new, secret) = self.new_key(self.tenant.clone(), draft)?;
+        let key = Arc::new(new.key.clone());
+        let receipt = keyed.map(|keyed| keyed.receipt(key.clone()));
+        let keys = self.keys.clone();
+        self.changed(async move { keys.insert_key(Arc::new(new), receipt).await }).await?;
+        Ok((key, secret))
+    }
+
+    /// Gives a key's holder another secret; the one before goes on for `overlap`.
+    pub async fn rotate(
+        &self,
+        old: &ApiKey,
+        overlap: SignedDuration,
+        keyed: Option<Keyed<ApiKey>>,
+    ) -> Result<(Arc<ApiKey>, Option<Secret>), RepositoryError> {
+        let now = self.now();
+        let later = |by: SignedDuration| now.checked_add(by).unwrap_or(Timestamp::MAX);
+        // it lives as long as the one before was made to live
+        let expires_at = old.expires_at.map(|end| later(end.duration_since(old.created_at)));
+        old.rotated(later(overlap))?;
+        let draft = KeyDraft { name: old.name.clone(), role: old.role, scopes: old.scopes, expires_at, san: None };
+        let (new, secret) = self.new_key(self.tenant.clone(), draft)?;
+        let key = Arc::new(new.key.clone());
+        let receipt = keyed.map(|keyed| keyed.receipt(key.clone()));
+        let rotation = Arc::new(Rotation { of: old.id, old_ends: later(overlap), new });
+        let keys = self.keys.clone();
+        self.changed(async move { keys.rotate_key(rotation, receipt).await }).await?;
+        Ok((key, secret))
+    }
+
+    pub async fn patch(
+        &self,
+        id: KeyId,
+        patch: KeyPatch,
+        precondition: Precondition,
+    ) -> Result<ApiKey, RepositoryError> {
+        let keys = self.keys.clone();
+        self.changed(async move { keys.patch_key(id, patch, precondition).await }).await
+    }
+
+    /// Ends a key for good.
+    pub async fn revoke(&self, id: KeyId) -> Result<(), RepositoryError> {
+        let (keys, now) = (self.keys.clone(), self.now());
+        self.changed(async move { keys.revoke_key(id, now).await }).await
+    }
+
+    pub async fn plant(&self, name: Tenant) -> Result<Plant, RepositoryError> {
+        self.keys.plant(name).await
+    }
+
+    pub async fn plants(&self, page: PageRequest) -> Result<Page<Plant>, RepositoryError> {
+        self.keys.plants(page).await
+    }
+
+    /// Stores a tenant with its first key.
+    pub async fn create_plant(
+        &self,
+        draft: PlantDraft,
+        first: KeyDraft,
+        keyed: Option<Keyed<(Plant, ApiKey)>>,
+    ) -> Result<(Arc<(Plant, ApiKey)>, Option<Secret>), RepositoryError> {
+        let now = self.now();
+        let plant = Plant {
+            id: self.service.fresh_id(now),
+            name: draft.name.clone(),
+            description: draft.description,
+            suspended: false,
+            version: 1,
+            created_at: now,
+            updated_at: now,
+        };
+        let (key, secret) = self.new_key(draft.name, first)?;
+        let made = Arc::new((plant.clone(), key.key.clone()));
+        let receipt = keyed.map(|keyed| keyed.receipt(made.clone()));
+        let keys = self.keys.clone();
+        self.changed(async move { keys.insert_plant(Arc::new(NewPlant { plant, key }), receipt).await }).await?;
+        Ok((made, secret))
+    }
+
+    pub async fn patch_plant(
+        &self,
+        name: Tenant,
+        patch: PlantPatch,
+        precondition: Precondition,
+    ) -> Result<Plant, RepositoryError> {
+        let (keys, now) = (self.keys.clone(), self.now());
+        self.changed(async move { keys.patch_plant(name, patch, precondition, now).await }).await
+    }
+
+    fn new_key(&self, tenant: Tenant, draft: KeyDraft) -> Result<(NewKey, Option<Secret>), RepositoryError> {
+        let (id, secret) = Secret::generate().map_err(|error| RepositoryError::Failed(error.to_string()))?;
+        let secret = draft.san.is_none().then_some(secret);
+        let key = ApiKey {
+            id,
+            tenant,
+            name: draft.name,
+            role: draft.role,
+            scopes: draft.scopes,
+            san: draft.san,
+            version: 1,
+            created_at: self.now(),
+            expires_at: draft.expires_at,
+            last_used_at: None,
+            revoked_at: None,
+        };
+        Ok((NewKey { key, sha256: secret.as_ref().map(Secret::sha256) }, secret))
+    }
+
+    /// Stores, and tells everybody who knows keys.
+    async fn changed<T: Send + 'static>(
+        &self,
+        storing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
+    ) -> Result<T, RepositoryError> {
+        let service = self.service.clone();
+        run_to_completion(async move {
+            let stored = storing.await?;
+            service.announce_keys();
+            Ok(stored)
+        })
+        .await
+    }
+}

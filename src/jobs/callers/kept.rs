@@ -1,0 +1,82 @@
+//! Where keys and tenants are kept: beside the jobs, in the same store.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+
+use super::{
+    caller::Tenant,
+    key::{ApiKey, KeyId, KeyPatch, KnownKey, NewKey, Rotation, San},
+    plant::{NewPlant, Plant, PlantPatch},
+};
+use crate::jobs::{
+    idempotency::Receipt,
+    outcome::{Precondition, RepositoryFuture, Stored},
+    page::{Page, PageRequest},
+};
+
+/// What is asked before it is known who asks.
+pub trait Credentials: Send + Sync + 'static {
+    /// The key of this id, whosever it is.
+    fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>>;
+
+    /// The key of a certificate with this name that is not revoked, else the last one that was.
+    fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>>;
+
+    /// Whether there ever was a key.
+    fn has_keys(&self) -> RepositoryFuture<'_, bool>;
+
+    /// Writes down when keys were used last.
+    fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()>;
+}
+
+/// Every operation of [`Keys`], said once, as those of a repository are (`repository_operations!`).
+#[doc(hidden)]
+#[macro_export]
+macro_rules! key_operations {
+    ($then:ident) => {
+        $then! {
+            Keys
+            reads {
+                GetKey = key(id: KeyId) -> ApiKey;
+                /// Newest first.
+                ListKeys = keys(page: PageRequest) -> Page<ApiKey>;
+
+                GetPlant = plant(name: Tenant) -> Plant;
+                /// Newest first.
+                ListPlants = plants(page: PageRequest) -> Page<Plant>;
+            }
+            writes {
+                /// A name of a certificate is of one key that is not revoked.
+                InsertKey = insert_key(key: Arc<NewKey>, receipt: Option<Receipt>) -> Stored;
+                PatchKey = patch_key(id: KeyId, patch: KeyPatch, precondition: Precondition) -> ApiKey;
+                /// Stores the new key and gives the old one an end.
+                RotateKey = rotate_key(rotation: Arc<Rotation>, receipt: Option<Receipt>) -> Stored;
+                /// Ends the key for good; one that has been ended stays as it is.
+                RevokeKey = revoke_key(id: KeyId, now: Timestamp) -> ();
+
+                /// Stores a tenant and its first key.
+                InsertPlant = insert_plant(plant: Arc<NewPlant>, receipt: Option<Receipt>) -> Stored;
+                PatchPlant =
+                    patch_plant(name: Tenant, patch: PlantPatch, precondition: Precondition, now: Timestamp) -> Plant;
+            }
+        }
+    };
+}
+
+/// Makes the trait of the operations.
+macro_rules! declare {
+    (
+        $Trait:ident
+        reads { $($(#[$about:meta])* $Read:ident = $read:ident($($of:ident: $what:ty),*) -> $found:ty;)* }
+        writes { $($(#[$on:meta])* $Write:ident = $write:ident($($with:ident: $given:ty),*) -> $reply:ty;)* }
+    ) => {
+        /// The keys of a caller's tenant, and the tenants. Writes are as those of a repository.
+        pub trait $Trait: Send + Sync + 'static {
+            $($(#[$about])* fn $read(&self, $($of: $what),*) -> RepositoryFuture<'_, $found>;)*
+            $($(#[$on])* fn $write(&self, $($with: $given),*) -> RepositoryFuture<'_, $reply>;)*
+        }
+    };
+}
+
+crate::key_operations!(declare);

@@ -1,0 +1,351 @@
+//! Keys that were lately seen: whoever comes with one is not asked about in the store each time.
+//!
+//! What is known of a key holds for two seconds, or until somebody tells of a change of keys; then
+//! the store is asked anew. While it does not answer, a key once seen holds for five minutes. So a
+//! key that is revoked is refused within seconds, at other processes too when nobody tells them,
+//! and what needs no store outlives it.
+
+use std::{
+    collections::HashMap,
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use jiff::Timestamp;
+use tokio::{sync::watch, time::timeout};
+
+use super::{
+    kept::Credentials,
+    key::{KeyId, KnownKey, San},
+    secret::{digest, id_of, same},
+};
+use crate::jobs::{ambient::Clock, outcome::RepositoryError, service::JobService};
+
+/// How long what the store said is not asked about again.
+const FRESH: Duration = Duration::from_secs(2);
+/// How long it holds while the store does not answer.
+const HELD: Duration = Duration::from_secs(300);
+/// How long the store may take to answer, where something is known already.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// While somebody asks, and when the store did not answer, the others do not ask for so long.
+const PAUSE: Duration = Duration::from_secs(1);
+/// Between two looks whether a key still lets in whoever is in already.
+const LOOK: Duration = Duration::from_secs(5);
+/// Between two times that uses are written down.
+const USES: Duration = Duration::from_secs(20);
+/// Entries in memory. There are fewer keys, or as many keys at a time are not fast.
+const MOST: usize = 1 << 16;
+
+/// What somebody comes with.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+enum Credential {
+    Secret(KeyId),
+    Certificate(San),
+}
+
+struct Entry {
+    known: Option<Arc<KnownKey>>,
+    /// When the store said so.
+    said: Instant,
+    /// Which changes of keys it had seen by then.
+    seen: u64,
+    /// When it was last asked in vain, or is being asked.
+    asked: Option<Instant>,
+}
+
+/// See the module's documentation.
+pub struct KnownKeys {
+    store: Arc<dyn Credentials>,
+    clock: Arc<dyn Clock>,
+    /// Told of every change of keys.
+    changes: watch::Receiver<u64>,
+    entries: Mutex<HashMap<Credential, Entry>>,
+    used: Mutex<HashMap<KeyId, Timestamp>>,
+    /// See [`FRESH`] and [`HELD`].
+    fresh: Duration,
+    held: Duration,
+    /// Whether there is a key at all, and after which change of keys the store said so.
+    exist: AtomicBool,
+    exist_seen: AtomicU64,
+}
+
+impl JobService {
+    /// The keys of every tenant, as they are when somebody comes with one.
+    pub fn known_keys(&self) -> KnownKeys {
+        let (entries, used, exist) = Default::default();
+        let (store, changes) = (self.store.credentials(), self.key_changes.subscribe());
+        let exist_seen = AtomicU64::new(u64::MAX);
+        let clock = self.clock.clone();
+        KnownKeys { store, clock, changes, entries, used, fresh: FRESH, held: HELD, exist, exist_seen }
+    }
+}
+
+impl KnownKeys {
+    /// The key of which somebody presents the text, if it lets anybody in now.
+    pub async fn of_secret(&self, presented: &[u8]) -> Result<Option<Arc<KnownKey>>, RepositoryError> {
+        let found = match id_of(presented) {
+            Some(id) => self.find(Credential::Secret(id)).await?,
+            None => None,
+        };
+        // A key that does not exist takes the time of one that does.
+        let kept = found.as_ref().and_then(|key| key.sha256).unwrap_or([0; 32]);
+        let proven = same(&kept, &digest(presented));
+        Ok(found.filter(|key| proven && key.sha256.is_some() && key.is_valid(self.clock.now())))
+    }
+
+    /// The key of a certificate with these names, in its order; of them the first that lets anybody
+    /// in now. The other value tells whether there is one at all.
+    pub async fn of_certificate(&self, names: &[San]) -> Result<(Option<Arc<KnownKey>>, bool), RepositoryError> {
+        let mut registered = false;
+        for name in names {
+            if let Some(key) = self.find(Credential::Certificate(name.clone())).await? {
+                if key.is_valid(self.clock.now()) {
+                    return Ok((Some(key), true));
+                }
+                registered = true;
+            }
+        }
+        Ok((None, registered))
+    }
+
+    /// Ready when a key no longer lets anybody in.
+    pub async fn ended(&self, key: &KnownKey) {
+        let credential = match &key.key.san {
+            Some(san) => Credential::Certificate(san.clone()),
+            None => Credential::Secret(key.key.id),
+        };
+        let mut changes = self.changes.clone();
+        loop {
+            // the store that does not answer ends nobody, as long as the key is held
+            match self.find(credential.clone()).await {
+                Ok(Some(now)) if now.key.id == key.key.id && now.is_valid(self.clock.now()) => {}
+                Ok(_) | Err(_) => return,
+            }
+            let _told = timeout(LOOK, changes.changed()).await;
+        }
+    }
+
+    /// Whether there is a key.
+    pub async fn exist(&self) -> Result<bool, RepositoryError> {
+        let changes = *self.changes.borrow();
+        // keys are never deleted
+        if !self.exist.load(Ordering::Acquire) && self.exist_seen.load(Ordering::Acquire) != changes {
+            if self.store.has_keys().await? {
+                self.exist.store(true, Ordering::Release);
+            }
+            self.exist_seen.store(changes, Ordering::Release);
+        }
+        Ok(self.exist.load(Ordering::Acquire))
+    }
+
+    /// Notes that a key has let somebody in.
+    pub fn note_use(&self, id: KeyId) {
+        self.used.lock().unwrap_or_else(PoisonError::into_inner).insert(id, self.clock.now());
+    }
+
+    /// Writes down now and then which keys were used. Never ends.
+    pub async fn write_uses(&self) {
+        loop {
+            tokio::time::sleep(USES).await;
+            let uses = std::mem::take(&mut *self.used.lock().unwrap_or_else(PoisonError::into_inner));
+            let mut uses: Vec<(KeyId, Timestamp)> = uses.into_iter().collect();
+            // in one order, so that no two processes wait for each other
+            uses.sort_unstable_by_key(|(id, _)| *id);
+            if !uses.is_empty()
+                && let Err(error) = self.store.note_uses(uses).await
+            {
+                tracing::debug!(%error, "the last uses of keys were not written down");
+            }
+        }
+    }
+
+    fn entries(&self) -> MutexGuard<'_, HashMap<Credential, Entry>> {
+        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// What the store says of a credential, or has said lately.
+    async fn find(&self, credential: Credential) -> Result<Option<Arc<KnownKey>>, RepositoryError> {
+        let changes = *self.changes.borrow();
+        let mut held = None;
+        if let Some(entry) = self.entries().get_mut(&credential) {
+            let age = entry.said.elapsed();
+            let current = entry.seen == changes && age < self.fresh;
+            let waiting = entry.asked.is_some_and(|asked| asked.elapsed() < PAUSE) && age < self.held;
+            if current || (waiting && entry.seen == changes) {
+                return Ok(entry.known.clone());
+            }
+            entry.asked = Some(Instant::now());
+            held = Some(entry.known.clone()).filter(|_| age < self.held);
+        }
+        match (self.ask(&credential, held.is_some()).await, held) {
+            (Ok(known), _) => {
+                self.learn(credential, known.clone(), changes);
+                Ok(known)
+            }
+            (Err(_away), Some(held)) => Ok(held),
+            (Err(away), None) => Err(away),
+        }
+    }
+
+    async fn ask(&self, credential: &Credential, in_haste: bool) -> Result<Option<Arc<KnownKey>>, RepositoryError> {
+        let asking = match credential {
+            Credential::Secret(id) => self.store.find_key(*id),
+            Credential::Certificate(san) => self.store.find_certificate(san.clone()),
+        };
+        let late = |_| Err(RepositoryError::Unavailable("the store does not say whose key it is".into()));
+        let said = if in_haste { timeout(PATIENCE, asking).await.unwrap_or_else(late) } else { asking.await };
+        Ok(said?.map(Arc::new))
+    }
+
+    fn learn(&self, credential: Credential, known: Option<Arc<KnownKey>>, seen: u64) {
+        let mut entries = self.entries();
+        // ids that nobody has are never the same twice, names of certificates are
+        if known.is_none() && matches!(credential, Credential::Secret(_)) {
+            entries.remove(&credential);
+            return;
+        }
+        if entries.len() >= MOST {
+            entries.clear();
+        }
+        entries.insert(credential, Entry { known, said: Instant::now(), seen, asked: None });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::jobs::{
+        ambient::SystemClock,
+        callers::{ApiKey, Role, Secret, Tenant},
+        outcome::RepositoryFuture,
+    };
+
+    /// A store of one key that can be away.
+    struct OneKey {
+        key: Mutex<KnownKey>,
+        away: AtomicBool,
+        asked: AtomicU64,
+    }
+
+    impl Credentials for OneKey {
+        fn find_key(&self, id: KeyId) -> RepositoryFuture<'_, Option<KnownKey>> {
+            Box::pin(async move {
+                self.asked.fetch_add(1, Ordering::Relaxed);
+                if self.away.load(Ordering::Relaxed) {
+                    return Err(RepositoryError::Unavailable("away".into()));
+                }
+                Ok(Some(self.key.lock().unwrap().clone()).filter(|known| known.key.id == id))
+            })
+        }
+
+        fn find_certificate(&self, _san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
+            Box::pin(async { Ok(None) })
+        }
+
+        fn has_keys(&self) -> RepositoryFuture<'_, bool> {
+            Box::pin(async { Ok(true) })
+        }
+
+        fn note_uses(&self, _uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
+            Box::pin(async { Ok(()) })
+        }
+    }
+
+    impl OneKey {
+        fn revoke(&self) {
+            self.key.lock().unwrap().key.revoked_at = Some(SystemClock.now());
+        }
+
+        fn asked(&self) -> u64 {
+            self.asked.load(Ordering::Relaxed)
+        }
+    }
+
+    fn one_key() -> (Arc<OneKey>, KnownKeys, watch::Sender<u64>, Secret) {
+        let (id, secret) = Secret::generate().unwrap();
+        let key = ApiKey {
+            id,
+            tenant: Tenant::default(),
+            name: "key".into(),
+            role: Some(Role::Reader),
+            scopes: Role::Reader.scopes(),
+            san: None,
+            version: 1,
+            created_at: SystemClock.now(),
+            expires_at: None,
+            last_used_at: None,
+            revoked_at: None,
+        };
+        let key = KnownKey { key, sha256: Some(secret.sha256()), suspended: false };
+        let store = Arc::new(OneKey { key: Mutex::new(key), away: AtomicBool::default(), asked: AtomicU64::default() });
+        let (told, changes) = watch::channel(0);
+        let (entries, used, exist, exist_seen) = Default::default();
+        let clock = Arc::new(SystemClock);
+        let (fresh, held) = (Duration::from_millis(50), Duration::from_millis(400));
+        let known = KnownKeys { store: store.clone(), clock, changes, entries, used, fresh, held, exist, exist_seen };
+        (store, known, told, secret)
+    }
+
+    async fn lets_in(known: &KnownKeys, secret: &Secret) -> Option<bool> {
+        known.of_secret(secret.expose().as_bytes()).await.ok().map(|key| key.is_some())
+    }
+
+    #[tokio::test]
+    async fn a_key_is_asked_about_once_in_a_while_and_at_every_change() {
+        let (store, known, told, secret) = one_key();
+        for _ in 0..100 {
+            assert_eq!(lets_in(&known, &secret).await, Some(true));
+        }
+        assert!(store.asked() < 50, "{}", store.asked());
+        // told of the change, it is refused at once
+        store.revoke();
+        told.send_modify(|changes| *changes += 1);
+        assert_eq!(lets_in(&known, &secret).await, Some(false));
+        // and without being told, soon
+        let (store, known, _told, secret) = one_key();
+        assert_eq!(lets_in(&known, &secret).await, Some(true));
+        store.revoke();
+        let began = Instant::now();
+        while lets_in(&known, &secret).await == Some(true) {
+            assert!(began.elapsed() < Duration::from_secs(5));
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+    }
+
+    #[tokio::test]
+    async fn a_key_once_seen_outlives_the_store_for_a_while() {
+        let (store, known, _told, secret) = one_key();
+        assert_eq!(lets_in(&known, &secret).await, Some(true));
+        let seen = Instant::now();
+        store.away.store(true, Ordering::Relaxed);
+        while lets_in(&known, &secret).await == Some(true) {
+            assert!(seen.elapsed() < Duration::from_secs(5));
+            tokio::time::sleep(Duration::from_millis(5)).await;
+        }
+        assert!(seen.elapsed() >= Duration::from_millis(400));
+        assert_eq!(lets_in(&known, &secret).await, None, "nobody knows");
+        // whoever comes for the first time meanwhile is not known
+        let (_, stranger) = Secret::generate().unwrap();
+        assert_eq!(lets_in(&known, &stranger).await, None);
+        store.away.store(false, Ordering::Relaxed);
+        assert_eq!(lets_in(&known, &secret).await, Some(true));
+        assert_eq!(lets_in(&known, &stranger).await, Some(false));
+    }
+
+    #[tokio::test]
+    async fn who_is_in_goes_when_the_key_ends() {
+        let (store, known, told, secret) = one_key();
+        let key = known.of_secret(secret.expose().as_bytes()).await.unwrap().unwrap();
+        let ended = known.ended(&key);
+        let revoking = async {
+            tokio::time::sleep(Duration::from_millis(20)).await;
+            store.revoke();
+            told.send_modify(|changes| *changes += 1);
+        };
+        let both = async { tokio::join!(ended, revoking) };
+        assert!(timeout(Duration::from_secs(4), both).await.is_ok());
+    }
+}
