@@ -73,6 +73,7 @@ impl App {
         let store = open_store(&settings, ids.clone()).await?;
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), ids);
         let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
+        warn_if_open(&state).await;
         Ok(App { listener, operation, tls, state, store })
     }
 
@@ -147,8 +148,21 @@ impl App {
     }
 }
 
+/// Tells of a server that lets in everybody who can reach it.
+async fn warn_if_open(state: &AppState) {
+    let settings = &state.settings;
+    // where the store does not say so, keys are asked for
+    let open = matches!(state.callers.are_known().await, Ok(false));
+    if open && !settings.bind.ip().is_loopback() {
+        tracing::warn!(
+            address = %settings.bind,
+            "no key is asked for: whoever reaches this address may do everything; make keys with `flankfit keys create`"
+        );
+    }
+}
+
 /// The store that the scheme of the database's URL names.
-async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
+pub async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Result<Arc<dyn Store>, StartError> {
     let url = &settings.database_url;
     if !PostgresSettings::takes(url) {
         return Ok(Arc::new(SqliteStore::open(StoreSettings::of_url(url)?, ids, Arc::new(SystemClock)).await?));
@@ -189,6 +203,8 @@ fn background(state: &AppState, tls: Option<Arc<Tls>>) -> JoinSet<()> {
     all.spawn(async move { jobs.jobs.upkeep(UPKEEP).await });
     let jobs = state.clone();
     all.spawn(async move { jobs.jobs.follow_others().await });
+    let keys = state.clone();
+    all.spawn(async move { keys.callers.kept().write_uses().await });
     let callers = state.clone();
     all.spawn(async move {
         loop {

@@ -14,7 +14,7 @@ use std::{
 
 use flankfit::{
     app::App,
-    config::ServeSettings,
+    config::{Authentication, ServeSettings},
     jobs::{
         Caller, Clock, Computed, Ids, Job, Measurand, MeasurementDetails, NewFit, NewIteration, OrderedIds,
         PageRequest, Repository, Store, SystemClock, Tenant, Upkeep,
@@ -75,8 +75,12 @@ fn caller() -> Caller {
 
 /// What a server has stored of 45 nodes with 16 coefficients: the job's id.
 async fn posted(url: &str) -> String {
-    let settings =
-        ServeSettings { bind: ([127, 0, 0, 1], 0).into(), database_url: url.to_owned(), ..ServeSettings::default() };
+    let settings = ServeSettings {
+        bind: ([127, 0, 0, 1], 0).into(),
+        database_url: url.to_owned(),
+        auth: Authentication::Off,
+        ..ServeSettings::default()
+    };
     let app = App::start(settings).await.expect("the server starts");
     let address = app.address().expect("it has an address");
     let (stop, stopped) = tokio::sync::oneshot::channel::<()>();

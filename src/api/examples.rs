@@ -148,4 +148,8 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("add_stream_nodes", "stream_block", "The first block of nodes"),
     example!("finish_stream", "stream_finish", "What is known of the measurement"),
     example!("update_iteration", "decision", "The flank is machined again"),
+    example!("create_key", "key", "A key of a machine, which stores measurements"),
+    example!("create_key", "key_certificate", "The certificate of a measuring machine, scopes one by one"),
+    example!("rotate_key", "key_rotation", "Another secret, and a day to hand it over"),
+    example!("create_tenant", "tenant", "Another plant"),
 ];

@@ -7,6 +7,7 @@
 //! `streams`, `simulations`. `contract` shapes the published document and knows none of them.
 
 pub mod built;
+pub mod callers;
 pub mod contract;
 pub mod curves;
 pub mod examples;

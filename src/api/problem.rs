@@ -45,6 +45,9 @@ pub struct Problem {
     /// Seconds for the header `Retry-After`.
     #[serde(skip)]
     pub retry_after: Option<u32>,
+    /// The header `WWW-Authenticate`.
+    #[serde(skip)]
+    pub challenge: Option<&'static str>,
     /// What happened inside; logged, never sent.
     #[serde(skip)]
     pub cause: Option<String>,
@@ -202,6 +205,15 @@ impl ProblemCode {
         self.parts().0
     }
 
+    /// What a client is told that is not let in (RFC 6750, 3).
+    const fn challenge(self) -> Option<&'static str> {
+        match self {
+            Self::Unauthorized => Some("Bearer"),
+            Self::InvalidKey => Some("Bearer error=\"invalid_token\""),
+            _ => None,
+        }
+    }
+
     /// The stable name.
     pub fn name(self) -> &'static str {
         let uri = self.parts().1;
@@ -222,6 +234,7 @@ impl Problem {
             unlisted: 0,
             request_id: None,
             retry_after: None,
+            challenge: code.challenge(),
             cause: None,
         }
     }
@@ -301,6 +314,12 @@ impl Problem {
                 ..Problem::new(ProblemCode::NotConverged, what.to_string())
             },
         }
+    }
+
+    /// 403: the caller lacks a scope.
+    pub fn lacking_scope(detail: impl Into<String>) -> Self {
+        let challenge = Some("Bearer error=\"insufficient_scope\"");
+        Problem { challenge, ..Problem::new(ProblemCode::Forbidden, detail) }
     }
 
     /// 500: the cause goes to the log, nothing of it to the client.

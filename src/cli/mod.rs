@@ -5,6 +5,7 @@ pub mod demo;
 pub mod evaluate;
 pub mod fit;
 pub mod healthcheck;
+pub mod keys;
 pub mod migrate;
 pub mod openapi;
 pub mod serve;
@@ -46,6 +47,8 @@ enum Command {
     Backup(backup::BackupArguments),
     /// Make or renew the schema of a PostgreSQL database. (SQLite's is renewed at start.)
     Migrate(migrate::MigrateArguments),
+    /// Make API keys on the database.
+    Keys(keys::KeysArguments),
     /// Check that a running server answers; exit code 0 if it does.
     Healthcheck(healthcheck::HealthcheckArguments),
 }
@@ -63,6 +66,7 @@ pub fn main() -> ExitCode {
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Backup(arguments) => backup::run(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),
+        Command::Keys(arguments) => keys::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
     };
     telemetry::flush_logs();

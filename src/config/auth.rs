@@ -2,6 +2,17 @@
 
 use clap::ValueEnum;
 
+/// Whether callers need a key.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Authentication {
+    /// Once the store is PostgreSQL, a digest is given or a key exists.
+    #[default]
+    Auto,
+    Required,
+    /// Nobody is asked; keys that are sent are not looked at.
+    Off,
+}
+
 /// The role of the keys that the settings name.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum KeysRole {

@@ -15,7 +15,7 @@ use std::{net::SocketAddr, num::NonZeroU32, time::Duration};
 use clap::{Args, ValueEnum};
 
 pub use address::parse_address;
-pub use auth::KeysRole;
+pub use auth::{Authentication, KeysRole};
 pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
 pub use network::{Networks, parse_networks};
@@ -105,8 +105,11 @@ pub struct ServeSettings {
     /// Seconds that a shutdown waits for accepted requests.
     #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
     pub shutdown_grace: u64,
-    /// SHA-256 digests (hexadecimal, comma-separated) of the accepted API keys; if empty, no key is
-    /// required.
+    /// Whether callers of /v1/… need a key.
+    #[arg(long, env = "FLANKFIT_AUTH", value_enum, default_value_t = Authentication::Auto)]
+    pub auth: Authentication,
+    /// SHA-256 digests (hexadecimal, comma-separated) of API keys that are accepted beside those of
+    /// the database.
     #[arg(
         long,
         env = "FLANKFIT_API_KEYS_SHA256",
@@ -192,6 +195,7 @@ impl Default for ServeSettings {
             rate_limit: None,
             rate_burst: None,
             shutdown_grace: 30,
+            auth: Authentication::default(),
             api_keys_sha256: Vec::new(),
             api_keys_role: KeysRole::default(),
             cors_origins: Vec::new(),

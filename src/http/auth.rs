@@ -1,87 +1,163 @@
-//! API keys, for servers that were started with some.
+//! Who asks: made out of an API key or a client's certificate, in one place.
 //!
-//! The server knows digests only. Keys are long random tokens, so one round of SHA-256 is enough;
-//! the digests are compared without an early exit.
+//! Of keys the server knows digests only; they are compared in [`secret::same`] and nowhere else.
+//! Keys of the settings are looked at first, then those of the store.
 
-use axum::http::{HeaderMap, Method, header};
-use sha2::{Digest as _, Sha256};
+use std::sync::Arc;
 
+use axum::http::{Extensions, HeaderMap, Method, header};
+
+use super::server::PeerNames;
 use crate::{
     api::problem::{Problem, ProblemCode},
-    config::{Digest, KeysRole},
-    jobs::{Caller, Role, Scopes, Tenant},
+    config::{Authentication, Digest, KeysRole, ServeSettings},
+    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, Tenant, secret},
     telemetry,
 };
 
 /// Who asks, and what they may ask for (a request extension).
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Principal {
     pub caller: Caller,
     pub scopes: Scopes,
     pub role: Option<Role>,
+    /// What let them in, where the store has it.
+    pub key: Option<Arc<KnownKey>>,
+}
+
+impl Principal {
+    /// Whether it is one of several who can be told from each other.
+    pub fn is_known(&self) -> bool {
+        self.key.is_some() || self.role.is_some()
+    }
 }
 
 /// Who may call, and as whom.
 pub struct Callers {
-    /// By the digests of their keys.
-    known: Vec<(Digest, Principal)>,
-    /// Whoever calls a server that was started without keys.
+    /// By the digests of the keys of the settings.
+    listed: Vec<(Digest, Principal)>,
+    /// The keys of the store.
+    kept: KnownKeys,
+    demand: Demand,
+    /// Whoever calls a server that asks for no key.
     anonymous: Principal,
 }
 
+/// Whether a key is asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Demand {
+    Always,
+    OnceThereIsAKey,
+    Never,
+}
+
 impl Callers {
-    /// Callers with one of the keys of these digests, in a role, or anybody if there are none.
-    pub fn of(digests: &[Digest], role: Role) -> Self {
+    pub fn of(settings: &ServeSettings, jobs: &JobService) -> Self {
+        let demand = match settings.auth {
+            Authentication::Off => Demand::Never,
+            Authentication::Required => Demand::Always,
+            Authentication::Auto if jobs.is_shared() || !settings.api_keys_sha256.is_empty() => Demand::Always,
+            Authentication::Auto => Demand::OnceThereIsAKey,
+        };
         let principal = |actor: String, role: Option<Role>| Principal {
             caller: Caller { tenant: Tenant::default(), actor: actor.into(), origin: Default::default() },
             scopes: role.map_or(Scopes::ALL, Role::scopes),
             role,
+            key: None,
         };
-        let known = digests.iter().map(|digest| (*digest, principal(name_of_key(digest), Some(role)))).collect();
-        Callers { known, anonymous: principal("anonymous".to_owned(), None) }
+        let role = Some(settings.api_keys_role.into());
+        let listed = settings.api_keys_sha256.iter().map(|digest| (*digest, principal(name_of_key(digest), role)));
+        Callers {
+            listed: listed.collect(),
+            kept: jobs.known_keys(),
+            demand,
+            anonymous: principal("anonymous".to_owned(), None),
+        }
+    }
+
+    /// The keys of the store.
+    pub fn kept(&self) -> &KnownKeys {
+        &self.kept
     }
 
     /// Whether each has a key, so that they can be told from each other.
-    pub fn are_known(&self) -> bool {
-        !self.known.is_empty()
+    pub async fn are_known(&self) -> Result<bool, RepositoryError> {
+        match self.demand {
+            Demand::Always => Ok(true),
+            Demand::Never => Ok(false),
+            Demand::OnceThereIsAKey => self.kept.exist().await,
+        }
     }
 
-    /// Makes out the caller of a request to the versioned interface, and refuses one without a
-    /// known key. Outside of that interface nobody is asked, and there is no caller; nor is
-    /// somebody who only asks which methods there are (`OPTIONS`).
-    pub fn identify(&self, method: &Method, path: &str, headers: &HeaderMap) -> Result<Option<Principal>, Problem> {
+    /// Makes out the caller of a request to the versioned interface, and refuses one who is not let
+    /// in. Outside of that interface nobody is asked, and there is no caller; nor is somebody who
+    /// only asks which methods there are (`OPTIONS`).
+    pub async fn identify(
+        &self,
+        method: &Method,
+        path: &str,
+        headers: &HeaderMap,
+        extensions: &Extensions,
+    ) -> Result<Option<Principal>, Problem> {
         if !path.starts_with("/v1/") || method == Method::OPTIONS {
             return Ok(None);
         }
-        if self.known.is_empty() {
-            telemetry::record_authentication("none");
-            return Ok(Some(self.anonymous.clone()));
-        }
-        let Some(key) = presented(headers) else {
-            telemetry::record_authentication("missing");
-            return Err(Problem::new(
-                ProblemCode::Unauthorized,
-                "Send the API key as `Authorization: Bearer …` or in `x-api-key`.",
-            ));
+        let (outcome, identified) = match self.are_known().await {
+            Ok(false) => ("none", Ok(self.anonymous.clone())),
+            Ok(true) => self.let_in(headers, extensions.get()).await,
+            Err(away) => ("unavailable", Err(away.into())),
         };
-        let digest: [u8; 32] = Sha256::digest(key).into();
-        // Every known digest is compared, in full.
+        telemetry::record_authentication(outcome);
+        identified.map(Some)
+    }
+
+    async fn let_in(
+        &self,
+        headers: &HeaderMap,
+        names: Option<&PeerNames>,
+    ) -> (&'static str, Result<Principal, Problem>) {
+        let found = match (presented(headers), names) {
+            (Some(key), _) => match self.listed(key) {
+                Some(principal) => return ("ok", Ok(principal.clone())),
+                None => self.kept.of_secret(key).await.map(|key| (key, true)),
+            },
+            (None, Some(PeerNames(names))) => self.kept.of_certificate(names).await,
+            (None, None) => Ok((None, false)),
+        };
+        match found {
+            Ok((Some(key), _)) => {
+                self.kept.note_use(key.key.id);
+                ("ok", Ok(key.into()))
+            }
+            Ok((None, true)) => {
+                let detail = "This API key is not known, or cannot be used any more.";
+                ("invalid", Err(Problem::new(ProblemCode::InvalidKey, detail)))
+            }
+            Ok((None, false)) => {
+                let detail = "Send the API key as `Authorization: Bearer …` or in `x-api-key`.";
+                ("missing", Err(Problem::new(ProblemCode::Unauthorized, detail)))
+            }
+            Err(away) => ("unavailable", Err(away.into())),
+        }
+    }
+
+    /// Whose key it is of those that the settings name. Every digest is compared, in full.
+    fn listed(&self, key: &[u8]) -> Option<&Principal> {
+        let digest = secret::digest(key);
         let mut found = None;
-        for (known, principal) in &self.known {
-            if equal(&known.0, &digest) {
+        for (known, principal) in &self.listed {
+            if secret::same(&known.0, &digest) {
                 found = Some(principal);
             }
         }
-        match found {
-            Some(principal) => {
-                telemetry::record_authentication("ok");
-                Ok(Some(principal.clone()))
-            }
-            None => {
-                telemetry::record_authentication("invalid");
-                Err(Problem::new(ProblemCode::InvalidKey, "This API key is not known, or cannot be used any more."))
-            }
-        }
+        found
+    }
+}
+
+impl From<Arc<KnownKey>> for Principal {
+    fn from(known: Arc<KnownKey>) -> Self {
+        let key = &known.key;
+        Principal { caller: key.caller(), scopes: key.scopes, role: key.role, key: Some(known) }
     }
 }
 
@@ -97,13 +173,14 @@ impl From<KeysRole> for Role {
     }
 }
 
-/// A key as the log names it: by the beginning of its digest, which tells nothing of the key.
+/// A key of the settings as the log names it: by the beginning of its digest, which tells nothing
+/// of the key.
 fn name_of_key(Digest(digest): &Digest) -> String {
     digest.iter().take(6).fold("key-".to_owned(), |name, byte| name + &format!("{byte:02x}"))
 }
 
 fn presented(headers: &HeaderMap) -> Option<&[u8]> {
-    if let Some(value) = headers.get("x-api-key") {
+    if let Some(value) = headers.get(API_KEY) {
         return Some(value.as_bytes());
     }
     let value = headers.get(header::AUTHORIZATION)?.as_bytes();
@@ -111,9 +188,13 @@ fn presented(headers: &HeaderMap) -> Option<&[u8]> {
     scheme.eq_ignore_ascii_case(b"bearer ").then(|| key.trim_ascii())
 }
 
-fn equal(a: &[u8; 32], b: &[u8; 32]) -> bool {
-    let difference = a.iter().zip(b).fold(0, |difference, (a, b)| difference | (a ^ b));
-    std::hint::black_box(difference) == 0
+/// The header that may carry a key instead of `Authorization`.
+const API_KEY: &str = "x-api-key";
+
+/// Takes the key out of a request: who comes later has no use for it.
+pub fn forget(headers: &mut HeaderMap) {
+    headers.remove(API_KEY);
+    headers.remove(header::AUTHORIZATION);
 }
 
 #[cfg(test)]
@@ -121,26 +202,24 @@ mod tests {
     use super::*;
 
     #[test]
-    fn keys_are_asked_for_only_where_there_are_some() {
-        let known = [Digest(Sha256::digest(b"right").into()), Digest([7; 32])];
-        let callers = Callers::of(&known, Role::Engineer);
+    fn keys_are_found_in_either_header_and_forgotten() {
         let with = |name: &'static str, value: &'static str| {
             let mut headers = HeaderMap::new();
             headers.insert(name, value.parse().unwrap());
-            callers.identify(&Method::POST, "/v1/fits", &headers).map_err(|problem| problem.status)
+            let found = presented(&headers).map(<[u8]>::to_vec);
+            forget(&mut headers);
+            assert_eq!(presented(&headers), None);
+            found
         };
-        let right = with("authorization", "Bearer right").unwrap().unwrap();
-        assert_eq!((right.caller.tenant, &*right.caller.actor), (Tenant::default(), "key-27042f4e6eca"));
-        assert_eq!(right.scopes, Role::Engineer.scopes());
-        assert!(with("authorization", "bearer right").is_ok());
-        assert!(with("x-api-key", "right").is_ok());
-        assert_eq!(with("x-api-key", "wrong"), Err(401));
-        assert_eq!(with("authorization", "Basic right"), Err(401));
-        assert_eq!(with("accept", "*/*"), Err(401));
-        let none = HeaderMap::new();
-        let open = Callers::of(&[], Role::Engineer).identify(&Method::POST, "/v1/fits", &none).unwrap().unwrap();
-        assert_eq!((&*open.caller.actor, open.scopes), ("anonymous", Scopes::ALL));
-        assert!(callers.identify(&Method::GET, "/healthz", &none).unwrap().is_none());
-        assert!(callers.identify(&Method::OPTIONS, "/v1/fits", &none).unwrap().is_none());
+        assert_eq!(with("authorization", "Bearer right"), Some(b"right".to_vec()));
+        assert_eq!(with("authorization", "bearer right"), Some(b"right".to_vec()));
+        assert_eq!(with("x-api-key", "right"), Some(b"right".to_vec()));
+        assert_eq!(with("authorization", "Basic right"), None);
+        assert_eq!(with("accept", "*/*"), None);
+    }
+
+    #[test]
+    fn a_key_of_the_settings_is_named_by_its_digest() {
+        assert_eq!(name_of_key(&Digest(secret::digest(b"right"))), "key-27042f4e6eca");
     }
 }

@@ -1,13 +1,13 @@
 //! What a handler can reach for the caller of its request.
 
-use std::ops::Deref;
+use std::{future, ops::Deref, pin::Pin};
 
 use axum::{extract::FromRequestParts, http::request::Parts};
 
 use super::{auth::Principal, observe::RequestId, server::Peer, state::AppState};
 use crate::{
     api::problem::Problem,
-    jobs::{Caller, Jobs, Origin},
+    jobs::{Jobs, Origin, TenantKeys},
 };
 
 /// The state of the service, with the jobs of the tenant whose caller is answered.
@@ -15,6 +15,26 @@ use crate::{
 pub struct CallerState {
     pub app: AppState,
     pub jobs: Jobs,
+    /// Who asks.
+    pub principal: Principal,
+}
+
+impl CallerState {
+    /// The keys of the caller's tenant.
+    pub fn tenant_keys(&self) -> TenantKeys {
+        self.app.jobs.keys_of(&self.principal.caller)
+    }
+
+    /// Ready when the caller would not be let in any more.
+    pub fn refused(&self) -> Pin<Box<dyn Future<Output = ()> + Send>> {
+        let (app, key) = (self.app.clone(), self.principal.key.clone());
+        Box::pin(async move {
+            match key {
+                Some(key) => app.callers.kept().ended(&key).await,
+                None => future::pending().await,
+            }
+        })
+    }
 }
 
 impl FromRequestParts<AppState> for CallerState {
@@ -22,14 +42,13 @@ impl FromRequestParts<AppState> for CallerState {
 
     /// The caller was made out before any handler (see [`super::auth`]).
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
-        let principal = parts.extensions.get::<Principal>();
-        let principal = principal.ok_or_else(|| Problem::internal("nobody made out the caller of the request"))?;
-        let origin = Origin {
+        let principal = parts.extensions.get::<Principal>().cloned();
+        let mut principal = principal.ok_or_else(|| Problem::internal("nobody made out the caller of the request"))?;
+        principal.caller.origin = Origin {
             request_id: parts.extensions.get::<RequestId>().map(|id| id.as_str().into()),
             peer: parts.extensions.get::<Peer>().map(|peer| peer.0),
         };
-        let caller = Caller { origin, ..principal.caller.clone() };
-        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&caller) })
+        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller), principal })
     }
 }
 

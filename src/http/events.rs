@@ -11,7 +11,7 @@ use axum::{
     http::{HeaderMap, HeaderName, HeaderValue, header},
     response::Response,
 };
-use futures_util::{StreamExt, stream};
+use futures_util::{FutureExt, StreamExt, stream};
 use serde::Deserialize;
 use tokio::sync::watch;
 use utoipa::IntoParams;
@@ -113,6 +113,7 @@ async fn get_job_events(
         after,
         changes: state.jobs.listen(job),
         stopped: Box::pin(state.shutdown.begun()),
+        refused: state.refused(),
         _open: state.shutdown.register("events"),
         begun: false,
         state,
@@ -136,6 +137,8 @@ struct Listener {
     after: u64,
     changes: watch::Receiver<()>,
     stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
+    /// Whoever listens is not let in any more.
+    refused: Pin<Box<dyn Future<Output = ()> + Send>>,
     _open: OpenConnection,
     begun: bool,
 }
@@ -148,6 +151,10 @@ impl Listener {
         }
         let mut quiet = false;
         loop {
+            // also where there is always something to send
+            if (&mut self.refused).now_or_never().is_some() {
+                return None;
+            }
             // seen before looking, so that what happens while looking wakes again
             self.changes.borrow_and_update();
             match self.state.jobs.events(self.job, self.after, PAGE).await {
@@ -168,6 +175,7 @@ impl Listener {
             tokio::select! {
                 _ = self.changes.changed() => {}
                 () = &mut self.stopped => return None,
+                () = &mut self.refused => return None,
                 () = tokio::time::sleep(KEEP_ALIVE) => quiet = true,
             }
         }

@@ -28,6 +28,7 @@ pub mod include;
 mod iterations;
 pub mod job_fits;
 pub mod jobs;
+mod keys;
 mod media_type;
 pub mod meta;
 pub mod multipart;
@@ -53,6 +54,7 @@ mod stream_socket;
 mod streams;
 pub mod studies;
 mod surfaces;
+mod tenants;
 mod trace;
 mod unsent;
 

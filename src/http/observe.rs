@@ -14,7 +14,12 @@ use axum::{
 };
 use uuid::Uuid;
 
-use super::{auth::Principal, headers, server::Peer, state::AppState};
+use super::{
+    auth::{self, Principal},
+    headers,
+    server::Peer,
+    state::AppState,
+};
 use crate::{
     api::problem::{Problem, ProblemCode},
     telemetry,
@@ -58,7 +63,10 @@ pub async fn observe(
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
 
     let peer = request.extensions().get::<Peer>().copied();
-    let principal = names_host(&request).and_then(|()| admit(&state, &request, peer));
+    let principal = match names_host(&request) {
+        Ok(()) => admit(&state, &mut request, peer).await,
+        Err(problem) => Err(problem),
+    };
     let actor = principal.as_ref().ok().and_then(Option::as_ref).map(|principal| principal.caller.actor.clone());
     let answer = async {
         match principal {
@@ -95,14 +103,18 @@ pub async fn observe(
 }
 
 /// Whether the caller is known and has requests left, where that is asked for.
-fn admit(state: &AppState, request: &Request, peer: Option<Peer>) -> Result<Option<Principal>, Problem> {
-    match state.callers.identify(request.method(), request.uri().path(), request.headers()) {
+async fn admit(state: &AppState, request: &mut Request, peer: Option<Peer>) -> Result<Option<Principal>, Problem> {
+    let (method, path) = (request.method(), request.uri().path());
+    let identified = state.callers.identify(method, path, request.headers(), request.extensions()).await;
+    auth::forget(request.headers_mut());
+    match identified {
         Ok(Some(principal)) => {
-            let known = state.callers.are_known().then_some(&principal.caller);
+            let known = principal.is_known().then_some(&principal.caller);
             state.rates.count(known, peer).map(|()| Some(principal))
         }
         Ok(None) => Ok(None),
-        Err(problem) => Err(state.rates.refuse(problem, peer)),
+        Err(problem) if problem.status == 401 => Err(state.rates.refuse(problem, peer)),
+        Err(problem) => Err(problem),
     }
 }
 

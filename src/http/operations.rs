@@ -7,7 +7,7 @@ use std::{collections::HashMap, sync::Arc};
 
 use axum::{
     extract::{MatchedPath, Query, Request, State},
-    http::{HeaderMap, HeaderValue, Method, Uri, header},
+    http::{HeaderMap, Method, Uri},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -49,9 +49,6 @@ enum Access {
     Scope(Option<Scope>),
 }
 
-/// What a client that lacks a scope is told (RFC 6750, 3.1).
-const INSUFFICIENT_SCOPE: HeaderValue = HeaderValue::from_static("Bearer error=\"insufficient_scope\"");
-
 /// Refuses a caller who may not ask for the operation, and then what the operation has not got.
 pub async fn check(State(operations): State<Operations>, request: Request, next: Next) -> Response {
     let path = request.extensions().get::<MatchedPath>();
@@ -60,9 +57,7 @@ pub async fn check(State(operations): State<Operations>, request: Request, next:
         && let Err(problem) = operation.access.check(request.extensions().get())
     {
         telemetry::record_authentication("forbidden");
-        let mut refused = problem.into_response();
-        refused.headers_mut().insert(header::WWW_AUTHENTICATE, INSUFFICIENT_SCOPE);
-        return refused;
+        return problem.into_response();
     }
     let checked = operation.map_or(Ok(()), |operation| operation.check(request.uri(), request.headers()));
     match checked {
@@ -109,7 +104,7 @@ impl Access {
             ),
             (Access::Scope(_), _) => "Nobody may ask for this.".to_owned(),
         };
-        Err(Problem::new(ProblemCode::Forbidden, detail))
+        Err(Problem::lacking_scope(detail))
     }
 }
 

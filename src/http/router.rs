@@ -9,12 +9,12 @@ use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     audit, conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs,
-    meta, observe,
+    keys, meta, observe,
     openapi::{Contract, scopes},
     operations::{self, Operations},
     records, shapes, simulations,
     state::AppState,
-    stream_socket, streams, studies, surfaces, trace, unsent,
+    stream_socket, streams, studies, surfaces, tenants, trace, unsent,
 };
 use crate::api::problem::{Problem, ProblemCode};
 
@@ -43,7 +43,9 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(audit::group())
         .merge(events::group())
         .merge(streams::group())
-        .merge(stream_socket::group());
+        .merge(stream_socket::group())
+        .merge(keys::group())
+        .merge(tenants::group());
     scopes::declare(all.get_openapi_mut());
     all
 }

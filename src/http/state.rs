@@ -45,7 +45,7 @@ impl AppState {
         let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
-        let callers = Callers::of(&settings.api_keys_sha256, settings.api_keys_role.into());
+        let callers = Callers::of(&settings, &jobs);
         Ok(AppState(Arc::new(Shared {
             settings,
             pool,

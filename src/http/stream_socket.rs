@@ -53,7 +53,8 @@ pub fn group() -> OpenApiRouter<AppState> {
     params(("stream_id" = Uuid, Path)),
     responses(
         (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is \
-            closed when the stream is finished or deleted, and when the server stops."),
+            closed when the stream is finished or deleted, when the server stops, and (1008) when the \
+            caller's key ends."),
         (status = 400, description = "Not a WebSocket request.", body = Problem,
             content_type = "application/problem+json"),
         (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem,
@@ -119,6 +120,7 @@ async fn serve(state: CallerState, id: Uuid, mut socket: WebSocket) {
 async fn session(state: &CallerState, id: Uuid, socket: &mut WebSocket) -> SessionEnd {
     let mut ends = state.jobs.listen_for_stream_ends();
     let mut stopped = std::pin::pin!(state.shutdown.begun());
+    let mut refused = state.refused();
     let mut pings = tokio::time::interval_at(tokio::time::Instant::now() + PING, PING);
     let mut silent = 0;
     // what came while a block was worked on
@@ -130,6 +132,9 @@ async fn session(state: &CallerState, id: Uuid, socket: &mut WebSocket) -> Sessi
     loop {
         tokio::select! {
             () = &mut stopped => return SessionEnd::Close(close_code::AWAY, "the server stops"),
+            () = &mut refused => {
+                return SessionEnd::Close(close_code::POLICY, "the key cannot be used any more");
+            }
             _ = ends.changed() => {
                 if let Some(end) = ended(state, id).await {
                     return end;

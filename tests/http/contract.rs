@@ -186,7 +186,14 @@ async fn every_answer_is_as_the_document_says() {
     let stream = send(app.post(&format!("{job}/streams"), example("create_stream", "stream"))).await;
     let id = |place: &str| place.rsplit('/').next().unwrap().to_owned();
     let (job, stream) = (id(&job), id(stream.header("location")));
-    let place = |path: &str| path.replace("{job_id}", &job).replace("{stream_id}", &stream).replace("{number}", "1");
+    let key = send(app.post("/v1/keys", example("create_key", "key"))).await.json()["id"].clone();
+    let key = key.as_str().unwrap().to_owned();
+    let place = |path: &str| {
+        path.replace("{key_id}", &key)
+            .replace("{job_id}", &job)
+            .replace("{stream_id}", &stream)
+            .replace("{number}", "1")
+    };
     let mut checked = 0;
     let mut check = |operation: &Value, answer: &crate::harness::Answer, of: &str| {
         let response = &operation["responses"][answer.status.as_str()];

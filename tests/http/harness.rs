@@ -2,7 +2,11 @@
 
 use std::{net::SocketAddr, sync::mpsc};
 
-use flankfit::{app::App, config::ServeSettings, http::AppState};
+use flankfit::{
+    app::App,
+    config::{Authentication, ServeSettings},
+    http::AppState,
+};
 use reqwest::{Client, RequestBuilder, Response, StatusCode, header};
 use serde_json::Value;
 use tempfile::TempDir;
@@ -76,7 +80,12 @@ impl TestApp {
         };
         // the PostgreSQL server of the tests syncs nothing
         settings.postgres.unsafe_store = true;
+        // nobody has a key, unless a test gives some
+        settings.auth = Authentication::Off;
         change(&mut settings);
+        if !settings.api_keys_sha256.is_empty() {
+            settings.auth = Authentication::Required;
+        }
         let app = App::start(settings).await.expect("the server starts");
         let address = app.address().expect("an address");
         let operation = app.operation_address().map(|address| address.expect("an address"));

@@ -7,7 +7,12 @@ use axum::{
     body::Body,
     http::{Method, Request},
 };
-use flankfit::{api::examples::REQUEST_EXAMPLES, app::App, config::ServeSettings, http::router};
+use flankfit::{
+    api::examples::REQUEST_EXAMPLES,
+    app::App,
+    config::{Authentication, ServeSettings},
+    http::router,
+};
 use http_body_util::BodyExt;
 use proptest::prelude::*;
 use tokio::runtime::Runtime;
@@ -23,6 +28,7 @@ fn service() -> &'static (Runtime, Router, tempfile::TempDir) {
             bind: "127.0.0.1:0".parse().unwrap(),
             database_url: format!("sqlite://{}", folder.path().join("mutations.db").display()),
             workers: 2,
+            auth: Authentication::Off,
             body_limit: 64 * 1024,
             ..ServeSettings::default()
         };

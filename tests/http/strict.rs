@@ -12,6 +12,7 @@ struct Places {
     document: Value,
     job: String,
     stream: String,
+    key: String,
 }
 
 impl Places {
@@ -23,7 +24,9 @@ impl Places {
         assert_eq!(stream.status, 201, "{}", stream.text);
         let id = |place: &str| place.rsplit('/').next().unwrap().to_owned();
         let document = serde_json::from_str(openapi_json()).unwrap();
-        Places { document, job: id(&job), stream: id(stream.header("location")) }
+        let key = send(app.post("/v1/keys", example("key"))).await;
+        let (stream, key) = (id(stream.header("location")), id(key.header("location")));
+        Places { document, job: id(&job), stream, key }
     }
 
     /// Method and path of an operation.
@@ -32,7 +35,7 @@ impl Places {
             for (method, operation) in item.as_object().unwrap() {
                 if operation["operationId"] == operation_id {
                     let path = path.replace("{job_id}", &self.job).replace("{number}", "1");
-                    let path = path.replace("{stream_id}", &self.stream);
+                    let path = path.replace("{stream_id}", &self.stream).replace("{key_id}", &self.key);
                     return (method.to_uppercase().parse().unwrap(), path);
                 }
             }

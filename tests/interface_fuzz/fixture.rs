@@ -3,7 +3,11 @@
 use std::time::Duration;
 
 use axum::{Router, body::Body, http};
-use flankfit::{app::App, config::ServeSettings, http::router};
+use flankfit::{
+    app::App,
+    config::{Authentication, ServeSettings},
+    http::router,
+};
 use http_body_util::BodyExt as _;
 use hyper::body::Frame;
 use serde_json::Value;
@@ -30,6 +34,7 @@ impl Service {
             bind: SocketAddr::from(([127, 0, 0, 1], 0)),
             database_url: format!("sqlite://{}", folder.path().join("fuzz.db").display()),
             workers: 1,
+            auth: Authentication::Off,
             request_timeout: REQUEST_TIMEOUT,
             body_timeout: 3,
             shutdown_grace: 0,
@@ -86,6 +91,7 @@ pub struct Owner {
     fit: String,
     record: String,
     stream: String,
+    key: String,
 }
 
 /// What is known to be stored.
@@ -96,6 +102,7 @@ pub struct Stored {
     fits: Vec<(String, u64, String)>,
     records: Vec<(String, u64, String)>,
     streams: Vec<String>,
+    keys: Vec<String>,
     tags: Vec<String>,
 }
 
@@ -123,6 +130,7 @@ impl Stored {
         for _ in 0..2 {
             make("POST", format!("{job}/iterations"), example("create_iteration")).await;
         }
+        make("POST", "/v1/keys".into(), example("create_key")).await;
         let first = format!("{job}/iterations/1");
         make("POST", format!("{first}/fits"), example("create_iteration_fit")).await;
         for (operation, name) in [
@@ -149,6 +157,11 @@ impl Stored {
     pub fn learn(&mut self, path: &str, tag: Option<&str>, answer: &Value) {
         if let Some(tag) = tag {
             remember(&mut self.tags, tag.to_owned());
+        }
+        if path.starts_with("/v1/keys")
+            && let Some(id) = answer["id"].as_str()
+        {
+            return remember(&mut self.keys, id.to_owned());
         }
         let text = |value: &Value| value.as_str().filter(|text| text.len() == 36).map(str::to_owned);
         let Some(id) = text(&answer["id"]).or_else(|| text(&answer["fit"]["id"])) else {
@@ -185,6 +198,7 @@ impl Stored {
         let unknown = || "0190b0de-0000-7000-8000-000000000000".to_owned();
         owner.job = rng.pick(&self.jobs).cloned().unwrap_or_else(unknown);
         (owner.fit, owner.record) = (unknown(), unknown());
+        owner.key = rng.pick(&self.keys).cloned().unwrap_or_else(|| "0123456789abcdef".to_owned());
         owner.stream = rng.pick(&self.streams).cloned().unwrap_or_else(unknown);
         let lists = [&self.fits, &self.records];
         if let Some((job, number)) = rng.pick(&self.iterations) {
@@ -250,6 +264,8 @@ impl Owner {
             "fit_id" => self.fit.clone(),
             "record_id" => self.record.clone(),
             "stream_id" => self.stream.clone(),
+            "key_id" => self.key.clone(),
+            "tenant" => rng.one(["default", "plant-7", "nobody"]).to_owned(),
             _ => "1".to_owned(),
         }
     }

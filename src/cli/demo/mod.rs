@@ -28,7 +28,7 @@ use self::{
 use super::{CommandError, serve::stop_signal};
 use crate::{
     app::App,
-    config::{LogFormat, ServeSettings},
+    config::{Authentication, LogFormat, ServeSettings},
     telemetry,
 };
 
@@ -71,6 +71,8 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     let settings = ServeSettings {
         bind: arguments.bind,
         database_url: arguments.database_url.clone(),
+        // its client has no key
+        auth: Authentication::Off,
         ..ServeSettings::default()
     };
 

@@ -57,6 +57,8 @@ use crate::api::{
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
             iteration in the end."),
         (name = "audit", description = "Who changed what, and whether it is still as it was written."),
+        (name = "keys", description = "Keys of the caller's tenant, and who the caller is."),
+        (name = "tenants", description = "Tenants, each a plant with its jobs and keys."),
         (name = "operation", description = "Health and metrics.")
     )
 )]
@@ -141,6 +143,8 @@ fn segment(name: &str) -> Option<&'static str> {
         "number" => "The iteration, by its number within the job: 1, 2, 3 …",
         "fit_id" => "The fit, by its UUID.",
         "record_id" => "The record, by its UUID.",
+        "key_id" => "The key, by its 16 hexadecimal digits.",
+        "tenant" => "The tenant, by its name.",
         "stream_id" => "The stream, by its UUID.",
         _ => return None,
     })

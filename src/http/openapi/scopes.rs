@@ -74,6 +74,8 @@ const SCOPES: &[(Scope, &[&str])] = &[
         ],
     ),
     (Scope::Audit, &["list_job_audit", "verify_job_audit", "list_audit"]),
+    (Scope::Admin, &["create_key", "list_keys", "get_key", "update_key", "revoke_key", "rotate_key"]),
+    (Scope::Tenants, &["create_tenant", "list_tenants", "get_tenant", "update_tenant"]),
 ];
 
 /// Writes the scope of every operation into the document.

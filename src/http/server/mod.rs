@@ -46,7 +46,7 @@ use self::{
 use super::state::AppState;
 
 pub use self::{
-    peer::Peer,
+    peer::{Peer, PeerNames},
     tls::{Tls, TlsError},
 };
 
@@ -112,6 +112,7 @@ pub async fn serve(listener: TcpListener, service: Service, stop: impl Future<Ou
                     service: Arc::clone(&service),
                     slot: Arc::new(connections.enter()),
                     address: address.ip(),
+                    names: None,
                     write_timeout: limits.write_timeout,
                 };
                 tokio::spawn(client.connected(stream, stopped.clone(), open.clone()));
@@ -158,12 +159,14 @@ struct Client {
     service: Arc<Service>,
     slot: Arc<ConnectionSlot>,
     address: IpAddr,
+    /// From its certificate.
+    names: Option<PeerNames>,
     write_timeout: Duration,
 }
 
 impl Client {
     /// Serves it to its end. `_open` is dropped then, which the server waits for.
-    async fn connected(self, stream: TcpStream, mut stopped: watch::Receiver<()>, _open: watch::Receiver<()>) {
+    async fn connected(mut self, stream: TcpStream, mut stopped: watch::Receiver<()>, _open: watch::Receiver<()>) {
         if let Err(error) = stream.set_nodelay(true) {
             tracing::debug!(%error, "cannot set TCP_NODELAY");
         }
@@ -173,7 +176,10 @@ impl Client {
                 let close = Arc::clone(self.slot.connection());
                 tokio::select! {
                     accepted = tls.accept(stream) => match accepted {
-                        Ok(stream) => self.serve(stream, stopped).await,
+                        Ok(stream) => {
+                            self.names = tls::names_of(&stream);
+                            self.serve(stream, stopped).await
+                        }
                         Err(error) => {
                             tracing::debug!(%error, peer = %self.address, "no TLS handshake");
                             return;
@@ -221,11 +227,12 @@ impl Client {
 
     /// Has a request answered, and sees to what comes after it on its connection.
     async fn answer(self, request: hyper::Request<Incoming>) -> Result<Response, Infallible> {
-        let Client { service, slot, address, .. } = self;
+        let Client { service, slot, address, names, .. } = self;
         slot.connection().set_phase(Phase::Busy);
         let expects = request.headers().contains_key(header::EXPECT);
         let (mut head, body) = request.into_parts();
         head.extensions.insert(Peer::of(address, &head.headers, &service.state.settings.trusted_proxies));
+        names.map(|names| head.extensions.insert(names));
         let (body, rest) = Unread::track(body);
         let mut response = service.router.clone().oneshot(hyper::Request::from_parts(head, body)).await?;
         if service.tls.is_some() {

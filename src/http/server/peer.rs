@@ -1,13 +1,20 @@
 //! Whose request it is: the address that is connected, or the one that a trusted proxy names.
 
-use std::net::{IpAddr, SocketAddr};
+use std::{
+    net::{IpAddr, SocketAddr},
+    sync::Arc,
+};
 
 use axum::http::HeaderMap;
 
-use crate::config::Networks;
+use crate::{config::Networks, jobs::San};
 
 /// What proxies append the addresses of their clients to.
 const FORWARDED_FOR: &str = "x-forwarded-for";
+
+/// The names in the certificate that the client has shown (a request extension).
+#[derive(Clone, Debug)]
+pub struct PeerNames(pub Arc<[San]>);
 
 /// The address of the client (a request extension).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

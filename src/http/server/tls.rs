@@ -19,11 +19,12 @@ use tokio_rustls::{
     },
     server::TlsStream,
 };
-use x509_parser::{certificate::X509Certificate, prelude::FromDer};
+use x509_parser::{certificate::X509Certificate, extensions::GeneralName, prelude::FromDer};
 
+use super::peer::PeerNames;
 use crate::{
     config::{ClientAuthentication, TlsSettings},
-    jobs::Clock,
+    jobs::{Clock, San},
     telemetry,
 };
 
@@ -121,6 +122,18 @@ impl Tls {
         let ends = self.current.read().unwrap_or_else(PoisonError::into_inner).ends;
         metrics::gauge!(telemetry::TLS_EXPIRY).set((ends - self.clock.now().as_second()) as f64);
     }
+}
+
+/// The names in the certificate that a client has shown, hosts and URIs in their order.
+pub fn names_of(stream: &TlsStream<TcpStream>) -> Option<PeerNames> {
+    let shown = stream.get_ref().1.peer_certificates()?.first()?;
+    let (_, certificate) = X509Certificate::from_der(shown).ok()?;
+    let names = certificate.subject_alternative_name().ok().flatten()?;
+    let names = names.value.general_names.iter().filter_map(|name| match name {
+        GeneralName::DNSName(name) | GeneralName::URI(name) => San::named(name),
+        _ => None,
+    });
+    Some(PeerNames(names.collect()))
 }
 
 /// The texts of the files.

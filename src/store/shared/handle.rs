@@ -11,14 +11,24 @@ use super::{
     error::StoreError,
     maintenance::{FindCertificate, FindKey, HasKeys, NoteUses},
     operation::{
-        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, ListFits, ListJobs, ListRecords, PatchJob, VerifyAudit, GetKey, GetPlant, InsertKey, InsertPlant, ListKeys, ListPlants, PatchKey, PatchPlant, RevokeKey, RotateKey,
+        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
+        GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes,
+        GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace,
+        InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns,
+        InsertStream, ListFits, ListJobs, ListKeys, ListPlants, ListRecords, PatchJob, PatchKey, PatchPlant, RevokeKey,
+        RotateKey, VerifyAudit,
     },
     queue::{Queue, Run},
     subject::Subject,
 };
 use crate::{
     jobs::{
-        Answer, Block, Caller, Choice, Clock, DecisionEvent, FinishedStream, FitRecord, FitSummary, Ids, Iteration, Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Stored, Stream, StreamState, Successors, Trace, audit::{Chain, Entry, Prepared, Verdict}, ApiKey, Credentials, KeyId, KeyPatch, Keys, KnownKey, NewKey, NewPlant, Plant, PlantPatch, Rotation, San, Tenant,
+        Answer, ApiKey, Block, Caller, Choice, Clock, Credentials, DecisionEvent, FinishedStream, FitRecord,
+        FitSummary, Ids, Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys, KnownKey, Measurand, NewBlock,
+        NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, Page, PageRequest, Plant, PlantPatch, Precondition,
+        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
+        RepositoryFuture, Rotation, San, Stored, Stream, StreamState, Successors, Tenant, Trace,
+        audit::{Chain, Entry, Prepared, Verdict},
     },
     key_operations, repository_operations,
 };

@@ -34,13 +34,19 @@ pub use lists::{Counted, Listed, in_order, page, told};
 pub use maintenance::{FindCertificate, FindKey, ForgetAnswers, HasKeys, NoteUses, Probe};
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
-        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertRecord, InsertRuns, InsertStream, Key, ListFits, ListJobs, ListRecords, Operation, PatchJob, VerifyAudit, key_of, GetKey, GetPlant, InsertKey, InsertPlant, ListKeys, ListPlants, PatchKey, PatchPlant, RevokeKey, RotateKey,
+    Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
+    GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes,
+    GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace,
+    InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream,
+    Key, ListFits, ListJobs, ListKeys, ListPlants, ListRecords, Operation, PatchJob, PatchKey, PatchPlant, RevokeKey,
+    RotateKey, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-        AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, HeadRow, IterationRow, JobRow, Latest, MeasurandRow, MeasuredTooth, NodesRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow, TracedIterationRow, entries, KeyRow, KnownKeyRow, PlantRow,
+    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock, FoundFit,
+    FoundIteration, FoundNodes, FoundRow, FoundStreamRow, HeadRow, IterationRow, JobRow, KeyRow, KnownKeyRow, Latest,
+    MeasurandRow, MeasuredTooth, NodesRow, PlantRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow,
+    TracedIterationRow, entries,
 };
-pub(in crate::store) use row::{
-        entry_columns, figure_columns, job_columns, key_columns, plant_columns,
-};
+pub(in crate::store) use row::{entry_columns, figure_columns, job_columns, key_columns, plant_columns};
 pub use subject::Subject;

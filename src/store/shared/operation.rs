@@ -11,7 +11,11 @@ use super::{
 };
 use crate::{
     jobs::{
-        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Stored, Stream, StreamState, Successors, Tenant, Trace, audit::{Chain, Contents, Entry, Prepared, Verdict}, ApiKey, KeyId, KeyPatch, NewKey, NewPlant, Plant, PlantPatch, Rotation,
+        Answer, ApiKey, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job,
+        JobEvent, JobPatch, KeyId, KeyPatch, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun,
+        NewStream, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record,
+        RecordKind, RecordSummary, Rotation, Stored, Stream, StreamState, Successors, Tenant, Trace,
+        audit::{Chain, Contents, Entry, Prepared, Verdict},
     },
     key_operations, repository_operations,
 };

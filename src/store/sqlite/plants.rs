@@ -6,7 +6,8 @@ use super::{answers, api_keys, locate::signed, time};
 use crate::{
     jobs::{Caller, Cursor, Page, Plant, RepositoryError, Resource, Stored, Tenant},
     store::shared::{
-        Asked, GetPlant, InsertPlant, ListPlants, Outcome, PatchPlant, PlantRow, Read, Write, plant_columns},
+        Asked, GetPlant, InsertPlant, ListPlants, Outcome, PatchPlant, PlantRow, Read, Write, plant_columns,
+    },
 };
 
 async fn find(db: &mut SqliteConnection, name: &Tenant) -> Outcome<Option<Plant>> {

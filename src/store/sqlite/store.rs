@@ -13,7 +13,10 @@ use super::{
     writer::Writer,
 };
 use crate::{
-    jobs::{self, ANSWERS_KEPT, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Upkeep},
+    jobs::{
+        self, ANSWERS_KEPT, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture,
+        Upkeep,
+    },
     store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, Subject, queue},
     telemetry,
 };

@@ -71,6 +71,9 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("simulate_closed_loop", Dear("/v1/simulations/closed-loop", dear::closed_loop)),
     ("create_stream", Trivial("a spec without nodes")),
     ("add_stream_nodes", Dear("{stream}/nodes", dear::block)),
+    ("create_key", Trivial("texts of bounded lengths")),
+    ("rotate_key", Trivial("a number")),
+    ("create_tenant", Trivial("texts of bounded lengths")),
     ("finish_stream", Bounded("{full_stream}/finish", dear::nothing)),
 ];
 

@@ -2,5 +2,7 @@
 
 mod callers;
 mod draining;
+mod keys;
 mod roles;
+mod secrecy;
 mod tls;

@@ -2,22 +2,27 @@
 
 use std::collections::BTreeMap;
 
-use flankfit::{config::KeysRole, http::openapi::openapi_json};
+use flankfit::{
+    config::{Authentication, Digest, KeysRole},
+    http::openapi::openapi_json,
+    jobs::{Role, secret},
+};
 use reqwest::Method;
 use serde_json::Value;
-use sha2::Digest as _;
 
+use super::keys::key_of;
 use crate::harness::{TestApp, send};
 
 const NOBODY: &str = "0190b0de-0000-7000-8000-000000000000";
 
-/// The roles of a tenant with their scopes, as they are promised.
-const ROLES: [(&str, KeysRole, &[&str]); 5] = [
-    ("reader", KeysRole::Reader, &["read", "compute"]),
-    ("operator", KeysRole::Operator, &["read", "compute", "measure"]),
-    ("engineer", KeysRole::Engineer, &["read", "compute", "measure", "judge"]),
-    ("auditor", KeysRole::Auditor, &["read", "audit"]),
-    ("admin", KeysRole::Admin, &["read", "audit", "admin"]),
+/// The roles with their scopes, as they are promised.
+const ROLES: [(&str, Role, &[&str]); 6] = [
+    ("reader", Role::Reader, &["read", "compute"]),
+    ("operator", Role::Operator, &["read", "compute", "measure"]),
+    ("engineer", Role::Engineer, &["read", "compute", "measure", "judge"]),
+    ("auditor", Role::Auditor, &["read", "audit"]),
+    ("admin", Role::Admin, &["read", "audit", "admin"]),
+    ("root", Role::Root, &["tenants"]),
 ];
 
 /// Operations of the versioned interface: id, method, path and scope.
@@ -42,7 +47,7 @@ fn operations() -> Vec<(String, Method, String, String)> {
 fn of_nothing(path: &str) -> String {
     let ids = ["job_id", "stream_id", "fit_id", "record_id"];
     let path = ids.iter().fold(path.to_owned(), |path, id| path.replace(&format!("{{{id}}}"), NOBODY));
-    let path = path.replace("{number}", "1");
+    let path = path.replace("{number}", "1").replace("{key_id}", "0123456789abcdef").replace("{tenant}", "nobody");
     assert!(!path.contains('{'), "{path}");
     path
 }
@@ -52,6 +57,7 @@ fn operations_ask_for_what_they_do() {
     let mut by_scope: BTreeMap<String, Vec<String>> = BTreeMap::new();
     for (id, method, _, scope) in operations() {
         assert!(scope != "read" || method == Method::GET, "{id} changes or computes something");
+        assert!(method != Method::GET || scope != "compute", "{id}");
         assert!(scope != "compute" || method == Method::POST, "{id}");
         by_scope.entry(scope).or_default().push(id);
     }
@@ -80,6 +86,12 @@ fn operations_ask_for_what_they_do() {
         "update_iteration",
         "update_job",
     ];
+    let admin = ["create_key", "get_key", "list_keys", "revoke_key", "rotate_key", "update_key"];
+    let tenants = ["create_tenant", "get_tenant", "list_tenants", "update_tenant"];
+    assert_eq!(
+        (&by_scope["admin"][..], &by_scope["tenants"][..]),
+        (&admin.map(String::from)[..], &tenants.map(String::from)[..])
+    );
     assert_eq!(by_scope["measure"], measure);
     assert_eq!(by_scope["judge"], judge);
     assert_eq!(by_scope["audit"], ["list_audit", "list_job_audit", "verify_job_audit"]);
@@ -89,17 +101,14 @@ fn operations_ask_for_what_they_do() {
 #[tokio::test]
 async fn every_role_has_its_operations_and_no_other() {
     let operations = operations();
+    let app = TestApp::start_with(|settings| settings.auth = Authentication::Required).await;
     let (mut granted, mut refused) = (0, 0);
     for (name, role, scopes) in ROLES {
-        let app = TestApp::start_with(|settings| {
-            settings.api_keys_sha256 = vec![flankfit::config::Digest(sha2::Sha256::digest("key").into())];
-            settings.api_keys_role = role;
-        })
-        .await;
+        let key = key_of(&app, "default", role).await;
         for (id, method, path, scope) in &operations {
             let cell = format!("{name} × {id}");
             // neither a body nor a job is there: whether the caller may ask is said before
-            let answer = send(app.client.request(method.clone(), app.url(&of_nothing(path))).bearer_auth("key")).await;
+            let answer = send(app.client.request(method.clone(), app.url(&of_nothing(path))).bearer_auth(&key)).await;
             if scopes.contains(&scope.as_str()) {
                 assert!(![401, 403].contains(&answer.status.as_u16()), "{cell}: {}", answer.text);
                 granted += 1;
@@ -111,12 +120,31 @@ async fn every_role_has_its_operations_and_no_other() {
             assert_eq!(answer.header("www-authenticate"), "Bearer error=\"insufficient_scope\"", "{cell}");
             refused += 1;
         }
-        // a GET without its body is a GET, and whoever asks for methods is not asked who they are
-        let head = send(app.client.head(app.url("/v1/jobs")).bearer_auth("key")).await;
-        assert_eq!(head.status, 200, "{name}");
-        let options = send(app.client.request(Method::OPTIONS, app.url("/v1/jobs"))).await;
-        options.problem(405, "method_not_allowed");
+        // a GET without its body is a GET
+        let head = send(app.client.head(app.url("/v1/jobs")).bearer_auth(&key)).await;
+        assert_eq!(head.status, if scopes.contains(&"read") { 200 } else { 403 }, "{name}");
+    }
+    assert_eq!(granted + refused, ROLES.len() * operations.len());
+    assert!(granted > 150 && refused > 150, "{granted} granted, {refused} refused");
+    // whoever asks for methods is not asked who they are
+    send(app.client.request(Method::OPTIONS, app.url("/v1/jobs"))).await.problem(405, "method_not_allowed");
+    app.stop().await;
+}
+
+/// Keys of the settings have the role that stands beside them.
+#[tokio::test]
+async fn keys_of_the_settings_have_one_role() {
+    for (role, name, may_store) in [(KeysRole::Reader, "reader", false), (KeysRole::default(), "engineer", true)] {
+        let app = TestApp::start_with(|settings| {
+            settings.api_keys_sha256 = vec![Digest(secret::digest(b"key"))];
+            settings.api_keys_role = role;
+        })
+        .await;
+        let stored = send(app.post("/v1/jobs", r#"{"name":"w"}"#).bearer_auth("key")).await;
+        assert_eq!(stored.status, if may_store { 201 } else { 403 }, "{}", stored.text);
+        let who = send(app.get("/v1/whoami").header("x-api-key", "key")).await.json();
+        assert_eq!((&who["tenant"], &who["role"]), (&"default".into(), &name.into()));
+        assert!(who["actor"].as_str().unwrap().starts_with("key-") && who.get("key_id").is_none(), "{who}");
         app.stop().await;
     }
-    assert!(granted > 100 && refused > 100, "{granted} granted, {refused} refused");
 }

@@ -2,7 +2,10 @@
 
 use std::{fs, net::SocketAddr, path::PathBuf, sync::Arc, time::Duration};
 
-use flankfit::config::{ClientAuthentication, ServeSettings};
+use flankfit::{
+    config::{Authentication, ClientAuthentication, ServeSettings},
+    jobs::{Caller, KeyDraft, Role, San, Tenant},
+};
 use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -194,4 +197,49 @@ async fn stalled_handshakes_are_in_nobodys_way_and_end() {
         let ended = tokio::time::timeout(Duration::from_secs(60), stream.read(&mut byte)).await;
         assert!(matches!(ended, Ok(Ok(0) | Err(_))), "{ended:?}");
     }
+}
+
+/// Who comes with a certificate needs no other key: the name in it is one.
+#[tokio::test]
+async fn a_certificate_is_a_key() {
+    let authority = Authority::new();
+    let app = TestApp::start_with(|settings| {
+        authority.serve(settings);
+        settings.tls.client_authorities = Some(authority.file("ca.pem"));
+        settings.tls.client_authentication = ClientAuthentication::Optional;
+        settings.auth = Authentication::Required;
+    })
+    .await;
+    let (known, unknown) = (authority.sign("cell-7.example"), authority.sign("cell-8.example"));
+    let keys =
+        app.state.jobs.keys_of(&Caller { tenant: Tenant::default(), actor: "test".into(), origin: Default::default() });
+    let draft = KeyDraft {
+        name: "cell 7".into(),
+        role: Some(Role::Reader),
+        scopes: Role::Reader.scopes(),
+        expires_at: None,
+        san: San::named("Cell-7.example"),
+    };
+    let (key, secret) = keys.create(draft, None).await.unwrap();
+    assert!(secret.is_none());
+    let whoami = async |own: Option<&Pair>, more: &str| {
+        let client = authority.client(&[&TLS13], own);
+        let request = format!("GET /v1/whoami HTTP/1.1\r\nhost: localhost\r\n{more}connection: close\r\n\r\n");
+        ask(&mut connect(&client, app.address).await.unwrap(), &request).await.unwrap()
+    };
+    let told = whoami(Some(&known), "").await;
+    assert!(told.starts_with("HTTP/1.1 200") && told.contains(&format!("key-{}", key.id)), "{told}");
+    assert!(told.contains(r#""role":"reader""#), "{told}");
+    for (own, more, code) in [
+        (Some(&unknown), "", "unauthorized"),
+        (None, "", "unauthorized"),
+        // a key that is sent is what counts
+        (Some(&known), "x-api-key: wrong\r\n", "invalid_key"),
+    ] {
+        let told = whoami(own, more).await;
+        assert!(told.starts_with("HTTP/1.1 401") && told.contains(code), "{told}");
+    }
+    keys.revoke(key.id).await.unwrap();
+    let told = whoami(Some(&known), "").await;
+    assert!(told.starts_with("HTTP/1.1 401") && told.contains("invalid_key"), "{told}");
 }

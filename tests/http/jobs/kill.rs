@@ -56,7 +56,8 @@ impl Server {
 
     fn start_by(mut command: Command, address: SocketAddr, database_url: &str, arguments: &[&str]) -> Self {
         let mut child = command
-            .args(["serve", "--log-format", "json", "--log", "info", "--database-url", database_url, "--bind"])
+            .args(["serve", "--log-format", "json", "--log", "info", "--auth", "off"])
+            .args(["--database-url", database_url, "--bind"])
             .arg(address.to_string())
             .args(arguments)
             .env_clear()

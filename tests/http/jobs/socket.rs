@@ -26,6 +26,13 @@ pub async fn connect(base: &str, stream: &str) -> Socket {
     connect_async(url).await.expect("a WebSocket").0
 }
 
+/// The same with a key.
+pub async fn connect_with(base: &str, stream: &str, key: &str) -> Socket {
+    let mut request = format!("{}{stream}/ws", base.replace("http://", "ws://")).into_client_request().unwrap();
+    request.headers_mut().insert("authorization", format!("Bearer {key}").parse().unwrap());
+    connect_async(request).await.expect("a WebSocket").0
+}
+
 async fn ask(socket: &mut Socket, message: &Value) -> (String, Value) {
     socket.send(Message::text(message.to_string())).await.unwrap();
     loop {

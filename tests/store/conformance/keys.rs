@@ -206,7 +206,7 @@ pub async fn tenants_begin_with_a_key(pair: &mut Pair) {
     assert!(matches!(keys.insert_plant(again.clone(), None).await, Err(RepositoryError::TenantExists)));
     assert!(credentials(pair).find_key(again.key.key.id).await.unwrap().is_none());
     assert_eq!(keys.plant(name.clone()).await.unwrap(), first.plant);
-    assert_eq!(pair.keys_of(&name).keys(WHOLE).await.unwrap().items, [first.key.key.clone()]);
+    assert_eq!(pair.keys_of(&name).keys(WHOLE).await.unwrap().items, std::slice::from_ref(&first.key.key));
     assert_eq!(names(keys.plants(WHOLE).await.unwrap().items), ["plant-7", "default"]);
     let page = keys.plants(PageRequest { limit: 1, after: None }).await.unwrap();
     let next = keys.plants(PageRequest { limit: 1, after: page.next }).await.unwrap();

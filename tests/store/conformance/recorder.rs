@@ -9,7 +9,12 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch, Measurand, NewBlock, NewFit, NewIteration, NewRun, NewStream, Page, PageRequest, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Store, Stored, Stream, StreamState, Successors, Trace, Upkeep, Wakes, audit::{Chain, Entry, Verdict}, ApiKey, Credentials, KeyId, KeyPatch, Keys, KnownKey, NewKey, NewPlant, Plant, PlantPatch, Rotation, San, Tenant,
+        Answer, ApiKey, Block, Caller, Choice, Credentials, DecisionEvent, FinishedStream, FitRecord, FitSummary,
+        Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys, KnownKey, Measurand, NewBlock, NewFit, NewIteration,
+        NewKey, NewPlant, NewRun, NewStream, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor,
+        Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture,
+        Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors, Tenant, Trace, Upkeep, Wakes,
+        audit::{Chain, Entry, Verdict},
     },
     key_operations, repository_operations,
 };

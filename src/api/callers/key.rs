@@ -1,0 +1,273 @@
+//! Keys as they are written and read.
+
+use jiff::Timestamp;
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::names::{KeyKindName, RoleName, ScopeName, names_of};
+use crate::{
+    api::{
+        faults::Faults,
+        json::{
+            present::present,
+            text::{Moment, ShortText},
+        },
+    },
+    jobs::{ApiKey, KeyDraft, KeyPatch, List, Page, Role, San, Scope, Scopes, Secret},
+};
+
+/// A key to make.
+#[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewKey, example = json!({"name": "grinder 3", "role": "operator", "expires_at": "2030-01-01T00:00:00Z"}))]
+pub struct NewKeyBody {
+    /// Who or what holds the key.
+    #[schema(value_type = String, min_length = 1, max_length = 200)]
+    pub name: ShortText,
+    /// What it allows; `root` is of no tenant and so not made here. Either this or `scopes`.
+    #[serde(default, deserialize_with = "present")]
+    pub role: Option<RoleName>,
+    /// What it allows, one by one; at least one, and not `tenants`.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(min_items = 1, max_items = 16)]
+    pub scopes: Option<Vec<ScopeName>>,
+    /// When it ends; without it the key does not end by itself.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub expires_at: Option<Moment>,
+    /// A secret if it is left out.
+    #[serde(default)]
+    #[schema(required = false)]
+    pub kind: KeyKindName,
+    /// Of a certificate: the name of a host (DNS) or the URI among its subject alternative names.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(min_length = 1, max_length = 253)]
+    pub san: Option<String>,
+}
+
+/// Changes of a key. A field that is left out stays as it is.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = KeyPatch, example = json!({"name": "grinder 4"}))]
+pub struct KeyPatchBody {
+    /// The new name.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub name: Option<ShortText>,
+    /// The new end, later than now. (A key that shall end now is deleted.)
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub expires_at: Option<Moment>,
+}
+
+/// Another secret for the holder of a key.
+#[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = KeyRotation, example = json!({"overlap_seconds": 86400}))]
+pub struct RotationBody {
+    /// How long the key before goes on, so that there is time to hand over the new one; 0 ends it
+    /// now.
+    #[schema(maximum = 2592000)]
+    pub overlap_seconds: u32,
+}
+
+/// Longest overlap of two keys: 30 days.
+const LONGEST_OVERLAP: u32 = 30 * 24 * 3600;
+
+/// A key.
+#[derive(Clone, Serialize, Deserialize, ToSchema)]
+#[schema(as = Key)]
+pub struct KeyBody {
+    /// 16 hexadecimal digits, which are no secret: they stand in the key behind `ffk_`.
+    pub id: String,
+    /// Whose it is; absent of a key of no tenant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tenant: Option<String>,
+    /// Who or what holds the key.
+    pub name: String,
+    /// Absent where scopes were named one by one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub role: Option<RoleName>,
+    /// What it allows.
+    pub scopes: Vec<ScopeName>,
+    pub kind: KeyKindName,
+    /// Of a certificate: the name in it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub san: Option<String>,
+    /// When the key was made.
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub created_at: Moment,
+    /// When it ends, or has ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub expires_at: Option<Moment>,
+    /// When it let somebody in last, give or take a minute; absent before the first time.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub last_used_at: Option<Moment>,
+    /// When it was ended for good.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub revoked_at: Option<Moment>,
+    /// The key itself, in the answer to the request that made it and nowhere else: nobody can tell
+    /// it again.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub key: Option<String>,
+}
+
+/// Some keys, newest first.
+#[derive(Clone, Serialize, Deserialize, ToSchema)]
+#[schema(as = KeyPage)]
+pub struct KeyPageBody {
+    /// The keys of this page.
+    pub items: Vec<KeyBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+/// What is said of an end that is over.
+const IN_THE_FUTURE: &str = "the end must be later than now";
+
+impl NewKeyBody {
+    /// The key that is asked for, at this time.
+    pub fn draft(self, now: Timestamp) -> Result<KeyDraft, Faults> {
+        let mut faults = Faults::default();
+        let role = self.role.map(Role::from);
+        if role == Some(Role::Root) {
+            faults.push("/role", "a key of no tenant is made on the database, by `flankfit keys create --role root`");
+        }
+        let scopes = match (role, &self.scopes) {
+            (Some(role), None) => role.scopes(),
+            (None, Some(named)) => {
+                let named: Vec<Scope> = named.iter().map(|scope| Scope::from(*scope)).collect();
+                for (i, _) in named.iter().enumerate().filter(|(_, scope)| **scope == Scope::Tenants) {
+                    faults.push(format!("/scopes/{i}"), "a key of a tenant does not allow `tenants`");
+                }
+                if named.is_empty() {
+                    faults.push("/scopes", "name at least one scope");
+                }
+                Scopes::of(&named)
+            }
+            (Some(_), Some(_)) => {
+                faults.push("/scopes", "the role says what the key allows; leave one of the two out");
+                Scopes::default()
+            }
+            (None, None) => {
+                faults.push("/role", "say what the key allows: a `role`, or `scopes`");
+                Scopes::default()
+            }
+        };
+        let san = match (self.kind, self.san) {
+            (KeyKindName::Secret, None) => None,
+            (KeyKindName::Certificate, Some(name)) => {
+                let san = San::named(&name);
+                if san.is_none() {
+                    let form =
+                        "not the name of a host such as press7.plant.example, nor a URI such as spiffe://plant/7";
+                    faults.push("/san", form);
+                }
+                san
+            }
+            (KeyKindName::Secret, Some(_)) => {
+                faults.push("/san", "a secret has no name; say `\"kind\": \"certificate\"`, or leave it out");
+                None
+            }
+            (KeyKindName::Certificate, None) => {
+                faults.push("/san", "name the host or the URI that stands in the certificate");
+                None
+            }
+        };
+        let expires_at = self.expires_at.map(|Moment(end)| end);
+        if expires_at.is_some_and(|end| end <= now) {
+            faults.push("/expires_at", IN_THE_FUTURE);
+        }
+        faults.into_result(KeyDraft { name: self.name.into(), role, scopes, expires_at, san })
+    }
+}
+
+impl KeyPatchBody {
+    /// The change that is asked for, at this time.
+    pub fn patch(self, now: Timestamp) -> Result<KeyPatch, Faults> {
+        let expires_at = self.expires_at.map(|Moment(end)| end);
+        if expires_at.is_some_and(|end| end <= now) {
+            return Err(Faults::one("/expires_at", IN_THE_FUTURE));
+        }
+        Ok(KeyPatch { name: self.name.map(String::from), expires_at })
+    }
+}
+
+impl RotationBody {
+    /// The overlap in seconds.
+    pub fn overlap(self) -> Result<u32, Faults> {
+        if self.overlap_seconds > LONGEST_OVERLAP {
+            let detail = format!("at most {LONGEST_OVERLAP} seconds (30 days)");
+            return Err(Faults::one("/overlap_seconds", detail));
+        }
+        Ok(self.overlap_seconds)
+    }
+}
+
+impl KeyBody {
+    /// A key with its secret, where whoever asks is to be told it.
+    pub fn of(key: &ApiKey, secret: Option<&Secret>) -> Self {
+        KeyBody {
+            id: key.id.to_string(),
+            tenant: (!key.tenant.is_root()).then(|| key.tenant.as_str().to_owned()),
+            name: key.name.clone(),
+            role: key.role.map(RoleName::from),
+            scopes: names_of(key.scopes),
+            kind: if key.san.is_some() { KeyKindName::Certificate } else { KeyKindName::Secret },
+            san: key.san.as_ref().map(|san| san.as_str().to_owned()),
+            created_at: Moment(key.created_at),
+            expires_at: key.expires_at.map(Moment),
+            last_used_at: key.last_used_at.map(Moment),
+            revoked_at: key.revoked_at.map(Moment),
+            key: secret.map(|secret| secret.expose().to_owned()),
+        }
+    }
+}
+
+impl From<Page<ApiKey>> for KeyPageBody {
+    fn from(page: Page<ApiKey>) -> Self {
+        KeyPageBody {
+            items: page.items.iter().map(|key| KeyBody::of(key, None)).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Keys)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn pointers(text: &str) -> Vec<String> {
+        let body: NewKeyBody = serde_json::from_str(text).unwrap();
+        let drafted = body.draft("2026-11-23T12:00:00Z".parse().unwrap());
+        drafted.err().map_or_else(Vec::new, |faults| faults.list().iter().map(|f| f.pointer.clone()).collect())
+    }
+
+    #[test]
+    fn what_a_key_allows_is_said_once() {
+        for (text, wrong) in [
+            (r#"{"name":"n","role":"reader"}"#, &[][..]),
+            (r#"{"name":"n","scopes":["read","read"],"expires_at":"2026-11-23T12:00:01Z"}"#, &[]),
+            (r#"{"name":"n","role":"admin","kind":"certificate","san":"press7.example"}"#, &[]),
+            (r#"{"name":"n"}"#, &["/role"]),
+            (r#"{"name":"n","role":"root"}"#, &["/role"]),
+            (r#"{"name":"n","role":"reader","scopes":["read"]}"#, &["/scopes"]),
+            (r#"{"name":"n","scopes":[]}"#, &["/scopes"]),
+            (r#"{"name":"n","scopes":["read","tenants"]}"#, &["/scopes/1"]),
+            (r#"{"name":"n","role":"reader","san":"x"}"#, &["/san"]),
+            (r#"{"name":"n","role":"reader","kind":"certificate"}"#, &["/san"]),
+            (
+                r#"{"name":"n","kind":"certificate","san":"*.x","expires_at":"2026-11-23T12:00:00Z"}"#,
+                &["/role", "/san", "/expires_at"],
+            ),
+        ] {
+            assert_eq!(pointers(text), wrong, "{text}");
+        }
+        assert!(RotationBody { overlap_seconds: 2_592_000 }.overlap().is_ok());
+        assert!(RotationBody { overlap_seconds: 2_592_001 }.overlap().is_err());
+    }
+}

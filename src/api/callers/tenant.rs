@@ -1,0 +1,124 @@
+//! Tenants as they are written and read.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::key::KeyBody;
+use crate::{
+    api::{
+        faults::Faults,
+        json::{
+            present::present,
+            text::{LongText, Moment},
+        },
+    },
+    jobs::{ApiKey, List, Page, Plant, PlantDraft, PlantPatch, Secret, Tenant},
+};
+
+/// A tenant to create.
+#[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = NewTenant, example = json!({"name": "plant-7", "description": "Gear plant 7, halls A and B"}))]
+pub struct NewTenantBody {
+    /// 1 to 63 lower-case letters, digits and hyphens, a hyphen neither first nor last, as a host's
+    /// name has them.
+    #[schema(min_length = 1, max_length = 63)]
+    pub name: String,
+    /// For people.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+    pub description: Option<LongText>,
+}
+
+/// Changes of a tenant. A field that is left out stays as it is.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TenantPatch, example = json!({"suspended": true}))]
+pub struct TenantPatchBody {
+    /// The new description.
+    #[serde(default, deserialize_with = "present")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
+    pub description: Option<LongText>,
+    /// Whether its keys let nobody in.
+    #[serde(default, deserialize_with = "present")]
+    pub suspended: Option<bool>,
+}
+
+/// A tenant: a plant with its jobs and keys.
+#[derive(Clone, Serialize, Deserialize, ToSchema)]
+#[schema(as = Tenant)]
+pub struct TenantBody {
+    /// By which it is known.
+    pub name: String,
+    /// For people.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub description: Option<String>,
+    /// Whether its keys let nobody in.
+    pub suspended: bool,
+    /// When it was stored.
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub created_at: Moment,
+    /// When it was changed last.
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub updated_at: Moment,
+    /// Its first key, of the role `admin`, in the answer to the request that made the tenant.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub admin_key: Option<KeyBody>,
+}
+
+/// Some tenants, newest first.
+#[derive(Clone, Serialize, Deserialize, ToSchema)]
+#[schema(as = TenantPage)]
+pub struct TenantPageBody {
+    /// The tenants of this page.
+    pub items: Vec<TenantBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+impl TryFrom<NewTenantBody> for PlantDraft {
+    type Error = Faults;
+
+    fn try_from(body: NewTenantBody) -> Result<Self, Faults> {
+        let name = Tenant::named(&body.name).ok_or_else(|| {
+            Faults::one("/name", "1 to 63 lower-case letters, digits and hyphens, a hyphen neither first nor last")
+        })?;
+        Ok(PlantDraft { name, description: body.description.map(String::from) })
+    }
+}
+
+impl From<TenantPatchBody> for PlantPatch {
+    fn from(body: TenantPatchBody) -> Self {
+        PlantPatch { description: body.description.map(String::from), suspended: body.suspended }
+    }
+}
+
+impl TenantBody {
+    /// A new tenant with its first key, and the secret of that where whoever asks is to be told it.
+    pub fn created((plant, key): &(Plant, ApiKey), secret: Option<&Secret>) -> Self {
+        TenantBody { admin_key: Some(KeyBody::of(key, secret)), ..TenantBody::from(plant) }
+    }
+}
+
+impl From<&Plant> for TenantBody {
+    fn from(plant: &Plant) -> Self {
+        TenantBody {
+            name: plant.name.as_str().to_owned(),
+            description: plant.description.clone(),
+            suspended: plant.suspended,
+            created_at: Moment(plant.created_at),
+            updated_at: Moment(plant.updated_at),
+            admin_key: None,
+        }
+    }
+}
+
+impl From<Page<Plant>> for TenantPageBody {
+    fn from(page: Page<Plant>) -> Self {
+        TenantPageBody {
+            items: page.items.iter().map(TenantBody::from).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Tenants)),
+        }
+    }
+}

@@ -1,0 +1,232 @@
+//! `/v1/keys` and `/v1/whoami`: keys of the caller's tenant, and who the caller is.
+
+use axum::{
+    http::{HeaderValue, StatusCode, header},
+    response::{IntoResponse, Response},
+};
+use jiff::SignedDuration;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{
+    auth::Principal,
+    body::Payload,
+    caller_state::CallerState,
+    compute::read_small_json,
+    conditional::{IfMatch, etag, set_etag},
+    extract::{JsonOf, PathOf, QueryOf},
+    idempotency::{IdempotencyKey, idempotent},
+    paging::PageQuery,
+    state::AppState,
+};
+use crate::{
+    api::{
+        callers::{
+            key::{KeyBody, KeyPageBody, KeyPatchBody, NewKeyBody, RotationBody},
+            whoami::WhoamiBody,
+        },
+        json::{value::read_json, writer::text_of},
+        problem::{Problem, ProblemCode},
+    },
+    jobs::{Answer, ApiKey, KeyId, List, Role, Scopes, Secret},
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new()
+        .routes(routes!(create_key, list_keys))
+        .routes(routes!(get_key, update_key, revoke_key))
+        .routes(routes!(rotate_key))
+        .routes(routes!(whoami))
+}
+
+/// Makes a key of the caller's tenant.
+///
+/// It allows no more than the key that asks for it, except that one of the role `admin` makes keys
+/// of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
+/// certificate with its name need no other key.
+#[utoipa::path(
+    post, path = "/v1/keys", operation_id = "create_key", tag = "keys",
+    params(IdempotencyKey),
+    request_body(content = NewKeyBody, description = "Who holds the key, and what it allows."),
+    responses(
+        (status = 201, description = "The key, whose secret stands in `key` this once: when this answer is given again, \
+            it is without.", body = KeyBody, headers(
+            ("Location" = String, description = "Where the key is."),
+            ("ETag" = String, description = "Version of the key.")
+        )),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "Another key is of certificates with this name, or the first request with this \
+            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
+    idempotent(state, key, "POST /v1/keys".to_owned(), payload, |state, payload, key| async move {
+        let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
+        let read = |text: &[u8]| Ok(read_json::<NewKeyBody>(text)?);
+        let body = read_small_json(&state, payload, limit, read).await?;
+        let draft = body.draft(keys.now()).map_err(Problem::invalid)?;
+        check_grant(&state.principal, draft.scopes)?;
+        let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None)));
+        let (made, secret) = keys.create(draft, keyed).await?;
+        Ok(created(&made, secret.as_ref()))
+    })
+    .await
+}
+
+fn created(key: &ApiKey, secret: Option<&Secret>) -> Answer {
+    Answer {
+        status: 201,
+        location: Some(format!("/v1/keys/{}", key.id)),
+        etag: Some(etag(key.version)),
+        body: text_of(&KeyBody::of(key, secret)).into_bytes(),
+    }
+}
+
+/// Refuses to grant what the one who grants has not.
+fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
+    let grants = if maker.role == Some(Role::Admin) { Scopes::OF_TENANT } else { maker.scopes };
+    match wanted.iter().find(|scope| !grants.contains(*scope)) {
+        None => Ok(()),
+        Some(scope) => Err(Problem::lacking_scope(format!(
+            "The key would allow `{}`, which this caller has not and so cannot grant.",
+            scope.name()
+        ))),
+    }
+}
+
+/// Lists keys of the caller's tenant, newest first, those that have ended among them.
+///
+/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+#[utoipa::path(
+    get, path = "/v1/keys", operation_id = "list_keys", tag = "keys",
+    params(PageQuery),
+    responses((status = 200, description = "Some keys, and where the next page begins.", body = KeyPageBody))
+)]
+async fn list_keys(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<axum::Json<KeyPageBody>, Problem> {
+    let page = state.tenant_keys().list(query.check(List::Keys)?).await?;
+    Ok(axum::Json(page.into()))
+}
+
+/// A key, without its secret.
+///
+/// With its version as `ETag`, for a conditional `PATCH`.
+#[utoipa::path(
+    get, path = "/v1/keys/{key_id}", operation_id = "get_key", tag = "keys",
+    params(("key_id" = String, Path)),
+    responses((status = 200, description = "The key.", body = KeyBody,
+        headers(("ETag" = String, description = "Version of the key."))))
+)]
+async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Response, Problem> {
+    Ok(present(&state.tenant_keys().key(key_id(&id)?).await?))
+}
+
+/// Changes the name or the end of a key. What is left out stays.
+///
+/// What a key allows is not changed: make another one.
+#[utoipa::path(
+    patch, path = "/v1/keys/{key_id}", operation_id = "update_key", tag = "keys",
+    params(
+        ("key_id" = String, Path),
+        ("If-Match" = Option<String>, Header, description = "Only if the key is still at this ETag.")
+    ),
+    request_body(content = KeyPatchBody, description = "What is to be changed."),
+    responses(
+        (status = 200, description = "The key after the change.", body = KeyBody,
+            headers(("ETag" = String, description = "Version of the key."))),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key is revoked.", body = Problem, content_type = "application/problem+json"),
+        (status = 412, description = "The key has changed meanwhile.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn update_key(
+    state: CallerState,
+    PathOf(id): PathOf<String>,
+    IfMatch(precondition): IfMatch,
+    JsonOf(body): JsonOf<KeyPatchBody>,
+) -> Result<Response, Problem> {
+    let (keys, id) = (state.tenant_keys(), key_id(&id)?);
+    let patch = body.patch(keys.now()).map_err(Problem::invalid)?;
+    check_grant(&state.principal, keys.key(id).await?.scopes)?;
+    Ok(present(&keys.patch(id, patch, precondition).await?))
+}
+
+/// Ends a key for good.
+///
+/// It lets nobody in any more, at any server within five seconds, and connections that it opened
+/// end within thirty. It is kept as revoked.
+#[utoipa::path(
+    delete, path = "/v1/keys/{key_id}", operation_id = "revoke_key", tag = "keys",
+    params(("key_id" = String, Path)),
+    responses((status = 204, description = "The key is revoked."))
+)]
+async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<StatusCode, Problem> {
+    state.tenant_keys().revoke(key_id(&id)?).await?;
+    Ok(StatusCode::NO_CONTENT)
+}
+
+/// Gives the holder of a key another secret.
+///
+/// The new key has an id of its own, the same name and scopes, and lives as long as the one before
+/// was made to live. That one goes on for `overlap_seconds`.
+#[utoipa::path(
+    post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
+    params(("key_id" = String, Path), IdempotencyKey),
+    request_body(content = RotationBody, description = "How long the key before goes on."),
+    responses(
+        (status = 201, description = "The new key, whose secret stands in `key` this once: when this answer is given \
+            again, it is without.", body = KeyBody, headers(
+            ("Location" = String, description = "Where the new key is."),
+            ("ETag" = String, description = "Version of the new key.")
+        )),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key is revoked or of a certificate, or the first request with this \
+            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn rotate_key(
+    state: CallerState,
+    PathOf(id): PathOf<String>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let scope = format!("POST /v1/keys/{id}/rotate");
+    idempotent(state, key, scope, payload, |state, payload, key| async move {
+        let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
+        let old = keys.key(key_id(&id)?).await?;
+        let read = |text: &[u8]| Ok(read_json::<RotationBody>(text)?);
+        let overlap = read_small_json(&state, payload, limit, read).await?.overlap().map_err(Problem::invalid)?;
+        check_grant(&state.principal, old.scopes)?;
+        let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None)));
+        let (made, secret) = keys.rotate(&old, SignedDuration::from_secs(overlap.into()), keyed).await?;
+        Ok(created(&made, secret.as_ref()))
+    })
+    .await
+}
+
+/// Who asks: tenant, actor and scopes.
+///
+/// For programs that show what their key allows, and for people who wonder whose key they hold.
+#[utoipa::path(
+    get, path = "/v1/whoami", operation_id = "whoami", tag = "keys",
+    responses((status = 200, description = "Who asks.", body = WhoamiBody))
+)]
+async fn whoami(state: CallerState) -> axum::Json<WhoamiBody> {
+    let Principal { caller, scopes, role, key } = &state.principal;
+    axum::Json(WhoamiBody::of(caller, *role, *scopes, key.as_ref().map(|known| &known.key)))
+}
+
+/// The id in a path; one of another form is an id that does not exist.
+fn key_id(segment: &str) -> Result<KeyId, Problem> {
+    KeyId::named(segment).ok_or_else(|| Problem::new(ProblemCode::NotFound, "There is no such key."))
+}
+
+fn present(key: &ApiKey) -> Response {
+    let mut response = axum::Json(KeyBody::of(key, None)).into_response();
+    set_etag(response.headers_mut(), key.version);
+    // nobody keeps what tells who may do what
+    response.headers_mut().insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+    response
+}

@@ -1,0 +1,310 @@
+//! API keys from their making to their end, over HTTP and by the command line.
+
+use std::{
+    process::Command,
+    time::{Duration, Instant},
+};
+
+use flankfit::{
+    config::Authentication,
+    jobs::{Caller, Clock, KeyDraft, Role, SystemClock, Tenant},
+};
+use jiff::{SignedDuration, Timestamp};
+use reqwest::{Method, RequestBuilder};
+use serde_json::{Value, json};
+
+use crate::{
+    database::is_postgres,
+    harness::{Answer, CURVE, TestApp, send},
+    jobs::{events::Listener, socket},
+};
+
+/// A key made on the database.
+pub async fn key_of(app: &TestApp, tenant: &str, role: Role) -> String {
+    let tenant = if role == Role::Root { Tenant::root() } else { Tenant::named(tenant).unwrap() };
+    let keys = app.state.jobs.keys_of(&Caller { tenant, actor: "test".into(), origin: Default::default() });
+    let draft =
+        KeyDraft { name: role.name().to_owned(), role: Some(role), scopes: role.scopes(), expires_at: None, san: None };
+    keys.create(draft, None).await.unwrap().1.unwrap().expose().to_owned()
+}
+
+async fn start() -> TestApp {
+    TestApp::start_with(|settings| settings.auth = Authentication::Auto).await
+}
+
+fn request(app: &TestApp, key: &str, method: Method, path: &str, body: &Value) -> RequestBuilder {
+    app.client.request(method, app.url(path)).bearer_auth(key).json(body)
+}
+
+async fn post(app: &TestApp, key: &str, path: &str, body: &Value) -> Answer {
+    send(request(app, key, Method::POST, path, body)).await
+}
+
+async fn get(app: &TestApp, key: &str, path: &str) -> Answer {
+    send(app.get(path).bearer_auth(key)).await
+}
+
+fn text(value: &Value) -> String {
+    value.as_str().unwrap_or_else(|| panic!("{value}")).to_owned()
+}
+
+#[tokio::test]
+async fn a_server_asks_for_keys_once_there_is_one() {
+    let app = start().await;
+    let asked = send(app.get("/v1/whoami")).await;
+    if is_postgres() {
+        asked.problem(401, "unauthorized");
+        return;
+    }
+    assert_eq!(asked.json()["actor"], "anonymous");
+    let made = send(app.post("/v1/keys", r#"{"name":"first","role":"admin"}"#)).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    send(app.get("/v1/whoami")).await.problem(401, "unauthorized");
+    let who = get(&app, &text(&made.json()["key"]), "/v1/whoami").await.json();
+    assert_eq!(
+        (&who["role"], &who["key_id"], &who["key_name"]),
+        (&"admin".into(), &made.json()["id"], &"first".into())
+    );
+    for path in ["/healthz", "/readyz", "/openapi.json", "/docs/"] {
+        assert_eq!(send(app.get(path)).await.status, 200, "{path}");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn a_key_from_its_making_to_its_end() {
+    let app = start().await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    let expires = SystemClock.now() + SignedDuration::from_hours(1000);
+    let body = json!({"name": "grinder 3", "role": "operator", "expires_at": expires.to_string()});
+    let made = post(&app, &admin, "/v1/keys", &body).await;
+    assert_eq!((made.status.as_u16(), made.header("cache-control")), (201, "no-store"), "{}", made.text);
+    let (key, place) = (made.json(), made.header("location").to_owned());
+    let secret = text(&key["key"]);
+    assert!(secret.starts_with(&format!("ffk_{}_", text(&key["id"]))) && secret.len() == 93);
+    assert_eq!(
+        (&key["tenant"], &key["kind"], &key["scopes"]),
+        (&"default".into(), &"secret".into(), &json!(["read", "compute", "measure"]))
+    );
+
+    let seen = get(&app, &admin, &place).await;
+    assert_eq!((seen.header("etag"), seen.header("cache-control")), ("\"1\"", "no-store"));
+    assert!(seen.json().get("key").is_none() && !seen.text.contains(&secret[21..85]), "{}", seen.text);
+    let listed = get(&app, &admin, "/v1/keys").await.json();
+    assert_eq!(listed["items"].as_array().unwrap().len(), 2);
+    assert_eq!((&listed["items"][0]["id"], listed["items"][0].get("key")), (&key["id"], None));
+
+    let patch = |tag: &'static str, body: Value| {
+        send(request(&app, &admin, Method::PATCH, &place, &body).header("if-match", tag))
+    };
+    let renamed = patch("\"1\"", json!({"name": "grinder 4"})).await;
+    assert_eq!((renamed.json()["name"].clone(), renamed.header("etag")), ("grinder 4".into(), "\"2\""));
+    patch("\"1\"", json!({"name": "grinder 5"})).await.problem(412, "precondition_failed");
+    assert_eq!(patch("*", json!({"expires_at": "2020-01-01T00:00:00Z"})).await.pointers(), ["/expires_at"]);
+
+    // a second secret, and for a while both
+    let rotated = post(&app, &admin, &format!("{place}/rotate"), &json!({"overlap_seconds": 4})).await;
+    assert_eq!(rotated.status, 201, "{}", rotated.text);
+    let new = text(&rotated.json()["key"]);
+    assert_eq!(rotated.json()["name"], "grinder 4");
+    assert!(text(&rotated.json()["expires_at"]).as_str() > "2026");
+    assert_eq!(get(&app, &new, "/v1/jobs").await.status, 200);
+    let began = Instant::now();
+    assert_eq!(get(&app, &secret, "/v1/jobs").await.status, 200);
+    while get(&app, &secret, "/v1/jobs").await.status == 200 {
+        assert!(began.elapsed() < Duration::from_secs(10), "the overlap is over");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    get(&app, &secret, "/v1/jobs").await.problem(401, "invalid_key");
+
+    // and no more: kept, but never used again
+    let place = format!("/v1/keys/{}", text(&rotated.json()["id"]));
+    assert_eq!(send(request(&app, &admin, Method::DELETE, &place, &json!({}))).await.status, 204);
+    get(&app, &new, "/v1/jobs").await.problem(401, "invalid_key");
+    assert!(get(&app, &admin, &place).await.json()["revoked_at"].is_string());
+    assert_eq!(send(request(&app, &admin, Method::DELETE, &place, &json!({}))).await.status, 204);
+    let again = post(&app, &admin, &format!("{place}/rotate"), &json!({"overlap_seconds": 0})).await;
+    again.problem(409, "conflict");
+    for path in ["/v1/keys/0123456789abcdef", "/v1/keys/nothing", "/v1/keys/0123456789ABCDEF"] {
+        get(&app, &admin, path).await.problem(404, "not_found");
+    }
+    app.stop().await;
+}
+
+/// One text for whatever is wrong with a key.
+#[tokio::test]
+async fn what_is_no_key_is_told_alike() {
+    let app = start().await;
+    let (admin, other) = (key_of(&app, "default", Role::Admin).await, key_of(&app, "default", Role::Reader).await);
+    let slip = format!("{}{}", &other[..92], if other.ends_with('0') { '1' } else { '0' });
+    let mut unknown = other.clone().into_bytes();
+    unknown[30] = if unknown[30] == b'0' { b'1' } else { b'0' };
+    let crc = crc32fast::hash(&unknown[..85]);
+    let unproven = format!("{}{crc:08x}", String::from_utf8(unknown[..85].to_vec()).unwrap());
+    let nobody = format!("ffk_0123456789abcdef_{}", "0".repeat(64));
+    let nobody = format!("{nobody}{:08x}", crc32fast::hash(nobody.as_bytes()));
+    let id = other[4..20].to_owned();
+    let mut told = Vec::new();
+    for wrong in [&slip, &unproven, &nobody, "nonsense"] {
+        told.push(get(&app, wrong, "/v1/jobs").await.problem(401, "invalid_key")["detail"].clone());
+    }
+    assert_eq!(get(&app, &other, "/v1/jobs").await.status, 200);
+    assert_eq!(send(request(&app, &admin, Method::DELETE, &format!("/v1/keys/{id}"), &json!({}))).await.status, 204);
+    told.push(get(&app, &other, "/v1/jobs").await.problem(401, "invalid_key")["detail"].clone());
+    assert!(told.iter().all(|one| *one == told[0]), "{told:?}");
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn nobody_grants_what_they_have_not() {
+    let app = start().await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    for role in ["reader", "operator", "engineer", "auditor", "admin"] {
+        let made = post(&app, &admin, "/v1/keys", &json!({"name": role, "role": role})).await;
+        assert_eq!(made.status, 201, "{role}: {}", made.text);
+    }
+    let limited = json!({"name": "limited", "scopes": ["read", "admin"]});
+    let limited = text(&post(&app, &admin, "/v1/keys", &limited).await.json()["key"]);
+    assert_eq!(post(&app, &limited, "/v1/keys", &json!({"name": "n", "scopes": ["admin"]})).await.status, 201);
+    let engineer = post(&app, &admin, "/v1/keys", &json!({"name": "e", "role": "engineer"})).await;
+    let place = engineer.header("location").to_owned();
+    for (method, path, body) in [
+        (Method::POST, "/v1/keys", json!({"name": "n", "scopes": ["read", "judge"]})),
+        (Method::POST, "/v1/keys", json!({"name": "n", "role": "engineer"})),
+        (Method::POST, &format!("{place}/rotate"), json!({"overlap_seconds": 0})),
+        (Method::PATCH, &place, json!({"name": "mine"})),
+    ] {
+        let answer = send(request(&app, &limited, method, path, &body)).await;
+        let detail = text(&answer.problem(403, "forbidden")["detail"]);
+        assert!(detail.contains("`judge`") || detail.contains("`compute`"), "{detail}");
+        assert_eq!(answer.header("www-authenticate"), "Bearer error=\"insufficient_scope\"");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn tenants_are_made_by_root_and_see_their_own() {
+    let app = start().await;
+    let root = key_of(&app, "", Role::Root).await;
+    let made = post(&app, &root, "/v1/tenants", &json!({"name": "plant-7"})).await;
+    assert_eq!((made.status.as_u16(), made.header("location")), (201, "/v1/tenants/plant-7"), "{}", made.text);
+    let admin = text(&made.json()["admin_key"]["key"]);
+    post(&app, &root, "/v1/tenants", &json!({"name": "plant-7"})).await.problem(409, "conflict");
+    assert_eq!(post(&app, &root, "/v1/tenants", &json!({"name": "Plant 8"})).await.pointers(), ["/name"]);
+    let who = get(&app, &admin, "/v1/whoami").await.json();
+    assert_eq!((&who["tenant"], &who["role"]), (&"plant-7".into(), &"admin".into()));
+
+    // their jobs and keys do not meet
+    let engineer = |key: Answer| text(&key.json()["key"]);
+    let theirs = engineer(post(&app, &admin, "/v1/keys", &json!({"name": "e", "role": "engineer"})).await);
+    let own = key_of(&app, "default", Role::Engineer).await;
+    let job = post(&app, &theirs, "/v1/jobs", &json!({"name": "wheel"})).await.header("location").to_owned();
+    assert_eq!(get(&app, &theirs, &job).await.status, 200);
+    get(&app, &own, &job).await.problem(404, "not_found");
+    assert_eq!(get(&app, &own, "/v1/jobs").await.json()["items"], json!([]));
+    let other_admin = key_of(&app, "default", Role::Admin).await;
+    get(&app, &other_admin, &format!("/v1/keys/{}", &theirs[4..20])).await.problem(404, "not_found");
+
+    // and a suspended tenant is let in by none of its keys
+    let patch = async |suspended: bool| {
+        let body = json!({"suspended": suspended});
+        let answer = send(request(&app, &root, Method::PATCH, "/v1/tenants/plant-7", &body)).await;
+        assert_eq!(answer.json()["suspended"], suspended, "{}", answer.text);
+    };
+    patch(true).await;
+    get(&app, &theirs, &job).await.problem(401, "invalid_key");
+    assert_eq!(get(&app, &own, "/v1/jobs").await.status, 200);
+    patch(false).await;
+    assert_eq!(get(&app, &theirs, &job).await.status, 200);
+    let names: Vec<Value> = get(&app, &root, "/v1/tenants").await.json()["items"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .map(|t| t["name"].clone())
+        .collect();
+    assert_eq!(names, ["plant-7", "default"]);
+    app.stop().await;
+}
+
+/// Connections that stay open end when their key does.
+#[tokio::test]
+async fn open_connections_end_with_their_key() {
+    let app = start().await;
+    let (admin, key) = (key_of(&app, "default", Role::Admin).await, key_of(&app, "default", Role::Engineer).await);
+    let job = post(&app, &key, "/v1/jobs", &json!({"name": "wheel"})).await.header("location").to_owned();
+    let spec = crate::jobs::streams::spec();
+    let stream = post(&app, &key, &format!("{job}/streams"), &spec).await.header("location").to_owned();
+    let mut listener = Listener::of(app.get(&format!("{job}/events")).bearer_auth(&key), None).await.unwrap();
+    assert!(listener.next().await.is_some(), "the stream was opened");
+    let mut socket = socket::connect_with(&format!("http://{}", app.address), &stream, &key).await;
+    let revoked = Instant::now();
+    let place = format!("/v1/keys/{}", &key[4..20]);
+    assert_eq!(send(request(&app, &admin, Method::DELETE, &place, &json!({}))).await.status, 204);
+    assert_eq!(socket::close(&mut socket).await.map(u16::from), Some(1008));
+    assert!(listener.next().await.is_none());
+    assert!(revoked.elapsed() < Duration::from_secs(30), "{:?}", revoked.elapsed());
+    app.stop().await;
+}
+
+/// When a key was used last is known to the minute.
+#[tokio::test]
+async fn the_last_use_is_written_down() {
+    let app = start().await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    let place = format!("/v1/keys/{}", &admin[4..20]);
+    assert!(get(&app, &admin, &place).await.json().get("last_used_at").is_none());
+    let used = SystemClock.now();
+    let last = loop {
+        let now = get(&app, &admin, &place).await.json();
+        if let Some(last) = now["last_used_at"].as_str() {
+            break last.parse::<Timestamp>().unwrap();
+        }
+        assert!(used.duration_until(SystemClock.now()) < SignedDuration::from_secs(60), "{now}");
+        tokio::time::sleep(Duration::from_millis(500)).await;
+    };
+    assert!(last.duration_since(used).abs() < SignedDuration::from_secs(60));
+    app.stop().await;
+}
+
+/// The first key is made on the database and written alone on its line.
+#[tokio::test]
+async fn the_first_key_is_made_on_the_database() {
+    let folder = tempfile::tempdir().unwrap();
+    let url = crate::database::in_file(&folder.path().join("test.db"));
+    let create = |more: &[&str]| {
+        let made = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+            .args(["keys", "create", "--database-url", &url])
+            .args(more)
+            .env_clear()
+            .output()
+            .unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        (made.status.success(), text(made.stdout), text(made.stderr))
+    };
+    let (done, key, said) = create(&["--tenant", "plant-7", "--role", "admin"]);
+    assert!(done && key.len() == 94 && key.starts_with("ffk_") && key.ends_with('\n'), "{key}{said}");
+    assert!(!said.contains(&key[21..85]));
+    let (done, root, said) = create(&["--role", "root"]);
+    assert!(done, "{said}");
+    for (wrong, why) in [
+        (&["--role", "admin"][..], "--tenant"),
+        (&["--role", "root", "--tenant", "plant-7"], "leave --tenant out"),
+        (&["--role", "god", "--tenant", "plant-7"], "reader, operator"),
+        (&["--role", "admin", "--tenant", "Plant 7"], "lower-case"),
+    ] {
+        let (done, out, said) = create(wrong);
+        assert!(!done && out.is_empty() && said.contains(why), "{said}");
+    }
+    let app = TestApp::start_in(folder, |settings| {
+        settings.auth = Authentication::Auto;
+        settings.database_url.clone_from(&url);
+    })
+    .await;
+    assert_eq!(get(&app, key.trim(), "/v1/whoami").await.json()["tenant"], "plant-7");
+    assert_eq!(get(&app, root.trim(), "/v1/tenants/plant-7").await.json()["suspended"], false);
+    app.fit(CURVE).await.problem(401, "unauthorized");
+    // a server has the file open
+    let (done, _, said) = create(&["--tenant", "plant-7", "--role", "admin"]);
+    assert!(!done && said.contains("in use"), "{said}");
+    app.stop().await;
+}
