@@ -2,6 +2,8 @@
 -- change only what is no part of it. Where there is no such role the owner serves.
 DO $$
 BEGIN
+    -- servers that start together would change the rows of rights at once, which PostgreSQL refuses
+    PERFORM pg_advisory_xact_lock(hashtext('flankfit grants'));
     IF EXISTS (SELECT FROM pg_roles WHERE rolname = 'flankfit_app') THEN
         GRANT SELECT ON ALL TABLES IN SCHEMA public TO flankfit_app;
         GRANT INSERT ON audit, audit_seals, audit_sealed, jobs, iterations, nodes, fits, fit_choices, decisions, records, streams, stream_blocks,
