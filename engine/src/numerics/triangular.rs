@@ -58,9 +58,14 @@ pub fn solve_upper<T: Real>(r: &DMatrix<T>, b: &mut [T]) {
 
 /// Solves `Rᵀ x = b` in place.
 pub fn solve_upper_transposed<T: Real>(r: &DMatrix<T>, b: &mut [T]) {
-    for j in 0..b.len() {
+    solve_upper_transposed_from(r, 0, b);
+}
+
+/// The same where the numbers of `b` before `first` are 0, and so those of `x`.
+pub fn solve_upper_transposed_from<T: Real>(r: &DMatrix<T>, first: usize, b: &mut [T]) {
+    for j in first..b.len() {
         let column = column(r, j);
-        b[j] = (b[j] - dot(&column[..j], &b[..j])) / column[j];
+        b[j] = (b[j] - dot(&column[first..j], &b[first..j])) / column[j];
     }
 }
 

@@ -171,6 +171,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         constraints: if random.below(6) == 0 { constraints(random) } else { Vec::new() },
         include: Include {
             residuals: true,
+            fitted: true,
             collinearity: true,
             lambda_curve: true,
             matrix_b: true,

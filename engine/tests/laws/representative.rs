@@ -18,6 +18,7 @@ use proptest::prelude::*;
 
 const ALL: Include = Include {
     residuals: true,
+    fitted: false,
     collinearity: false,
     lambda_curve: false,
     matrix_b: true,

@@ -181,7 +181,9 @@ impl Problem<'_> {
     /// A spot's derivative as a form, in Q's coordinates.
     fn normal(&self, spot: &Spot) -> Vec<Dd> {
         let mut row = self.fields[spot.field].row(self.design, spot);
-        triangular::solve_upper_transposed(self.r, &mut row);
+        // splines are 0 before those that reach the spot
+        let first = row.iter().position(|x| *x != Dd::ZERO).unwrap_or(row.len());
+        triangular::solve_upper_transposed_from(self.r, first, &mut row);
         row
     }
 

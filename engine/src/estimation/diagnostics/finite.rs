@@ -39,7 +39,8 @@ impl Dropped {
     }
 }
 
-fn beyond() -> FitError {
+/// The refusal of a fit whose figures are beyond double.
+pub fn beyond() -> FitError {
     Faults::one(Field::Nodes, RangeReason::Figures).into()
 }
 
@@ -187,7 +188,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
         && all(&[result.bias.norm, result.bias.sharp_bound, result.bias.coefficient_norm_limit])
         && all(&[residuals.rss, residuals.rms, residuals.least_squares_rss])
         && residuals.max_abs.is_none_or(f64::is_finite)
-        && residuals.values.as_deref().is_none_or(all)
+        && [&residuals.values, &residuals.fitted, &residuals.heights].into_iter().flatten().all(|list| all(list))
         && result.robust.as_ref().is_none_or(|r| all(&r.coefficients))
         && result.ridge_trace.iter().flatten().all(|point| point.k.is_finite() && all(&point.coefficients))
         && result.matrix_b.iter().flatten().all(|row| all(row));

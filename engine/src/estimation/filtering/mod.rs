@@ -13,6 +13,7 @@
 //! The paper (section 4) warns that filtering raises collinearity; `columns` says by how much.
 
 mod columns;
+mod fitted;
 mod gaussian;
 mod hampel;
 mod lines;
@@ -106,11 +107,13 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
 /// The fit of the model of `spec`.
 fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if spec.filters.is_empty() {
-        return fit_nodes(nodes, spec, plans);
+        return fitted::telling(nodes, spec, false, |spec| fit_nodes(nodes, spec, plans));
     }
     let mut applied = steps::apply(nodes, &spec.filters)?;
     let filtered = with_earlier(spec, |nodes| Ok(steps::apply(nodes, &spec.filters)?.nodes))?;
-    let mut result = fit_nodes(&applied.nodes, filtered.as_ref().unwrap_or(spec), plans)?;
+    let spec_of_filtered = filtered.as_ref().unwrap_or(spec);
+    let mut result =
+        fitted::telling(&applied.nodes, spec_of_filtered, true, |spec| fit_nodes(&applied.nodes, spec, plans))?;
     if spec.filters.iter().any(|filter| !matches!(filter, Filter::Hampel(_))) {
         applied.warnings.push(Warning::FilteredNoise);
     }

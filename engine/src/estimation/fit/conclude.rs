@@ -353,6 +353,8 @@ impl<'a> Solved<'a> {
             r_squared: (total > 0.0).then(|| 1.0 - applied.rss / total),
             least_squares_rss: self.least_squares_rss,
             node_indices: wanted.then(counted).flatten(),
+            fitted: None,
+            heights: None,
             values: values.filter(|_| wanted),
         }
     }

@@ -19,6 +19,14 @@ use crate::estimation::{
     robust::{Measured, estimate},
     spec::{FitSpec, Variance},
 };
+use crate::numerics::cancel::parts;
+
+/// Shares of the parts of a fit, roughly: nodes into R and QᵀY, an estimator that bounds the
+/// influence of nodes, and what is told of the estimate.
+const FACTOR: usize = 4;
+const ESTIMATE: usize = 3;
+const REPORT: usize = 3;
+const STAGES: usize = FACTOR + ESTIMATE + REPORT;
 
 /// Fits `spec` to `nodes`. Pure: no clock, no randomness, no state; the same input gives the same
 /// bits.
@@ -40,25 +48,31 @@ pub(crate) fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> R
     let evidence = Evidence::Posted { sample: &sample, nodes };
     if let Some((grid, plan)) = plans.of(nodes, &sample, spec)? {
         within_range(Field::List(nodes.heights()), &heights)?;
-        let factor = plan.factor(grid)?;
+        let stages = parts(STAGES);
+        let factor = stages.run(FACTOR, || plan.factor(grid))?;
         let frame = plan.frame(&factor, spec, heights.weight)?;
         let linear = LinearProblem { design: &plan.design, factor: &factor, heights: heights.about_zero, evidence };
-        return match estimate(&spec.estimator, &Measured { linear: &linear, sample: &sample, heights: &heights })? {
+        let measured = Measured { linear: &linear, sample: &sample, heights: &heights };
+        let robust = stages.run(ESTIMATE, || estimate(&spec.estimator, &measured))?;
+        return stages.run(REPORT, || match robust {
             None => conclude(&linear, &heights, spec, frame, None),
             Some(robust) => conclude_robust(&linear, &sample, nodes, &heights, spec, frame, &robust),
-        };
+        });
     }
     let design = Design::new(nodes, &sample, spec)?;
     within_range(Field::List(nodes.heights()), &heights)?;
-    let factor = Factor::new(&design, &sample)?;
+    let stages = parts(STAGES);
+    let factor = stages.run(FACTOR, || Factor::new(&design, &sample))?;
     let linear = LinearProblem { design: &design, factor: &factor, heights: heights.about_zero, evidence };
-    match estimate(&spec.estimator, &Measured { linear: &linear, sample: &sample, heights: &heights })? {
+    let measured = Measured { linear: &linear, sample: &sample, heights: &heights };
+    let robust = stages.run(ESTIMATE, || estimate(&spec.estimator, &measured))?;
+    stages.run(REPORT, || match robust {
         None => report(&linear, &heights, spec),
         Some(robust) => {
             let frame = Frame::new(&design, &factor, spec, heights.weight)?;
             conclude_robust(&linear, &sample, nodes, &heights, spec, &frame, &robust)
         }
-    }
+    })
 }
 
 /// Several heights over the same places with the same weights (the coordinates of a curve): bit for

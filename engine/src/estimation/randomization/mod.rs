@@ -81,10 +81,10 @@ use references::Base;
 /// ```
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     let base = Base::new(study)?;
-    let handle = cancel::current();
+    let (handle, all) = (cancel::current(), cancel::parts(study.repetitions));
     let repetition = |stream| {
         cancel::checkpoint();
-        repetition::run(study, &base, stream)
+        all.run(1, || repetition::run(study, &base, stream))
     };
     let outcomes: Vec<Outcome> = (0..study.repetitions as u64)
         .into_par_iter()

@@ -22,6 +22,12 @@ pub struct ResidualReport {
     pub least_squares_rss: f64,
     /// One per counted node, in the order posted (grids row by row); present when included.
     pub values: Option<Vec<f64>>,
-    /// Which posted node each value belongs to; present with `values` when some node was left out.
+    /// The fitted heights, one per counted node; present when included.
+    pub fitted: Option<Vec<f64>>,
+    /// The heights that were fitted, one per counted node; present with `fitted` where filters
+    /// changed them.
+    pub heights: Option<Vec<f64>>,
+    /// Which posted node each value belongs to; present with the lists above when some node was
+    /// left out.
     pub node_indices: Option<Vec<usize>>,
 }

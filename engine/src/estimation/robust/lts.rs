@@ -264,10 +264,12 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     let mut candidates: Vec<(f64, Vec<f64>)> = Vec::new();
     // a start costs two fits of the nodes seen
     let starts = (WORK / (2 * seen.len() * n * n)).clamp(BEST[0], STARTS);
+    let all_parts = cancel::parts(2 * starts);
     for start in 0..starts {
         cancel::checkpoint();
         let x = if start == 0 { Some(vec![0.0; n]) } else { elemental(rows, &seen, &mut random) };
-        let Some((sum, x, _)) = x.and_then(|x| concentrate(rows, &seen, first, x, 2, &mut steps)) else { continue };
+        let found = all_parts.run(1, || x.and_then(|x| concentrate(rows, &seen, first, x, 2, &mut steps)));
+        let Some((sum, x, _)) = found else { continue };
         candidates.push((sum, x));
     }
     candidates.sort_by(|a, b| a.0.total_cmp(&b.0));
@@ -276,10 +278,14 @@ fn fast(rows: &Rows, h: usize, seed: u64) -> Found {
     candidates.truncate((FURTHER / (m * n * n)).clamp(BEST[0], BEST[1]));
     candidates.push((f64::INFINITY, vec![0.0; n]));
     let mut best: Option<(f64, Vec<usize>)> = None;
+    let share = starts / candidates.len();
     for (_, x) in candidates {
-        let found = concentrate(rows, &all, h, x, STEPS, &mut steps);
-        let descended = |found| if m <= EXCHANGED { descend(rows, &all, found, &mut steps) } else { found };
-        let Some((sum, _, kept)) = found.map(descended) else { continue };
+        let found = all_parts.run(share, || {
+            let found = concentrate(rows, &all, h, x, STEPS, &mut steps);
+            let descended = |found| if m <= EXCHANGED { descend(rows, &all, found, &mut steps) } else { found };
+            found.map(descended)
+        });
+        let Some((sum, _, kept)) = found else { continue };
         if best.as_ref().is_none_or(|(least, _)| sum < *least) {
             best = Some((sum, kept));
         }

@@ -17,12 +17,14 @@
 //! differences of residuals (Koul, Sievers and McKean 1987; Hettmansperger and McKean 2011, section
 //! 3.7); along the constant `τ_s = 1/(2f(0))`, as for a median.
 
+use nalgebra::DMatrix;
+
 use super::{
     approach::{At, Pieces, approach, approach_from},
-    exact, normal,
+    exact,
     outcome::{Along, Measured, Outcome, Solved},
     rows::{Rows, dot},
-    scale::{median, median_abs},
+    scale::{NORMAL_QUARTILE, median},
     spacing::{pairs_within, sparsity_at_median, tau},
     vertex::{self, Lines},
 };
@@ -47,6 +49,9 @@ const FEW: usize = 200_000;
 /// Nodes from which on a sample of them leads the way, and how many are in it at least.
 const MANY: usize = 8_000;
 const SAMPLE: usize = 1_500;
+
+/// Numbers that a processor takes at once.
+const LANES: usize = 4;
 
 pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let rows = Rows::new(measured)?;
@@ -114,7 +119,8 @@ pub(super) fn constant(rows: &Rows) -> Option<Vec<f64>> {
 /// The rows in the directions that D can see.
 pub(super) struct Free<'a> {
     pub n: usize,
-    a: Vec<f64>,
+    /// A row in each column, filled up with zeros to a multiple of [`LANES`].
+    a: DMatrix<f64>,
     /// Length of the longest row.
     longest: f64,
     b: &'a [f64],
@@ -124,22 +130,25 @@ pub(super) struct Free<'a> {
 
 impl<'a> Free<'a> {
     pub(super) fn new(rows: &'a Rows, constant: Option<&[f64]>) -> Self {
-        let Some(e) = constant else { return Free::of(rows.n, rows.q.clone(), &rows.b, None) };
+        let Some(e) = constant else {
+            let seen = rows.q.chunks_exact(rows.n).asking(rows.n).map(|q| q.iter().copied());
+            return Free::of(rows.n, in_columns(rows.n, rows.count(), seen), &rows.b, None);
+        };
         let mut v = e.to_vec();
         v[0] += if v[0] < 0.0 { -1.0 } else { 1.0 };
         let length = dot(&v, &v).sqrt();
         v.iter_mut().for_each(|v| *v /= length);
         let n = rows.n - 1;
-        let mut a = Vec::with_capacity(n * rows.count());
-        for q in rows.q.chunks_exact(rows.n).asking(rows.n) {
+        let seen = rows.q.chunks_exact(rows.n).asking(rows.n).map(|q| {
             let twice = 2.0 * dot(q, &v);
-            a.extend(q.iter().zip(&v).skip(1).map(|(q, v)| q - twice * v));
-        }
+            q.iter().zip(&v).skip(1).map(move |(q, v)| q - twice * v)
+        });
+        let a = in_columns(n, rows.count(), seen);
         Free::of(n, a, &rows.b, Some(v))
     }
 
-    fn of(n: usize, a: Vec<f64>, b: &'a [f64], mirror: Option<Vec<f64>>) -> Self {
-        let squares = a.chunks_exact(n.max(1)).asking(n).map(|a| dot(a, a));
+    fn of(n: usize, a: DMatrix<f64>, b: &'a [f64], mirror: Option<Vec<f64>>) -> Self {
+        let squares = a.as_slice().chunks_exact(a.nrows().max(1)).asking(n).map(|a| dot(a, a));
         Free { n, longest: squares.fold(0.0, f64::max).sqrt(), a, b, mirror }
     }
 
@@ -149,11 +158,9 @@ impl<'a> Free<'a> {
         // places that no period of the nodes can share; columns of about length 1 again
         let place = |j: usize| ((j as f64 * 0.618_033_988_749_894_9).fract() * m as f64) as usize;
         let root = (m as f64 / size as f64).sqrt();
-        let (mut a, mut b) = (Vec::with_capacity(size * self.n), Vec::with_capacity(size));
-        for k in (0..size).map(place).asking(self.n) {
-            a.extend(self.row(k).iter().map(|a| a * root));
-            b.push(self.b[k]);
-        }
+        let b: Vec<f64> = (0..size).map(|j| self.b[place(j)]).collect();
+        let some = (0..size).asking(self.n).map(|j| self.row(place(j)).iter().map(|a| a * root));
+        let a = in_columns(self.n, size, some);
         let mut x = approach(&Free::of(self.n, a, &b, None), few).x;
         x.iter_mut().for_each(|x| *x *= root);
         x
@@ -186,11 +193,26 @@ impl<'a> Free<'a> {
     }
 
     pub(super) fn row(&self, k: usize) -> &[f64] {
-        &self.a[k * self.n..][..self.n]
+        &self.a.as_slice()[k * self.a.nrows()..][..self.n]
     }
 
     pub(super) fn residuals(&self, x: &[f64]) -> Vec<f64> {
-        (0..self.count()).asking(self.n).map(|k| self.b[k] - matvec::dot(self.row(k), x)).collect()
+        cancel::checkpoint();
+        let mut filled = x.to_vec();
+        filled.resize(self.a.nrows(), 0.0);
+        let mut r = vec![0.0; self.count()];
+        matvec::transposed_times(&self.a, &filled, &mut r);
+        r.iter_mut().zip(self.b).for_each(|(r, b)| *r = b - *r);
+        r
+    }
+
+    /// `Aᵀy`.
+    fn sum(&self, y: &[f64]) -> Vec<f64> {
+        cancel::checkpoint();
+        let mut sum = vec![0.0; self.a.nrows()];
+        matvec::times(&self.a, y, &mut sum);
+        sum.truncate(self.n);
+        sum
     }
 
     /// `Σ_{i<j} |rᵢ − rⱼ|`.
@@ -201,18 +223,27 @@ impl<'a> Free<'a> {
     }
 }
 
+/// Rows of n numbers as columns that are filled up.
+fn in_columns<R: Iterator<Item = f64>>(n: usize, count: usize, rows: impl Iterator<Item = R>) -> DMatrix<f64> {
+    let mut a = DMatrix::zeros(n.next_multiple_of(LANES), count);
+    let height = a.nrows().max(1);
+    for (column, row) in a.as_mut_slice().chunks_exact_mut(height).zip(rows) {
+        column.iter_mut().zip(row).for_each(|(to, x)| *to = x);
+    }
+    a
+}
+
 /// Wilcoxon scores of an ascending list, equal numbers sharing their mean.
 fn scores_in_order(sorted: &[f64]) -> Vec<f64> {
     let m = sorted.len();
-    let mut scores = vec![0.0; m];
+    let score = |rank: f64| 12f64.sqrt() * (rank / (m + 1) as f64 - 0.5);
+    let mut scores: Vec<f64> = (1..=m).map(|rank| score(rank as f64)).collect();
     let mut from = 0;
-    while from < m {
-        let mut to = from + 1;
-        while to < m && sorted[to] == sorted[from] {
-            to += 1;
+    for equal in sorted.chunk_by(|a, b| a == b) {
+        let to = from + equal.len();
+        if equal.len() > 1 {
+            scores[from..to].fill(score(0.5 * (from + to + 1) as f64));
         }
-        let rank = 0.5 * (from + to + 1) as f64;
-        scores[from..to].fill(12f64.sqrt() * (rank / (m + 1) as f64 - 0.5));
         from = to;
     }
     scores
@@ -249,16 +280,20 @@ impl Pieces for Free<'_> {
         let spread = ascending.iter().zip(&sorted).map(|(a, r)| a * r).sum();
         let mut scores = vec![0.0; sorted.len()];
         from.iter().zip(ascending).for_each(|(&k, a)| scores[k as usize] = a);
-        let mut gradient = vec![0.0; self.n];
-        for (k, a) in scores.into_iter().enumerate().asking(self.n) {
-            matvec::add(-a, self.row(k), &mut gradient);
-        }
+        let gradient = self.sum(&scores).into_iter().map(|g| -g).collect();
         Evaluated { spread, gradient, sorted }
     }
 
-    /// τ of a normal law whose median absolute deviation is that of the residuals.
+    /// τ of a normal law whose quartiles are as far apart as those of the residuals, wherever their
+    /// level is; of the whole range where more than half of them are equal.
     fn inverse_curvature(&self, start: &Evaluated) -> f64 {
-        (std::f64::consts::PI / 3.0).sqrt() * median_abs(&start.sorted) / normal::quantile(0.75)
+        let last = start.sorted.len() - 1;
+        let between = |from: usize, to: usize| 0.5 * (start.sorted[to] - start.sorted[from]);
+        let half = match between(last / 4, last - last / 4) {
+            quartiles if quartiles > 0.0 => quartiles,
+            _ => between(0, last),
+        };
+        (std::f64::consts::PI / 3.0).sqrt() * half / NORMAL_QUARTILE
     }
 
     fn kinks_within(&self, place: &Evaluated, distance: f64) -> usize {

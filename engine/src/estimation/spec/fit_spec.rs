@@ -254,6 +254,8 @@ pub struct Include {
     pub ridge_trace: bool,
     /// The weights of a robust estimate, node by node.
     pub robust_weights: bool,
+    /// The fitted heights, and the heights as filtered.
+    pub fitted: bool,
     /// The nodes that filters took for peaks.
     pub peaks: bool,
     /// The covariance matrix of the coefficients.

@@ -19,8 +19,13 @@
 //!
 //! The handle is installed for the thread. Work that goes to other threads (rayon) takes it along:
 //! [`current`] before, [`carry`] inside.
+//!
+//! The handle that cancels also tells how far the work is ([`Handle::progress`]), where the work
+//! says of how many [`parts`] it consists.
 
 mod loops;
+mod parts;
+mod share;
 
 use std::{
     cell::RefCell,
@@ -33,6 +38,9 @@ use std::{
 };
 
 pub use loops::{Asking, Checked, comparing, every};
+pub use parts::{Parts, computing, parts, reading};
+
+use share::{Done, Share};
 
 /// Says to a computation that its result is not wanted any more. Clones are the same handle.
 #[derive(Clone, Debug, Default)]
@@ -42,6 +50,7 @@ pub struct Handle(Arc<Shared>);
 struct Shared {
     cancelled: AtomicBool,
     deadline: Option<Instant>,
+    done: Done,
     /// How often it may still be asked, for tests that count checkpoints.
     #[cfg(test)]
     left: Option<atomic::AtomicUsize>,
@@ -119,7 +128,7 @@ impl Handle {
         };
         // What the work has borrowed is not looked at after an unwinding: it goes on, or only the
         // marker is left of it.
-        match catch_unwind(AssertUnwindSafe(|| carry(Some(self), inside))) {
+        match catch_unwind(AssertUnwindSafe(|| carry(Some(self), || self.0.done.told_by(inside)))) {
             Ok(result) => Ok(result),
             Err(payload) => match payload.downcast_ref::<Unwinding>() {
                 Some(Unwinding(handle)) if Arc::ptr_eq(&handle.0, &self.0) => Err(Cancelled),
@@ -129,12 +138,15 @@ impl Handle {
     }
 }
 
-/// Puts the outer handle back, also when the stack unwinds.
-struct Restore(Option<Handle>);
+/// Puts the outer handle and its share back, also when the stack unwinds.
+struct Restore {
+    handle: Option<Handle>,
+    _share: Share,
+}
 
 impl Drop for Restore {
     fn drop(&mut self) {
-        CURRENT.replace(self.0.take());
+        CURRENT.replace(self.handle.take());
     }
 }
 
@@ -146,7 +158,7 @@ pub fn current() -> Option<Handle> {
 /// Does `work` under a handle that was [`current`] on another thread, or under none where there was
 /// none: a thread of rayon that waits may do the work of another computation meanwhile.
 pub fn carry<T>(handle: Option<&Handle>, work: impl FnOnce() -> T) -> T {
-    let _restore = Restore(CURRENT.replace(handle.cloned()));
+    let _restore = Restore { handle: CURRENT.replace(handle.cloned()), _share: Share::none() };
     work()
 }
 

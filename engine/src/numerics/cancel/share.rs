@@ -1,0 +1,74 @@
+//! Shares of the work of a handle: what is done of it, and what a thread may divide.
+
+use std::{
+    cell::Cell,
+    sync::atomic::{AtomicBool, AtomicU64, Ordering},
+};
+
+/// The whole work, in the unit of shares.
+pub(super) const WHOLE: u64 = 1 << 52;
+
+/// How much of the work of a handle is done.
+#[derive(Debug)]
+pub(super) struct Done {
+    /// Of the whole.
+    pub(super) done: AtomicU64,
+    /// Of the whole, what nobody has divided yet.
+    undivided: AtomicU64,
+    /// Whether the work ends where computing begins.
+    pub(super) checks_only: AtomicBool,
+    /// Whether computing has begun.
+    pub(super) begun: AtomicBool,
+}
+
+impl Default for Done {
+    fn default() -> Self {
+        Done {
+            done: 0.into(),
+            undivided: WHOLE.into(),
+            checks_only: AtomicBool::default(),
+            begun: AtomicBool::default(),
+        }
+    }
+}
+
+thread_local! {
+    /// What the work of this thread may divide.
+    pub(super) static SHARE: Cell<u64> = const { Cell::new(0) };
+    /// Whether it is part of reading a request.
+    pub(super) static READING: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Puts the share of the outer work back, also when the stack unwinds.
+pub(super) struct Share {
+    pub(super) share: u64,
+    pub(super) reading: bool,
+}
+
+impl Share {
+    /// Nothing to be divided.
+    pub(super) fn none() -> Self {
+        Share { share: SHARE.replace(0), reading: READING.replace(false) }
+    }
+}
+
+impl Drop for Share {
+    fn drop(&mut self) {
+        SHARE.set(self.share);
+        READING.set(self.reading);
+    }
+}
+
+impl Done {
+    /// Does work that may divide what nobody has divided before it.
+    pub(super) fn told_by<T>(&self, work: impl FnOnce() -> T) -> T {
+        SHARE.set(self.undivided.swap(0, Ordering::Relaxed));
+        let result = work();
+        self.undivided.fetch_add(SHARE.take(), Ordering::Relaxed);
+        result
+    }
+
+    pub(super) fn add(&self, share: u64) {
+        self.done.fetch_add(share, Ordering::Relaxed);
+    }
+}
