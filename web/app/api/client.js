@@ -1,0 +1,99 @@
+// The one way to the server. Every request goes through `transport`, which adds the key and makes
+// what fails an error that pages can show.
+//
+//     const { data, etag } = await answer(api.GET("/v1/jobs/{job_id}", { params: { path: { job_id } } }));
+
+import { createClient } from "../../vendor/api.js";
+import { connected, disconnected } from "./connection.js";
+import { currentKey, keyWanted } from "./key.js";
+import { ApiError, OfflineError, unexplained } from "./problem.js";
+
+/** @typedef {import("./schema.d.ts").paths} Paths */
+/** @typedef {import("./schema.d.ts").components["schemas"]} Schemas */
+/**
+ * @template {keyof Schemas} Name
+ * @typedef {Schemas[Name]} Schema
+ */
+
+/** @type {import("../../vendor/api.js").Client<Paths>} */
+export const api = createClient({
+  baseUrl: "",
+  fetch: transport,
+  querySerializer: { array: { style: "form", explode: false } },
+});
+
+/**
+ * Sends a request with the key, and throws where nobody answers. For what `api` cannot do, such as
+ * event streams and files.
+ * @param {Request} request
+ */
+export async function transport(request) {
+  const key = currentKey();
+  if (key) request.headers.set("x-api-key", key);
+  try {
+    const response = await fetch(request);
+    connected();
+    return response;
+  } catch (error) {
+    if (request.signal.aborted) throw error;
+    disconnected();
+    throw new OfflineError("no answer", { cause: error });
+  }
+}
+
+/**
+ * What was answered, and its tag; throws `ApiError` for a refusal. Answers that come later
+ * (`Prefer: respond-async`) are not asked for.
+ * @template Data
+ * @param {Promise<{ data?: Data, error?: unknown, response: Response }>} pending
+ * @returns {Promise<{ data: Exclude<Data, Schema<"Operation">>, etag: string | undefined, response: Response }>}
+ */
+export async function answer(pending) {
+  const { data, error, response } = await pending;
+  if (!response.ok) throw refusal(error, response);
+  return {
+    data: /** @type {Exclude<Data, Schema<"Operation">>} */ (data),
+    etag: response.headers.get("etag") ?? undefined,
+    response,
+  };
+}
+
+/** @param {unknown} body @param {Response} response */
+export function refusal(body, response) {
+  const told = typeof body === "object" && body !== null && "code" in body;
+  const problem = told ? /** @type {Schema<"Problem">} */ (body) : unexplained(response);
+  if (response.status === 401) keyWanted.value = "unauthorized";
+  else if (response.status === 403 && problem.code === "forbidden") keyWanted.value = "forbidden";
+  return new ApiError(problem, response);
+}
+
+/**
+ * Keys for POSTs that store: the same content is sent under the same key, however often it is tried,
+ * until it has been stored.
+ */
+export class Attempt {
+  #content = "";
+  #key = "";
+
+  /** The headers of a request with this content. @param {unknown} content */
+  headers(content) {
+    const text = JSON.stringify(content);
+    if (text !== this.#content || this.#key === "") {
+      this.#content = text;
+      this.#key = newKey();
+    }
+    return { "Idempotency-Key": this.#key };
+  }
+
+  /** It has been stored; the next is another. */
+  done() {
+    this.#key = "";
+  }
+}
+
+/** @returns {string} */
+function newKey() {
+  // not `randomUUID`, which browsers have on secure origins only
+  const bytes = crypto.getRandomValues(new Uint8Array(16));
+  return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
+}

@@ -1,0 +1,131 @@
+// What others do to the job that is shown: its event stream, one for each visible tab. It goes on
+// after the last event seen, waits 1 … 30 s before it is asked for again, and is closed where the
+// tab has been hidden for 30 s, since a browser has six connections for a server. While somebody
+// types, news wait, so that nothing jumps.
+
+import { useEffect, useRef } from "../../vendor/ui.js";
+import { eventReader } from "../lib/event_stream.js";
+import { transport } from "./client.js";
+import { session } from "./key.js";
+
+/** @typedef {import("./client.js").Schema<"JobEvent">} JobEvent */
+/** @typedef {(events: JobEvent[]) => void} Listener is called without events when the stream has begun: something may have been missed */
+
+const LONGEST = 30_000;
+const HIDDEN = 30_000;
+
+/**
+ * Follows a job as long as its page is shown.
+ * @param {string | null} jobId null follows nothing
+ * @param {Listener} listener
+ */
+export function useJobEvents(jobId, listener) {
+  const latest = useRef(listener);
+  latest.current = listener;
+  useEffect(() => {
+    if (jobId === null) return undefined;
+    return follow(jobId, (events) => latest.current(events));
+  }, [jobId, session.value]);
+}
+
+/** @param {string} jobId @param {Listener} tell @returns {() => void} ends it */
+function follow(jobId, tell) {
+  const place = new URL(`/v1/jobs/${encodeURIComponent(jobId)}/events`, location.origin);
+  let last = "latest";
+  let wait = 1000;
+  let ended = false;
+  /** @type {AbortController | undefined} */
+  let open;
+  /** @type {ReturnType<typeof setTimeout> | undefined} */
+  let timer;
+  const { tell: tellQuietly, stop } = whenNobodyTypes(tell);
+
+  const connect = async () => {
+    open = new AbortController();
+    const { signal } = open;
+    try {
+      const headers = { accept: "text/event-stream", "last-event-id": last };
+      const response = await transport(new Request(place, { headers, signal, cache: "no-store" }));
+      if (!response.ok || !response.body) {
+        // who may not, or what is not there any more, is not asked for again
+        if (response.status < 500 && response.status !== 429) return;
+        throw new Error(`events: ${response.status}`);
+      }
+      wait = 1000;
+      tellQuietly([]);
+      await read(response.body);
+    } catch {
+      // a lost connection has been told of by the transport
+    }
+    open = undefined;
+    if (ended || signal.aborted) return;
+    timer = setTimeout(connect, wait);
+    wait = Math.min(2 * wait, LONGEST);
+  };
+
+  /** @param {ReadableStream<Uint8Array>} body */
+  const read = async (body) => {
+    const reader = body.getReader();
+    const decoder = new TextDecoder();
+    const events = eventReader();
+    for (;;) {
+      const { done, value } = await reader.read();
+      if (done) return;
+      const found = events(decoder.decode(value, { stream: true }));
+      if (found.length === 0) continue;
+      last = found.at(-1)?.id || last;
+      tellQuietly(found.map(({ data }) => JSON.parse(data)));
+    }
+  };
+
+  const close = () => {
+    clearTimeout(timer);
+    open?.abort();
+    open = undefined;
+  };
+  const turn = () => {
+    clearTimeout(timer);
+    if (document.visibilityState === "hidden") timer = setTimeout(close, HIDDEN);
+    else if (!open) connect();
+  };
+  document.addEventListener("visibilitychange", turn);
+  turn();
+  return () => {
+    ended = true;
+    document.removeEventListener("visibilitychange", turn);
+    close();
+    stop();
+  };
+}
+
+/** Keeps news while a dialog is open or a field has the focus. @param {Listener} tell */
+function whenNobodyTypes(tell) {
+  /** @type {JobEvent[] | undefined} */
+  let waiting;
+  const flush = () => {
+    if (waiting === undefined || isTyping()) return;
+    const events = waiting;
+    waiting = undefined;
+    tell(events);
+  };
+  // the focus has moved on once the event is over
+  const later = () => setTimeout(flush);
+  document.addEventListener("focusout", later);
+  document.addEventListener("close", later, true);
+  return {
+    /** @param {JobEvent[]} events */
+    tell: (events) => {
+      waiting = [...(waiting ?? []), ...events];
+      flush();
+    },
+    stop: () => {
+      document.removeEventListener("focusout", later);
+      document.removeEventListener("close", later, true);
+    },
+  };
+}
+
+function isTyping() {
+  const field = document.activeElement?.matches("input:not([type=checkbox]), textarea, select") ?? false;
+  return field || document.querySelector("dialog[open]") !== null;
+}

@@ -1,0 +1,50 @@
+// What a request failed with.
+
+/** @typedef {import("./client.js").Schema<"Problem">} Problem */
+
+/** The server refused: `application/problem+json`. */
+export class ApiError extends Error {
+  /** @param {Problem} problem @param {Response} response */
+  constructor(problem, response) {
+    super(problem.detail || problem.title);
+    this.problem = problem;
+    this.status = response.status;
+    this.code = problem.code;
+    this.requestId = problem.request_id ?? response.headers.get("x-request-id") ?? undefined;
+    /** Seconds after which the server wants to be asked again. @type {number | undefined} */
+    this.retryAfter = seconds(response.headers.get("retry-after"));
+  }
+
+  /** What is wrong at places that none of these pointers (or anything below them) names. @param {readonly string[]} known */
+  faultsBeside(known) {
+    const errors = this.problem.errors ?? [];
+    return errors.filter(({ pointer }) => !known.some((one) => pointer === one || pointer.startsWith(`${one}/`)));
+  }
+}
+
+/** There was no answer. */
+export class OfflineError extends Error {}
+
+/**
+ * The faults at a pointer and below it.
+ * @param {unknown} error @param {string} pointer
+ */
+export function faultsAt(error, pointer) {
+  if (!(error instanceof ApiError)) return [];
+  return (error.problem.errors ?? []).filter(
+    (fault) => fault.pointer === pointer || fault.pointer.startsWith(`${pointer}/`),
+  );
+}
+
+/** What a response that is no problem+json says, as a problem. @param {Response} response @returns {Problem} */
+export function unexplained(response) {
+  const title = response.statusText || `HTTP ${response.status}`;
+  return { type: "about:blank", title, status: response.status, code: "unexplained", detail: title };
+}
+
+/** @param {string | null} value */
+function seconds(value) {
+  if (value === null) return undefined;
+  const number = Number(value);
+  return Number.isFinite(number) && number >= 0 ? number : undefined;
+}

@@ -1,0 +1,124 @@
+// A K-chart, as testers print it: the length upright (or flat on narrow screens), the deviation across.
+
+import { fmt } from "../i18n/i18n.js";
+import { highest, isOutside } from "../lib/traces.js";
+import { html, useId } from "../../vendor/ui.js";
+
+/** @typedef {import("../lib/traces.js").Sheet} Sheet */
+/** @typedef {import("../lib/traces.js").Sample} Sample */
+/**
+ * What all charts of a sheet share.
+ * @typedef {object} KScale
+ * @property {readonly [number, number]} length mm
+ * @property {readonly [number, number]} deviation µm
+ * @property {number} perLength pixels for a mm
+ * @property {number} perDeviation pixels for a µm
+ */
+
+/** Millimetres of a pixel, as CSS has them. */
+export const PIXEL = 25.4 / 96;
+const EDGE = { long: 18, across: 30 };
+
+/**
+ * @param {{ sheet: Sheet, scale: KScale, band?: number | undefined, flat?: boolean, dash?: string | undefined, name: string, summary: string }} props
+ *   `band`: its width in µm; `dash`: of right flanks
+ */
+export function KChart({ sheet, scale, band, flat = false, dash, name, summary }) {
+  const id = useId();
+  const long = (scale.length[1] - scale.length[0]) * scale.perLength;
+  const wide = (scale.deviation[1] - scale.deviation[0]) * scale.perDeviation;
+  const along = (/** @type {number} */ at) => (at - scale.length[0]) * scale.perLength;
+  const across = (/** @type {number} */ value) => (value - scale.deviation[0]) * scale.perDeviation;
+  /** @param {number} at @param {number} value */
+  const point = (at, value) =>
+    flat
+      ? `${(EDGE.across + along(at)).toFixed(1)} ${(EDGE.long / 2 + wide - across(value)).toFixed(1)}`
+      : `${(EDGE.across + across(value)).toFixed(1)} ${(EDGE.long / 2 + long - along(at)).toFixed(1)}`;
+  const [width, height] = flat ? [long, wide] : [wide, long];
+  const line = (/** @type {readonly { at: number, value: number }[]} */ points) =>
+    points.length > 1 ? `M${points.map(({ at, value }) => point(at, value)).join("L")}` : "";
+  const top = highest(sheet);
+  const used = sheet.samples.filter(({ inside }) => inside);
+  const edge = (/** @type {number} */ below) =>
+    used.map(({ at, design }) => ({ at, value: design + (top ?? 0) - below }));
+  const { samples } = sheet;
+  const [a, b] = scale.deviation;
+  const ticks = ticksOf(a, b, wide);
+  return html`<svg class="k-chart chart" width=${width + EDGE.across + 8} height=${height + EDGE.long + 18}
+    viewBox=${`0 0 ${width + EDGE.across + 8} ${height + EDGE.long + 18}`} role="img" aria-label=${`${name}. ${summary}`}>
+    <pattern id=${id} width="5" height="5" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><path class="k-hatch" d="M0 0v5" /></pattern>
+    ${ticks.map((value) => html`<path key=${value} class=${value === 0 ? "k-zero" : "k-grid"} d=${line(scale.length.map((at) => ({ at, value })))} />`)}
+    ${ticks.map((value) => {
+      const [x = 0, y = 0] = point(scale.length[0], value).split(" ").map(Number);
+      return flat
+        ? html`<text key=${`t${value}`} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${fmt.value.fixed(value, 0)}</text>`
+        : html`<text key=${`t${value}`} x=${x} y=${y + 16} text-anchor="middle" translate="no">${fmt.value.fixed(value, 0)}</text>`;
+    })}
+    ${lengthTicks(scale.length).map((at) => {
+      const [x = 0, y = 0] = point(at, scale.deviation[0]).split(" ").map(Number);
+      return flat
+        ? html`<text key=${`l${at}`} x=${x} y=${y + 16} text-anchor="middle" translate="no">${fmt.value.fixed(at, 1)}</text>`
+        : html`<text key=${`l${at}`} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${fmt.value.fixed(at, 1)}</text>`;
+    })}
+    ${
+      band !== undefined &&
+      top !== undefined &&
+      used.length > 1 &&
+      html`<path class="k-band" d=${`${line([...edge(0), ...edge(band).reverse()])}z`} />`
+    }
+    ${sheet.range?.map((at) => html`<path key=${at} class="k-range" d=${line(scale.deviation.map((value) => ({ at, value })))} />`)}
+    ${samples.some(({ design }) => design !== 0) && html`<path class="k-design" d=${line(samples.map(({ at, design }) => ({ at, value: design })))} />`}
+    ${runs(samples, () => true).map((run, i) => html`<path key=${`thin${i}`} class="k-trace thin" d=${line(run)} />`)}
+    ${runs(samples, ({ inside }) => inside).map((run, i) => html`<path key=${`run${i}`} class="k-trace" d=${line(run)} stroke-dasharray=${dash} />`)}
+    ${
+      band !== undefined &&
+      top !== undefined &&
+      runs(samples, (sample) => isOutside(sample, top, band)).map((run, i) => {
+        const limit = run.map(({ at, design }) => ({ at, value: design + top - band })).reverse();
+        const first = run[0];
+        return html`<g key=${`out${i}`} class="k-outside">
+          ${run.length > 1 && html`<path class="k-outside-area" d=${`${line([...run, ...limit])}z`} fill=${`url(#${id})`} />`}
+          ${
+            run.length > 1
+              ? html`<path class="k-outside-line" d=${line(run)} />`
+              : first &&
+                html`<path class="k-outside-line" d=${`M${point(first.at, first.value)}L${point(first.at, first.design + top - band)}`} />`
+          }
+        </g>`;
+      })
+    }
+    ${sheet.mean.length > 1 && html`<path class="k-mean" d=${line(sheet.mean)} />`}
+  </svg>`;
+}
+
+/** Stretches of samples that are there and of which something holds. @param {readonly Sample[]} samples @param {(sample: Sample) => boolean} holds */
+function runs(samples, holds) {
+  /** @type {{ at: number, value: number, design: number }[][]} */
+  const found = [];
+  let open = false;
+  for (const sample of samples) {
+    if (sample.value === null || !holds(sample)) {
+      open = false;
+      continue;
+    }
+    const kept = { at: sample.at, value: sample.value, design: sample.design };
+    if (open) found.at(-1)?.push(kept);
+    else found.push([kept]);
+    open = true;
+  }
+  return found;
+}
+
+/** Whole µm, at least 24 pixels apart. @param {number} low @param {number} high @param {number} wide */
+function ticksOf(low, high, wide) {
+  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= 24) ?? 1000;
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
+}
+
+/** @param {readonly [number, number]} length */
+function lengthTicks([low, high]) {
+  const step = [0.5, 1, 2, 5, 10, 20, 50, 100].find((one) => (high - low) / one <= 6) ?? 200;
+  const first = Math.ceil(low / step - 1e-9);
+  return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
+}

@@ -1,0 +1,222 @@
+// What a correction is asked for with. What was typed stays, whatever becomes of the request.
+
+import { Attempt, answer, api } from "../api/client.js";
+import { ApiError, faultsAt } from "../api/problem.js";
+import { t } from "../i18n/correction.js";
+import { fmt } from "../i18n/i18n.js";
+import { draftOf, emptyDraft, escaped, limitOf, requestOf, settingsOf } from "../lib/correction.js";
+import { useDraft } from "../lib/draft.js";
+import { h, html, useRef, useState } from "../../vendor/ui.js";
+import { settingName } from "./correction_result.js";
+import { Checkbox, SelectField, TextField } from "./form.js";
+import { Failure } from "./states.js";
+import { notify } from "./toast.js";
+
+/** @typedef {import("../lib/correction.js").Draft} Draft */
+/** @typedef {import("../lib/correction.js").LimitDraft} LimitDraft */
+/** @typedef {import("../api/client.js").Schema<"CorrectionRequest">} CorrectionRequest */
+
+/** Pointers whose faults stand at their fields. */
+const AT_FIELDS = ["/sensitivity", "/noise_sigma_um", "/response_uncertainty", "/absolute", "/target_um"];
+
+/**
+ * @param {{ jobId: string, number: number, nodeCount: number, hasGear: boolean, last: CorrectionRequest | undefined, onDone: () => void }} props
+ *   `last`: the request to begin from
+ */
+export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone }) {
+  const [draft, setDraft] = useDraft(`correction ${jobId} ${number}`, () =>
+    last ? draftOf(last, fmt.value.input) : emptyDraft(hasGear),
+  );
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const [busy, setBusy] = useState(false);
+  const [shown, setShown] = useState(/** @type {Record<string, "number" | "row">} */ ({}));
+  const attempt = useRef(new Attempt());
+  const change = (/** @type {Partial<Draft>} */ part) => setDraft({ ...draft, ...part });
+  const fault = (/** @type {string} */ pointer) =>
+    shown[pointer] === undefined ? undefined : shown[pointer] === "row" ? t.notRow : t.notNumber;
+
+  const send = async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (busy) return;
+    const { request, faults } = requestOf(draft);
+    setShown(faults);
+    setError(undefined);
+    if (Object.keys(faults).length > 0) {
+      notify(t.lookAgain, "failed");
+      return;
+    }
+    setBusy(true);
+    try {
+      const params = { path: { job_id: jobId, number }, header: attempt.current.headers(request) };
+      await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction", { params, body: request }));
+      attempt.current.done();
+      notify(t.done);
+      onDone();
+    } catch (failed) {
+      setError(failed);
+    } finally {
+      setBusy(false);
+    }
+  };
+  const common = { error };
+  const settings = settingsOf(draft);
+  const known = [...AT_FIELDS, ...settings.map(({ name }) => `/limits/${escaped(name)}`)];
+  const beside = error instanceof ApiError && error.problem.errors?.length && error.faultsBeside(known).length === 0;
+  return html`<form onSubmit=${send} novalidate>
+    <div class="fields">
+      ${h(SelectField, {
+        ...common,
+        label: t.by,
+        hint: draft.by !== "matrix" && !hasGear ? t.needsGear : t.byHint,
+        required: true,
+        value: draft.by,
+        pointer: "/sensitivity/machine",
+        onChange: (by) => change({ by: /** @type {Draft["by"]} */ (by) }),
+        options: ["form_grinding", "generating_grinding", "matrix"].map((value) => ({
+          value,
+          label: t[/** @type {"matrix"} */ (value)],
+        })),
+      })}
+      ${
+        draft.by !== "matrix" &&
+        h(SelectField, {
+          ...common,
+          label: t.flank,
+          required: true,
+          value: draft.flank,
+          pointer: "/sensitivity/flank",
+          onChange: (flank) => change({ flank: /** @type {Draft["flank"]} */ (flank) }),
+          options: [
+            { value: "", label: t.ofIteration },
+            { value: "left", label: t.left },
+            { value: "right", label: t.right },
+          ],
+        })
+      }
+      ${
+        draft.by !== "matrix" &&
+        h(SelectField, {
+          ...common,
+          label: t.axis,
+          required: true,
+          value: draft.axis,
+          pointer: "/sensitivity/profile_axis",
+          onChange: (axis) => change({ axis: /** @type {Draft["axis"]} */ (axis) }),
+          options: [
+            { value: "", label: t.ofIteration },
+            ...["roll_length", "roll_angle", "diameter"].map((value) => ({
+              value,
+              label: t[/** @type {"diameter"} */ (value)],
+            })),
+          ],
+        })
+      }
+      ${h(TextField, {
+        ...common,
+        label: t.noise,
+        hint: t.noiseHint,
+        unit: "µm",
+        numeric: true,
+        value: draft.noise,
+        pointer: "/noise_sigma_um",
+        fault: fault("/noise_sigma_um"),
+        onInput: (noise) => change({ noise }),
+      })}
+      ${h(TextField, {
+        ...common,
+        label: t.response,
+        hint: t.responseHint,
+        numeric: true,
+        value: draft.response,
+        pointer: "/response_uncertainty",
+        fault: fault("/response_uncertainty"),
+        onInput: (response) => change({ response }),
+      })}
+      ${h(SelectField, {
+        ...common,
+        label: t.absolute,
+        required: true,
+        value: draft.absolute,
+        pointer: "/absolute",
+        onChange: (absolute) => change({ absolute: /** @type {Draft["absolute"]} */ (absolute) }),
+        options: [
+          { value: "", label: t.byDefault },
+          { value: "true", label: t.yes },
+          { value: "false", label: t.no },
+        ],
+      })}
+    </div>
+    ${
+      draft.by === "matrix" &&
+      h(TextField, {
+        ...common,
+        label: t.matrixField,
+        hint: t.matrixHint(nodeCount),
+        required: true,
+        lines: 8,
+        value: draft.matrix,
+        pointer: "/sensitivity",
+        fault: fault("/sensitivity/matrix"),
+        onInput: (matrix) => change({ matrix }),
+      })
+    }
+    <fieldset>
+      <legend>${t.limits}</legend>
+      <p class="quiet">${settings.length > 0 ? t.limitsAbout : t.noSettings}</p>
+      ${settings.map(({ name, unit }) =>
+        h(Limits, {
+          key: name,
+          name,
+          unit,
+          limit: limitOf(draft, name),
+          error,
+          fault,
+          onChange: (limit) => change({ limits: { ...draft.limits, [name]: limit } }),
+        }),
+      )}
+    </fieldset>
+    ${h(TextField, {
+      ...common,
+      label: t.target,
+      hint: t.targetHint(nodeCount),
+      unit: "µm",
+      lines: 2,
+      value: draft.target,
+      pointer: "/target_um",
+      fault: fault("/target_um"),
+      onInput: (target) => change({ target }),
+    })}
+    ${error !== undefined && !beside && h(Failure, { error, except: known })}
+    <div class="actions">
+      <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${busy ? t.computing : t.compute}</button>
+    </div>
+  </form>`;
+}
+
+/**
+ * @param {{ name: string, unit: string | undefined, limit: LimitDraft, error: unknown,
+ *   fault: (pointer: string) => string | undefined, onChange: (limit: LimitDraft) => void }} props
+ */
+function Limits({ name, unit, limit, error, fault, onChange }) {
+  const at = `/limits/${escaped(name)}`;
+  const own = faultsAt(error, at).filter(({ pointer }) => pointer === at || pointer === `${at}/fixed`);
+  /** @param {"min" | "max" | "increment"} key @param {string} label */
+  const field = (key, label) =>
+    h(TextField, {
+      label,
+      required: true,
+      numeric: true,
+      ...(unit ? { unit } : {}),
+      value: limit[key],
+      error,
+      pointer: `${at}/${key}`,
+      fault: fault(`${at}/${key}`),
+      onInput: (value) => onChange({ ...limit, [key]: value }),
+    });
+  return html`<div class="limits" role="group" aria-label=${settingName(name)}>
+    <p class="limits-name"><b translate=${settingName(name) === name ? "no" : undefined}>${settingName(name)}</b></p>
+    ${h(Checkbox, { label: t.fix, checked: limit.fixed, onChange: (fixed) => onChange({ ...limit, fixed }) })}
+    ${!limit.fixed && field("min", t.min)}${!limit.fixed && field("max", t.max)}${!limit.fixed && field("increment", t.step)}
+    ${own.length > 0 && html`<p class="fault">${own.map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`)}</p>`}
+  </div>`;
+}

@@ -1,0 +1,74 @@
+// Deviations before a correction, as predicted and as measured after it: three maps on one scale.
+
+import { mapAxes } from "../flank/axes.js";
+import { HeatMap } from "../flank/heat_map.js";
+import { surfaceOf } from "../flank/layers.js";
+import { Legend } from "../flank/legend.js";
+import { countsOf, extremesOf, withHeights } from "../flank/surface.js";
+import { t } from "../i18n/correction.js";
+import { t as flank } from "../i18n/flank.js";
+import { fmt } from "../i18n/i18n.js";
+import { symmetricLimit } from "../lib/colour.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
+/** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
+/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
+
+/** @param {{ nodes: Nodes, axes: Axes | null | undefined, kept: KeptCorrection }} props */
+export function CorrectionMaps({ nodes, axes, kept }) {
+  const measured = surfaceOf(nodes);
+  if (!measured) return html`<p class="quiet">${t.noMaps}</p>`;
+  // corrections count in µm, + = material out
+  const factor = (axes?.z?.unit === "mm" ? 1000 : 1) * (axes?.z?.positive === "material_in" ? -1 : 1);
+  const before =
+    factor === 1
+      ? measured
+      : withHeights(
+          measured,
+          measured.z.map((z) => factor * z),
+        );
+  const at = (/** @type {readonly (number | null)[] | null | undefined} */ values) =>
+    values
+      ? withHeights(
+          before,
+          Float64Array.from(values, (value) => value ?? Number.NaN),
+        )
+      : undefined;
+  const maps = [
+    { title: t.before, surface: before },
+    { title: t.predicted, surface: at(kept.answer?.predicted_um ?? kept.result.predicted.deviation_um) },
+    { title: t.measured, surface: at(kept.answer?.measured_um) },
+  ].flatMap(({ title, surface }) => (surface ? [{ title, surface }] : []));
+  const { limit, clipped } = symmetricLimit(maps.flatMap(({ surface }) => [...surface.z]));
+  const { missing } = countsOf(before);
+  return html`<div class="maps">
+      ${maps.map(
+        ({ title, surface }) => html`<figure key=${title}>
+          <figcaption>
+            <h3>${title}</h3>
+            <p class="quiet">${summaryOf(surface)}</p>
+          </figcaption>
+          ${h(HeatMap, {
+            name: title,
+            summary: summaryOf(surface),
+            surface,
+            limit,
+            unit: "µm",
+            axes: mapAxes(axes),
+            small: true,
+            height: 190,
+          })}
+          <p class="map-ends hint" aria-hidden="true"><span>${flank.toe}</span><span>${flank.heel}</span></p>
+        </figure>`,
+      )}
+    </div>
+    ${h(Legend, { limit, unit: "µm", clipped, missing })}`;
+}
+
+/** @param {FlankSurface} surface */
+function summaryOf(surface) {
+  const ends = extremesOf(surface);
+  return t.mapSummary(fmt.value.um(ends?.least.z), fmt.value.um(ends?.greatest.z));
+}

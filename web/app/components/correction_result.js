@@ -1,0 +1,268 @@
+// A correction: what to change at the machine, what it should bring, and what came of it.
+
+import { t } from "../i18n/correction.js";
+import { fmt } from "../i18n/i18n.js";
+import { unitSign } from "../lib/units.js";
+import { ABSENT } from "../lib/format.js";
+import { h, html } from "../../vendor/ui.js";
+import { Badge, Facts, WithError } from "./figure.js";
+import { GearSymbol } from "./symbol.js";
+import { table } from "./table.js";
+
+/** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
+/** @typedef {import("../api/client.js").Schema<"SettingChange">} SettingChange */
+/** @typedef {import("../api/client.js").Schema<"MachineAnswer">} MachineAnswer */
+/** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+
+const NAMES = new Set([
+  "profile_angle",
+  "helix_angle",
+  "profile_crowning",
+  "helix_crowning",
+  "twist",
+  "tooth_thickness",
+  "infeed",
+  "tool_axis_offset",
+]);
+
+/** A setting in words; those of a matrix have the caller's. @param {string} name @returns {string} */
+export function settingName(name) {
+  return NAMES.has(name) ? t[/** @type {"twist"} */ (name)] : name;
+}
+
+/** @param {string} name */
+const settingCell = (name) =>
+  NAMES.has(name)
+    ? html`${settingName(name)} <code class="quiet" translate="no">${name}</code>`
+    : html`<span translate="no">${name}</span>`;
+
+/** @param {string | null | undefined} unit */
+const sign = (unit) => (unit === "arcmin" ? "′" : (unitSign(unit) ?? ""));
+
+/** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
+function entered({ change, rounded, limited, fixed, undetermined, std_error }) {
+  const { value } = fmt;
+  if (fixed || (undetermined && change === 0)) return ABSENT;
+  const signed = (/** @type {string} */ text) => (change > 0 ? `+${text}` : text);
+  if (rounded || limited) return signed(value.input(Number(change.toPrecision(12))).replace("-", "−"));
+  return signed(value.withError(change, std_error).split(" ± ")[0] ?? "");
+}
+
+/** @param {SettingChange} setting @returns {Children} */
+function notesOf({ unit, limited, fixed, undetermined, rounded, unrounded, unlimited, std_error }) {
+  const { value } = fmt;
+  const told = (/** @type {number} */ number) => value.withError(number, std_error, sign(unit));
+  return html`<span class="notes">
+    ${limited && h(Badge, { kind: "warn", children: t.atLimit })}
+    ${fixed && h(Badge, { kind: "plain", children: t.fixed })}
+    ${undetermined && h(Badge, { kind: "plain", children: t.undetermined })}
+    ${rounded && unrounded !== undefined && unrounded !== null && html`<span>${t.rounded(told(unrounded))}</span>`}
+    ${unlimited !== undefined && unlimited !== null && limited && html`<span>${t.unlimited(told(unlimited))}</span>`}
+  </span>`;
+}
+
+/** @param {{ settings: readonly SettingChange[], csvName: string, tools: Children }} props */
+export function Changes({ settings, csvName, tools }) {
+  const { value } = fmt;
+  return table({
+    caption: t.changes,
+    hideCaption: true,
+    csvName,
+    tools,
+    stacked: true,
+    rows: settings,
+    rowKey: ({ name }) => name,
+    rowClass: ({ fixed, undetermined }) => (fixed || undetermined ? "idle" : ""),
+    columns: [
+      {
+        key: "name",
+        header: t.setting,
+        rowHeader: true,
+        cell: ({ name }) => settingCell(name),
+        csv: ({ name }) => name,
+      },
+      {
+        key: "change",
+        header: t.change,
+        numeric: true,
+        cell: (row) => {
+          const text = entered(row);
+          return html`<b class="change" translate="no">${text}${text === ABSENT ? "" : `\u202f${sign(row.unit)}`}</b>`;
+        },
+        csv: ({ change }) => change,
+      },
+      {
+        key: "error",
+        header: t.error,
+        numeric: true,
+        cell: ({ std_error, unit }) =>
+          data(std_error ? `± ${value.significant(std_error, 2)}\u202f${sign(unit)}` : ABSENT),
+        csv: ({ std_error }) => std_error,
+      },
+      {
+        key: "bound",
+        header: t.bound,
+        numeric: true,
+        cell: ({ bias_bound, unit }) =>
+          data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}\u202f${sign(unit)}` : ABSENT),
+        csv: ({ bias_bound }) => bias_bound,
+      },
+      { key: "notes", header: t.notes, cell: notesOf, csv: ({ limited }) => (limited ? t.atLimit : "") },
+    ],
+  });
+}
+
+/** What cannot be told apart. @param {{ result: KeptCorrection["result"] }} props */
+export function Apart({ result }) {
+  if (result.indistinguishable.length === 0) return html`<p>${t.allApart}</p>`;
+  return html`<ul class="sentences">
+    ${result.indistinguishable.map(({ names, condition_index }) => {
+      const all = names.map(settingName);
+      const said = [all.slice(0, -1).join(", "), all.at(-1)].filter(Boolean).join(` ${t.and} `);
+      const index = condition_index ? fmt.value.condition(condition_index) : undefined;
+      return html`<li key=${said} class="note warn">${t.apartSentence(said, index)}</li>`;
+    })}
+  </ul>`;
+}
+
+const FIGURES = /** @type {const} */ ([
+  ["profile_slope", "f_Hα", "profile_slope"],
+  ["helix_slope", "f_Hβ", "helix_slope"],
+  ["profile_crowning", "C_α", "profile_crowning_figure"],
+  ["helix_crowning", "C_β", "helix_crowning_figure"],
+  ["twist", "S", "twist_figure"],
+]);
+
+/** @typedef {{ key: string, name: string, symbol?: string, before?: EstimatedFigure, predicted?: number, measured?: EstimatedFigure, change?: EstimatedFigure, beyond?: EstimatedFigure }} FigureRow */
+
+/** @param {KeptCorrection} kept @returns {FigureRow[]} */
+function figureRows({ result, answer }) {
+  const { before, after } = result.predicted.figures ?? {};
+  const plain = (/** @type {number | null | undefined} */ value) =>
+    typeof value === "number" ? { value_um: value } : undefined;
+  const figures = FIGURES.map(([key, symbol, word]) => {
+    const changes = answer?.figure_changes?.[key];
+    const own = /** @type {const} */ (`${key}_um`);
+    return given({
+      key,
+      symbol,
+      name: t[word],
+      before: changes?.before ?? plain(before?.[own]),
+      predicted: changes?.predicted_um ?? after?.[own] ?? undefined,
+      measured: changes?.measured ?? plain(answer?.figures?.[own]),
+      change: changes?.change,
+      beyond: changes?.beyond_predicted,
+    });
+  }).filter(({ before: had, predicted }) => had !== undefined || predicted !== undefined);
+  const { predicted } = result;
+  return [
+    ...figures,
+    given({
+      key: "rms",
+      name: t.rms,
+      before: plain(answer?.rms_before_um ?? predicted.rms_before_um),
+      predicted: answer?.rms_predicted_um ?? predicted.rms_um,
+      measured: plain(answer?.rms_measured_um),
+    }),
+    given({ key: "max", name: t.greatest, before: plain(predicted.max_before_um), predicted: predicted.max_um }),
+  ];
+}
+
+/** Without what is undefined. @param {{ [Key in keyof FigureRow]: FigureRow[Key] | undefined }} row */
+function given(row) {
+  return /** @type {FigureRow} */ (Object.fromEntries(Object.entries(row).filter(([, value]) => value !== undefined)));
+}
+
+/** @param {{ kept: KeptCorrection, csvName: string }} props */
+export function Figures({ kept, csvName }) {
+  const { value } = fmt;
+  const um = "µm";
+  const estimated = (/** @type {EstimatedFigure | undefined} */ figure) =>
+    figure?.std_error_um
+      ? h(WithError, { value: figure.value_um, error: figure.std_error_um })
+      : data(value.um(figure?.value_um));
+  /** @param {"before" | "measured" | "change" | "beyond"} key @param {string} header @returns {import("./table.js").Column<FigureRow>} */
+  const column = (key, header) => ({
+    key,
+    header,
+    unit: um,
+    numeric: true,
+    cell: (row) => estimated(row[key]),
+    csv: (row) => row[key]?.value_um,
+  });
+  /** @type {import("./table.js").Column<FigureRow>[]} */
+  const columns = [
+    {
+      key: "figure",
+      header: t.figure,
+      rowHeader: true,
+      cell: ({ name, symbol }) => html`${symbol && html`${h(GearSymbol, { name: symbol })} `}${name}`,
+      csv: ({ name, symbol }) => (symbol ? `${symbol} ${name}` : name),
+    },
+    column("before", t.before),
+    {
+      key: "predicted",
+      header: t.predicted,
+      unit: um,
+      numeric: true,
+      cell: ({ predicted }) => data(value.um(predicted)),
+      csv: ({ predicted }) => predicted,
+    },
+  ];
+  if (kept.answer) {
+    columns.push(column("measured", t.measured), column("change", t.changed), column("beyond", t.beyond), {
+      key: "interval",
+      header: t.beyondInterval,
+      unit: um,
+      numeric: true,
+      cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
+      csv: ({ beyond }) => beyond?.interval_um?.join(" … "),
+    });
+  }
+  const rows = figureRows(kept);
+  return table({
+    caption: kept.answer ? t.figures : t.figuresBefore,
+    hideCaption: true,
+    columns,
+    rows,
+    rowKey: ({ key }) => key,
+    csvName,
+    stacked: true,
+  });
+}
+
+/** How the machine answered. @param {{ answer: MachineAnswer }} props */
+export function Answer({ answer }) {
+  const { value } = fmt;
+  const kind = { as_predicted: "good", weaker: "warn", stronger: "warn", different: "bad", undecided: "plain" };
+  const { verdict, response_ratio: ratio, response_ratio_std_error: error } = answer;
+  const um = "\u202fµm";
+  return html`<p class="verdict">
+      ${h(Badge, { kind: /** @type {"good"} */ (kind[verdict]), children: t[verdict] })} ${t[`sentence_${verdict}`]}
+    </p>
+    ${h(Facts, {
+      items: [
+        {
+          name: t.ratio,
+          value: typeof ratio === "number" ? h(WithError, { value: ratio, error }) : t.ratioUnknown,
+          note: t.ratioNote,
+        },
+        { name: `${t.ratio}, ${t.interval95}`, value: data(value.interval(answer.response_ratio_interval, error)) },
+        {
+          name: t.difference,
+          value: data(value.fixed(answer.rms_difference_um, 2) + um),
+          note: t.expected(value.fixed(answer.rms_expected_difference_um, 2) + um),
+        },
+        {
+          name: t.chiSquared,
+          value: data(value.three(answer.chi_squared)),
+          note: t.chiLimit(value.three(answer.chi_squared_limit)),
+        },
+        { name: t.compared, value: data(value.count(answer.nodes)) },
+      ],
+    })}`;
+}
+
+/** @param {string} text */
+const data = (text) => html`<span translate="no">${text}</span>`;

@@ -1,0 +1,111 @@
+// What is done with the gear: accepted, machined again or rejected, with the reason.
+
+import { answer, api } from "../api/client.js";
+import { ApiError } from "../api/problem.js";
+import { t as common } from "../i18n/common.js";
+import { texts } from "../i18n/i18n.js";
+import de from "../i18n/de/decision.js";
+import en from "../i18n/en/decision.js";
+import { Fragment, h, html, useState } from "../../vendor/ui.js";
+import { Dialog } from "./dialog.js";
+import { Badge } from "./figure.js";
+import { TextField } from "./form.js";
+import { Failure } from "./states.js";
+import { announce, notify } from "./toast.js";
+
+const t = texts({ en, de });
+
+/** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
+/** @typedef {import("../api/client.js").Schema<"DecisionName">} DecisionName */
+
+const KINDS = /** @type {const} */ ({ accept: "good", remachine: "warn", reject: "bad" });
+const ORDER = /** @type {const} */ (["accept", "remachine", "reject"]);
+
+/** A decision by its word, its sign and its colour. @param {{ decision: DecisionName }} props */
+export function DecisionBadge({ decision }) {
+  return h(Badge, { kind: KINDS[decision], children: common[decision] });
+}
+
+/**
+ * The decision that stands, and the three that can be made.
+ * @param {{ iteration: Iteration, etag: string | undefined, reason?: string | null | undefined,
+ *   put: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
+ *   `reason`: of the decision that stands
+ */
+export function Decision({ iteration, etag, reason, put, reload }) {
+  const [asked, setAsked] = useState(/** @type {DecisionName | null} */ (null));
+  return html`<section class="panel" aria-labelledby="decision">
+    <h2 id="decision">${t.decision}</h2>
+    <p>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : html`<span class="quiet">${t.none}</span>`}
+      ${reason && html` <span translate="no">${reason}</span>`}</p>
+    <div class="actions">
+      ${ORDER.map(
+        (
+          one,
+        ) => html`<button key=${one} type="button" class=${`button${one === "reject" ? " danger" : ""}`} onClick=${() => setAsked(one)}>
+          ${t[one]}
+        </button>`,
+      )}
+    </div>
+    ${asked && h(Ask, { key: asked, asked, iteration, etag, put, reload, onClose: () => setAsked(null) })}
+  </section>`;
+}
+
+/**
+ * @param {{ asked: DecisionName, iteration: Iteration, etag: string | undefined,
+ *   put: (iteration: Iteration, etag: string | undefined) => void, reload: () => void, onClose: () => void }} props
+ */
+function Ask({ asked, iteration, etag, put, reload, onClose }) {
+  const [reason, setReason] = useState("");
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const [sending, setSending] = useState(false);
+  const overtaken = error instanceof ApiError && error.status === 412;
+  const send = async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    setSending(true);
+    try {
+      const body = { decision: asked, ...(reason.trim() ? { reason: reason.trim() } : {}) };
+      const path = { job_id: iteration.job_id, number: iteration.number };
+      const header = etag ? { "If-Match": etag } : {};
+      const done = await answer(api.PATCH("/v1/jobs/{job_id}/iterations/{number}", { params: { path, header }, body }));
+      put(done.data, done.etag);
+      notify(t.done(common[asked]));
+      onClose();
+    } catch (fault) {
+      setError(fault);
+      setSending(false);
+      if (fault instanceof ApiError && fault.status === 412) {
+        announce(common.changedMeanwhile);
+        reload();
+      }
+    }
+  };
+  return h(Dialog, {
+    title: titleOf(asked, iteration.number),
+    onClose,
+    children: html`<form onSubmit=${send}>
+      ${
+        overtaken
+          ? html`<div class="failure" role="alert"><h3>${common.changedMeanwhile}</h3>
+              <dl class="facts"><div><dt>${t.there}</dt><dd>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : t.none}</dd></div>
+              <div><dt>${t.yours}</dt><dd>${h(DecisionBadge, { decision: asked })} <span translate="no">${reason}</span></dd></div></dl></div>`
+          : error !== undefined && h(Failure, { error, except: ["/reason"] })
+      }
+      ${h(TextField, { label: t.reason, hint: t.reasonHint, value: reason, onInput: setReason, lines: 3, maxLength: 4000, error, pointer: "/reason" })}
+      ${h(
+        Fragment,
+        null,
+        html`<div class="actions">
+          <button type="submit" class=${`button ${asked === "reject" ? "danger" : "primary"}`} disabled=${sending}>${overtaken ? t.anyway(t[asked]) : t[asked]}</button>
+          <button type="button" class="button" onClick=${onClose}>${common.cancel}</button>
+        </div>`,
+      )}
+    </form>`,
+  });
+}
+
+/** @param {DecisionName} asked @param {number} number */
+function titleOf(asked, number) {
+  if (asked === "accept") return t.sureAccept(number);
+  return asked === "remachine" ? t.sureRemachine(number) : t.sureReject(number);
+}

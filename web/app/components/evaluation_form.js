@@ -1,0 +1,126 @@
+// The same traces with other ranges, sign or class: another evaluation, kept beside the first.
+
+import { Attempt, answer, api } from "../api/client.js";
+import { ApiError } from "../api/problem.js";
+import { t } from "../i18n/evaluation.js";
+import { fmt } from "../i18n/i18n.js";
+import { useDraft } from "../lib/draft.js";
+import { parseNumber } from "../lib/format.js";
+import { h, html, useRef, useState } from "../../vendor/ui.js";
+import { SelectField, TextField } from "./form.js";
+import { Failure } from "./states.js";
+import { notify } from "./toast.js";
+
+/** @typedef {import("../api/client.js").Schema<"EvaluateGear">} EvaluateGear */
+/** @typedef {import("../api/client.js").Schema<"EvaluationSettings">} EvaluationSettings */
+
+export const CLASSES = Array.from({ length: 11 }, (_, i) => String(i + 1));
+const FIELDS = [
+  "/evaluation/profile_diameter_range_mm",
+  "/evaluation/helix_range_mm",
+  "/evaluation/sign",
+  "/evaluation/tolerance_limits",
+];
+
+/** @param {{ jobId: string, number: number, record: string, request: EvaluateGear, settings: EvaluationSettings, onDone: (id: string) => void }} props */
+export function EvaluationForm({ jobId, number, record, request, settings, onDone }) {
+  const write = fmt.value.input;
+  const [draft, setDraft] = useDraft(`evaluation ${jobId} ${number} ${record}`, () => ({
+    profile: [0, 1].map((i) => write(settings.profile_diameter_range_mm?.[i])),
+    helix: [0, 1].map((i) => write(settings.helix_range_mm?.[i])),
+    sign: String(settings.sign ?? "din"),
+    class: String(settings.tolerance_limits?.class ?? ""),
+  }));
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const [busy, setBusy] = useState(false);
+  const attempt = useRef(new Attempt());
+  const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
+    request.traces.some((trace) => trace.kind === kind),
+  );
+  const wrong = (/** @type {string | undefined} */ text) =>
+    Number.isNaN(parseNumber(text ?? "")) ? t.notNumber : undefined;
+  const send = async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (busy || [...draft.profile, ...draft.helix].some(wrong)) return;
+    const range = (/** @type {readonly string[]} */ texts) => {
+      const values = texts.map(parseNumber).filter((value) => value !== undefined);
+      return values.length > 0 ? values : undefined;
+    };
+    const [profile, helix] = [range(draft.profile), range(draft.helix)];
+    const { tolerance_limits: _, profile_diameter_range_mm: __, helix_range_mm: ___, ...own } = request.evaluation;
+    const body = {
+      ...request,
+      evaluation: {
+        ...own,
+        ...(profile ? { profile_diameter_range_mm: profile } : {}),
+        ...(helix ? { helix_range_mm: helix } : {}),
+        sign: /** @type {"din"} */ (draft.sign),
+        // what was posted keeps its sign, whatever slopes are answered in
+        deviation_sign: settings.deviation_sign ?? "din",
+        ...(draft.class
+          ? { tolerance_limits: { ...request.evaluation.tolerance_limits, class: Number(draft.class) } }
+          : {}),
+      },
+    };
+    setBusy(true);
+    setError(undefined);
+    try {
+      const params = { path: { job_id: jobId, number }, header: attempt.current.headers(body) };
+      const { data } = await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/evaluations", { params, body }));
+      attempt.current.done();
+      notify(t.done);
+      onDone(data.id);
+    } catch (failed) {
+      setError(failed);
+    } finally {
+      setBusy(false);
+    }
+  };
+  /** @param {"profile" | "helix"} kind @param {number} i */
+  const field = (kind, i) => {
+    const label = kind === "profile" ? (i === 0 ? t.profileFrom : t.profileTo) : i === 0 ? t.helixFrom : t.helixTo;
+    return h(TextField, {
+      key: label,
+      label,
+      required: true,
+      numeric: true,
+      unit: "mm",
+      value: draft[kind][i] ?? "",
+      error,
+      pointer: kind === "profile" ? "/evaluation/profile_diameter_range_mm" : "/evaluation/helix_range_mm",
+      fault: wrong(draft[kind][i]),
+      onInput: (text) => setDraft({ ...draft, [kind]: draft[kind].map((old, k) => (k === i ? text : old)) }),
+    });
+  };
+  const shown = error instanceof ApiError && error.problem.errors?.length && error.faultsBeside(FIELDS).length === 0;
+  return html`<form onSubmit=${send} novalidate>
+    <div class="fields">
+      ${kinds.flatMap((kind) => [field(kind, 0), field(kind, 1)])}
+      ${h(SelectField, {
+        label: t.signOf,
+        required: true,
+        value: draft.sign,
+        error,
+        pointer: "/evaluation/sign",
+        onChange: (sign) => setDraft({ ...draft, sign }),
+        options: ["din", "vdi", "as_given"].map((value) => ({ value, label: t[/** @type {"din"} */ (value)] })),
+      })}
+      ${h(SelectField, {
+        label: t.limitsClass,
+        required: true,
+        value: draft.class,
+        error,
+        pointer: "/evaluation/tolerance_limits",
+        onChange: (of) => setDraft({ ...draft, class: of }),
+        options: [
+          { value: "", label: t.noClass },
+          ...CLASSES.map((value) => ({ value, label: html`<span translate="no">${value}</span>` })),
+        ],
+      })}
+    </div>
+    ${error !== undefined && !shown && h(Failure, { error, except: FIELDS })}
+    <div class="actions">
+      <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${busy ? t.evaluating : t.evaluate}</button>
+    </div>
+  </form>`;
+}

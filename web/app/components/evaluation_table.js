@@ -1,0 +1,179 @@
+// The figures of traces: each tooth, means, tolerances.
+
+import { t } from "../i18n/evaluation.js";
+import { fmt } from "../i18n/i18n.js";
+import { ABSENT } from "../lib/format.js";
+import { h, html } from "../../vendor/ui.js";
+import { Badge, WithError } from "./figure.js";
+import { table } from "./table.js";
+
+/** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
+/** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
+/** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
+/** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
+/**
+ * @typedef {object} Row
+ * @property {string} key
+ * @property {string} name
+ * @property {string} flank
+ * @property {EvaluatedTrace} [trace]
+ * @property {Partial<Record<"slope" | "form" | "total" | "crowning", number | null | undefined>>} values
+ */
+
+/** The figures' symbols. @param {"profile" | "helix"} kind */
+export const symbolsOf = (kind) =>
+  kind === "profile"
+    ? { slope: "f_Hα", form: "f_fα", total: "F_α", crowning: "C_α" }
+    : { slope: "f_Hβ", form: "f_fβ", total: "F_β", crowning: "C_β" };
+
+/** @param {"left" | "right"} flank */
+const flankName = (flank) => (flank === "left" ? t.leftShort : t.rightShort);
+
+/** @param {{ kind: "profile" | "helix", evaluation: GearEvaluation, tolerances: GearTolerances | undefined, csvName: string }} props */
+export function EvaluationTable({ kind, evaluation, tolerances, csvName }) {
+  const symbols = symbolsOf(kind);
+  const { value } = fmt;
+  const settings = evaluation.evaluation;
+  const rows = rowsOf(kind, evaluation, tolerances);
+  const um = "µm";
+  /** @param {"form" | "total"} key @returns {import("./table.js").Column<Row>} */
+  const plain = (key) => ({
+    key,
+    header: t.symbol(symbols[key].replace("_", " ")),
+    unit: um,
+    numeric: true,
+    cell: ({ values }) => data(value.um(values[key])),
+    csv: ({ values }) => values[key],
+  });
+  /** @param {"slope" | "crowning"} key @returns {import("./table.js").Column<Row>} */
+  const estimated = (key) => ({
+    key,
+    header: t.symbol(symbols[key].replace("_", " ")),
+    unit: um,
+    numeric: true,
+    cell: ({ values, trace }) =>
+      trace?.[`${key}_std_error_um`]
+        ? h(WithError, { value: values[key], error: trace[`${key}_std_error_um`] })
+        : data(value.um(values[key])),
+    csv: ({ values }) => values[key],
+  });
+  /** @param {"slope" | "crowning"} key @returns {import("./table.js").Column<Row>} */
+  const interval = (key) => ({
+    key: `${key}-interval`,
+    header: t.intervalOf(symbols[key].replace("_", " ")),
+    unit: um,
+    numeric: true,
+    cell: ({ trace }) => data(value.interval(trace?.[`${key}_interval_um`], trace?.[`${key}_std_error_um`])),
+    csv: ({ trace }) => trace?.[`${key}_interval_um`]?.join(" … "),
+  });
+  return table({
+    caption: t[kind],
+    hideCaption: true,
+    csvName,
+    stacked: true,
+    rows,
+    rowKey: ({ key }) => key,
+    rowClass: ({ trace }) => (trace ? "" : "summary"),
+    columns: [
+      { key: "name", header: t.toothColumn, rowHeader: true, cell: ({ name }) => name, csv: ({ name }) => name },
+      { key: "flank", header: t.flank, cell: ({ flank }) => flank, csv: ({ flank }) => flank },
+      estimated("slope"),
+      interval("slope"),
+      {
+        key: "sign",
+        header: t.sign,
+        cell: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
+        csv: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
+      },
+      plain("form"),
+      plain("total"),
+      estimated("crowning"),
+      interval("crowning"),
+      {
+        key: "class",
+        header: t.class,
+        numeric: true,
+        cell: ({ trace }) => data(trace ? classOf(trace) : ""),
+        csv: ({ trace }) => (trace ? classOf(trace) : ""),
+      },
+      {
+        key: "conformity",
+        header: t.conformity,
+        cell: ({ trace }) => decided(trace?.slope_conformity, symbols.slope),
+        csv: ({ trace }) => trace?.slope_conformity?.decision,
+      },
+    ],
+  });
+}
+
+/** @param {"profile" | "helix"} kind @param {GearEvaluation} evaluation @param {GearTolerances | undefined} tolerances @returns {Row[]} */
+function rowsOf(kind, evaluation, tolerances) {
+  const order = (/** @type {{ flank: string }} */ { flank }) => (flank === "left" ? 0 : 1);
+  const traces = evaluation.traces.filter((trace) => trace.kind === kind).sort((a, b) => order(a) - order(b));
+  const means = evaluation.means.filter((mean) => mean.kind === kind).sort((a, b) => order(a) - order(b));
+  const rounded = evaluation.evaluation.tolerances === "unrounded" ? tolerances?.unrounded : tolerances?.rounded;
+  return [
+    ...traces.map((trace, i) => ({
+      key: `trace ${i}`,
+      name: t.tooth(trace.tooth),
+      flank: flankName(trace.flank),
+      trace,
+      values: { slope: trace.slope_um, form: trace.form_um, total: trace.total_um, crowning: trace.crowning_um },
+    })),
+    ...means.flatMap((mean) =>
+      /** @type {const} */ (["mean", "variation"]).map((what) => ({
+        key: `${what} ${mean.flank}`,
+        name: t[what],
+        flank: flankName(mean.flank),
+        values: {
+          slope: mean.slope_um[what],
+          form: mean.form_um[what],
+          total: mean.total_um[what],
+          crowning: mean.crowning_um[what],
+        },
+      })),
+    ),
+    ...(tolerances && rounded
+      ? [
+          {
+            key: "tolerance",
+            name: t.tolerance(tolerances.class),
+            flank: "",
+            values: {
+              slope: rounded[`${kind}_slope_um`],
+              form: rounded[`${kind}_form_um`],
+              total: rounded[`${kind}_total_um`],
+            },
+          },
+        ]
+      : []),
+  ];
+}
+
+/** @param {"profile" | "helix"} kind @param {number | null | undefined} slope @param {string | null | undefined} sign */
+function signOf(kind, slope, sign) {
+  if (typeof slope !== "number") return ABSENT;
+  if (slope === 0) return t.zero;
+  if (sign === "as_given" || (kind === "helix" && sign === "vdi")) return t.asSigned;
+  if (kind === "profile") return slope > 0 ? t.toTip : t.toRoot;
+  return slope > 0 ? t.rightHand : t.leftHand;
+}
+
+/** The coarsest class of a trace. @param {EvaluatedTrace} trace */
+function classOf({ class: of }) {
+  if (!of) return ABSENT;
+  if (of.beyond && of.beyond.length > 0) return t.beyond;
+  const classes = [of.slope, of.form, of.total].filter((one) => typeof one === "number");
+  return classes.length > 0 ? String(Math.max(...classes)) : ABSENT;
+}
+
+/** @param {Conformity | null | undefined} conformity @param {string} symbol */
+function decided(conformity, symbol) {
+  if (!conformity) return ABSENT;
+  const kind = { conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" };
+  const { decision } = conformity;
+  return html`<span translate="no">${symbol.replace("_", " ")}</span> ${h(Badge, { kind: /** @type {"good"} */ (kind[decision]), children: t[decision] })}`;
+}
+
+/** @param {string} text */
+const data = (text) => html`<span translate="no">${text}</span>`;

@@ -1,0 +1,40 @@
+// A value with what is known of it.
+
+import { fmt } from "../i18n/i18n.js";
+import { html } from "../../vendor/ui.js";
+
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+
+/**
+ * A value to the second digit of its standard error.
+ * @param {{ value: number | null | undefined, error?: number | null | undefined, unit?: string | undefined }} props
+ */
+export function WithError({ value, error, unit }) {
+  return html`<span class="figure" translate="no">${fmt.value.withError(value, error, unit)}</span>`;
+}
+
+/**
+ * Names with their values: short facts of one thing.
+ * @param {{ items: readonly { name: string, value: Children, note?: Children }[], columns?: boolean }} props
+ */
+export function Facts({ items, columns = false }) {
+  return html`<dl class=${columns ? "facts columns" : "facts"}>
+    ${items.map(
+      ({ name, value, note }) => html`<div key=${name}>
+        <dt>${name}</dt>
+        <dd>${value}${note && html` <span class="quiet">${note}</span>`}</dd>
+      </div>`,
+    )}
+  </dl>`;
+}
+
+/**
+ * A decision or a state: by its word, its sign and its colour.
+ * @param {{ kind: "good" | "warn" | "bad" | "plain", children: Children }} props
+ */
+export function Badge({ kind, children }) {
+  const sign = { good: "M3 8.5l3.5 3.5L13 5", warn: "M8 3v6M8 12v1", bad: "M4 4l8 8M12 4l-8 8", plain: "M4 8h8" }[kind];
+  return html`<span class=${`badge ${kind}`}>
+    <svg viewBox="0 0 16 16" width="12" height="12" aria-hidden="true"><path d=${sign} /></svg>${children}
+  </span>`;
+}

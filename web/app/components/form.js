@@ -1,0 +1,103 @@
+// Fields of forms. A fault of the server stands at the field whose JSON Pointer it names.
+
+import { faultsAt } from "../api/problem.js";
+import { t } from "../i18n/common.js";
+import { h, html, useId } from "../../vendor/ui.js";
+
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+/**
+ * @typedef {object} FieldProps
+ * @property {Children} label
+ * @property {Children} [hint] what to enter
+ * @property {string} [unit]
+ * @property {boolean} [required]
+ * @property {unknown} [error] of the request; its faults at `pointer` are shown
+ * @property {string} [pointer]
+ * @property {string | undefined} [fault] what is wrong, found here
+ */
+
+/**
+ * A label, its control, and below it what is wrong or what to enter.
+ * @param {FieldProps & { control: (ids: { id: string, describedBy: string | undefined, invalid: boolean }) => Children }} props
+ */
+export function Field({ label, hint, unit, required = false, error, pointer, fault, control }) {
+  const id = useId();
+  const faults = pointer === undefined ? [] : faultsAt(error, pointer);
+  const wrong = fault !== undefined || faults.length > 0;
+  const described = [wrong && `${id}-fault`, hint && `${id}-hint`].filter(Boolean).join(" ");
+  return html`<div class="field">
+    <label for=${id}>${label}${!required && html` <span class="optional">${t.optional}</span>`}</label>
+    <div class="control">
+      ${control({ id, describedBy: described || undefined, invalid: wrong })}
+      ${unit && html`<span class="unit" translate="no">${unit}</span>`}
+    </div>
+    <div class="notes">
+      ${
+        wrong &&
+        html`<p class="fault" id=${`${id}-fault`}>
+          ${fault}${faults.map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`)}
+        </p>`
+      }
+      ${hint && html`<p class="hint" id=${`${id}-hint`}>${hint}</p>`}
+    </div>
+  </div>`;
+}
+
+/**
+ * A line of text; numbers too, which are read by `parseNumber` with point or comma.
+ * @param {FieldProps & {
+ *   value: string, onInput: (value: string) => void, type?: "text" | "password" | "search", numeric?: boolean,
+ *   maxLength?: number, autocomplete?: string, lines?: number,
+ * }} props
+ */
+export function TextField({
+  value,
+  onInput,
+  type = "text",
+  numeric = false,
+  maxLength,
+  autocomplete = "off",
+  lines,
+  ...field
+}) {
+  const take = (
+    /** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement | HTMLTextAreaElement>} */ event,
+  ) => onInput(event.currentTarget.value);
+  return h(Field, {
+    ...field,
+    control: ({ id, describedBy, invalid }) => {
+      const common = { id, value, onInput: take, maxLength, autocomplete, required: field.required };
+      const aria = {
+        "aria-describedby": describedBy,
+        "aria-invalid": invalid ? /** @type {const} */ ("true") : undefined,
+      };
+      if (lines) return html`<textarea ...${common} ...${aria} rows=${lines}></textarea>`;
+      return html`<input ...${common} ...${aria} type=${type} class=${numeric ? "numeric" : ""}
+        inputmode=${numeric ? "decimal" : undefined} spellcheck=${false} />`;
+    },
+  });
+}
+
+/**
+ * One of a few values.
+ * @param {FieldProps & { value: string, onChange: (value: string) => void, options: readonly { value: string, label: Children }[] }} props
+ */
+export function SelectField({ value, onChange, options, ...field }) {
+  return h(Field, {
+    ...field,
+    control: ({ id, describedBy, invalid }) =>
+      html`<select id=${id} value=${value} aria-describedby=${describedBy} aria-invalid=${invalid ? "true" : undefined}
+        onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLSelectElement>} */ event) => onChange(event.currentTarget.value)}>
+        ${options.map((option) => html`<option key=${option.value} value=${option.value}>${option.label}</option>`)}
+      </select>`,
+  });
+}
+
+/** @param {{ label: Children, checked: boolean, onChange: (checked: boolean) => void }} props */
+export function Checkbox({ label, checked, onChange }) {
+  return html`<label class="checkbox">
+    <input type="checkbox" checked=${checked}
+      onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} */ event) => onChange(event.currentTarget.checked)} />
+    <span>${label}</span>
+  </label>`;
+}

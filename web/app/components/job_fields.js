@@ -1,0 +1,49 @@
+// The fields of a job, of a new one and of one that is changed.
+
+import de from "../i18n/de/new_job.js";
+import en from "../i18n/en/new_job.js";
+import { texts } from "../i18n/i18n.js";
+import { tagsOf } from "../lib/gear_form.js";
+import { h, html } from "../../vendor/ui.js";
+import { TextField } from "./form.js";
+
+/** @typedef {{ name: string, part_number: string, serial_number: string, machine: string, tags: string }} JobForm */
+
+const t = texts({ en, de });
+
+export const OPTIONAL = /** @type {const} */ (["part_number", "serial_number", "machine"]);
+
+/** @type {JobForm} */
+export const emptyJob = { name: "", part_number: "", serial_number: "", machine: "", tags: "" };
+
+/** @param {{ form: JobForm, onChange: (form: JobForm) => void, error: unknown, told: boolean }} props */
+export function JobFields({ form, onChange, error, told }) {
+  const set = (/** @type {keyof JobForm} */ name) => (/** @type {string} */ value) =>
+    onChange({ ...form, [name]: value });
+  /** @param {Exclude<keyof JobForm, "tags">} name @param {string} label */
+  const line = (name, label) =>
+    h(TextField, {
+      key: name,
+      label,
+      value: form[name],
+      onInput: set(name),
+      maxLength: 200,
+      required: name === "name",
+      error,
+      pointer: `/${name}`,
+      fault: told && name === "name" && form.name.trim() === "" ? t.needed : undefined,
+    });
+  return html`<div class="fields">
+    ${line("name", t.name)} ${line("part_number", t.part)} ${line("serial_number", t.serial)} ${line("machine", t.machine)}
+    ${h(TextField, {
+      label: t.tags,
+      hint: t.tagsHint,
+      value: form.tags,
+      onInput: set("tags"),
+      lines: 2,
+      error,
+      pointer: "/tags",
+      fault: tagsOf(form.tags) === undefined ? t.tagsFault : undefined,
+    })}
+  </div>`;
+}

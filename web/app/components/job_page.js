@@ -1,0 +1,102 @@
+// What all pages of a job have: its name, what it is of, navigation between its views.
+
+import { useJob, useTrace } from "../api/job.js";
+import { useJobEvents } from "../api/live.js";
+import { t as common } from "../i18n/common.js";
+import { gearInShort } from "../lib/gear.js";
+import { navigate, pathname } from "../navigation.js";
+import { href, hrefIf } from "../router.js";
+import { Fragment, h, html, useState } from "../../vendor/ui.js";
+import { JobNavigation, Page } from "./page.js";
+import { useShortcut } from "./shortcuts.js";
+import { loaded } from "./states.js";
+
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+/** @typedef {import("../api/job.js").Job} Job */
+/** @typedef {import("../api/job.js").WholeTrace} WholeTrace */
+/** @typedef {import("../api/resource.js").Resource<Job>} JobResource */
+/** @typedef {import("../api/resource.js").Resource<WholeTrace>} TraceResource */
+
+/**
+ * @param {{
+ *   jobId: string,
+ *   view?: string,
+ *   number?: number | undefined,
+ *   onEvents?: (events: import("../api/live.js").JobEvent[]) => void,
+ *   actions?: (job: Job, resources: { job: JobResource, trace: TraceResource }) => Children,
+ *   children: (job: Job, resources: { job: JobResource, trace: TraceResource }) => Children,
+ * }} props `view`: the name of the page beside the job's; `number`: the iteration that it shows; `onEvents`: somebody has
+ *   done something to the job (or may have, without events). The trace may still be on
+ *   its way when the children are drawn
+ */
+export function JobPage({ jobId, view, number, actions, onEvents, children }) {
+  const job = useJob(jobId);
+  const trace = useTrace(jobId);
+  const [stream, setStream] = useState(/** @type {string | undefined} */ (undefined));
+  useJobEvents(job.data === undefined ? null : jobId, (events) => {
+    // blocks of a stream, of which there may be many a second, change neither
+    if (events.length === 0 || events.some(({ state }) => state !== "block")) {
+      job.reload();
+      trace.reload();
+    }
+    const ofStream = events.findLast(({ stream_id: id }) => id);
+    if (ofStream) setStream(ofStream.state === "open" || ofStream.state === "block" ? ofStream.stream_id : undefined);
+    onEvents?.(events);
+  });
+  const numbers = trace.data?.iterations.map((iteration) => iteration.number) ?? [];
+  const step = (/** @type {number} */ by) => {
+    const at = number === undefined ? (by > 0 ? -1 : numbers.length) : numbers.indexOf(number);
+    const to = numbers[at + by];
+    const address = to !== undefined && hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: to });
+    if (address) navigate(address);
+  };
+  useShortcut(
+    "[",
+    () => common.previousIteration,
+    () => step(-1),
+  );
+  useShortcut(
+    "]",
+    () => common.nextIteration,
+    () => step(1),
+  );
+  const toJobs = html`<a href=${href("/jobs")}>${common.jobs}</a>`;
+  const name = job.data?.name ?? common.job;
+  return h(Page, {
+    title: view ? `${view} – ${name}` : name,
+    heading: job.data ? html`<span translate="no">${name}</span>` : name,
+    above: toJobs,
+    about: job.data && h(About, { job: job.data }),
+    actions: job.data && actions?.(job.data, { job, trace }),
+    children: loaded({
+      resource: job,
+      back: html`<a class="button" href=${href("/jobs")}>${common.backToJobs}</a>`,
+      children: (data) =>
+        h(
+          Fragment,
+          null,
+          h(JobNavigation, { jobId, number, iterations: numbers }),
+          stream !== undefined && h(Streaming, { jobId, streamId: stream }),
+          children(data, { job, trace }),
+        ),
+    }),
+  });
+}
+
+/** Leads to what is being measured. @param {{ jobId: string, streamId: string }} props */
+function Streaming({ jobId, streamId }) {
+  const to = hrefIf("/jobs/{job_id}/streams/{stream_id}", { job_id: jobId, stream_id: streamId });
+  if (!to || to === pathname.value) return null;
+  return html`<p class="note" role="status">${common.streaming} <a href=${to}>${common.watch}</a></p>`;
+}
+
+/** @param {{ job: Job }} props */
+function About({ job }) {
+  const parts = [
+    job.part_number && html`${common.part} <b translate="no">${job.part_number}</b>`,
+    job.serial_number && html`${common.serial} <b translate="no">${job.serial_number}</b>`,
+    job.machine && html`${common.machine} <b translate="no">${job.machine}</b>`,
+    job.gear && html`<span translate="no">${gearInShort(job.gear)}</span>`,
+  ].filter(Boolean);
+  return html`<span class="about-parts">${parts.map((part, i) => html`<span key=${i}>${part}</span>`)}</span>`;
+}

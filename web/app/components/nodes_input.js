@@ -1,0 +1,56 @@
+// Nodes from a file that is dropped or picked, or from text that is pasted.
+
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/fit.js";
+import en from "../i18n/en/fit.js";
+import { texts } from "../i18n/i18n.js";
+import { readNodes } from "../lib/nodes_file.js";
+import { h, html, useId, useState } from "../../vendor/ui.js";
+import { TextField } from "./form.js";
+
+/** @typedef {import("../lib/nodes_file.js").NodesFile} NodesFile */
+/** @typedef {{ text: string, name: string }} NodesText `name`: of the file, empty where it was pasted */
+
+const t = texts({ en, de });
+
+/** @param {{ onNodes: (file: NodesFile, name: string) => void }} props */
+export function NodesInput({ onNodes }) {
+  const id = useId();
+  const [over, setOver] = useState(false);
+  const [pasted, setPasted] = useState("");
+  const [fault, setFault] = useState(/** @type {{ text: string, name: string } | undefined} */ (undefined));
+  const take = (/** @type {string} */ text, /** @type {string} */ name) => {
+    const read = readNodes(text);
+    setFault(read.fault && { text: t[read.fault], name });
+    if (read.file) onNodes(read.file, name);
+  };
+  const takeFile = async (/** @type {File | null | undefined} */ file) => file && take(await file.text(), file.name);
+  const drop = (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    setOver(false);
+    takeFile(event.dataTransfer?.files[0]);
+  };
+  const drag = (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    setOver(true);
+  };
+  return html`<section class="panel" aria-labelledby=${`${id}-nodes`}>
+    <h2 id=${`${id}-nodes`}>${t.nodes}</h2>
+    <div class=${`drop${over ? " over" : ""}`} onDragOver=${drag} onDragLeave=${() => setOver(false)} onDrop=${drop}>
+      <label for=${`${id}-file`}>${t.drop}</label>
+      <input id=${`${id}-file`} type="file" accept=".json,.csv,.txt" aria-describedby=${`${id}-hint`}
+        onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} */ event) => takeFile(event.currentTarget.files?.[0])} />
+      <p class="hint" id=${`${id}-hint`}>${t.dropHint}</p>
+    </div>
+    <details>
+      <summary>${t.paste}</summary>
+      <div class="pasted">
+        ${h(TextField, { label: t.pasted, required: true, value: pasted, onInput: setPasted, lines: 6, hint: t.pasteHint })}
+        <div class="actions"><button type="button" class="button" onClick=${() => take(pasted, "")}>${common.fit}</button></div>
+      </div>
+    </details>
+    <div aria-live="polite">
+      ${fault && html`<p class="fault">${fault.name && html`<span translate="no">${fault.name}</span>`} ${fault.text}</p>`}
+    </div>
+  </section>`;
+}

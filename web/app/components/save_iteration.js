@@ -1,0 +1,128 @@
+// Keeps nodes that were fitted as the next iteration of a job.
+
+import { Attempt, answer, api } from "../api/client.js";
+import { useResource } from "../api/resource.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/fit.js";
+import en from "../i18n/en/fit.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { navigate } from "../navigation.js";
+import { href, hrefIf } from "../router.js";
+import { h, html, useRef, useState } from "../../vendor/ui.js";
+import { SelectField, TextField } from "./form.js";
+import { Empty, Failure, loaded } from "./states.js";
+import { notify } from "./toast.js";
+
+/** @typedef {import("../api/client.js").Schema<"Job">} Job */
+/** @typedef {import("../lib/nodes_file.js").NodesFile} NodesFile */
+/** @typedef {import("../lib/nodes_file.js").Fields} Fields */
+
+const t = texts({ en, de });
+const FIELDS = /** @type {const} */ (["instrument", "operator", "note"]);
+
+/** @param {{ file: NodesFile, spec: Fields }} props */
+export function SaveIteration({ file, spec }) {
+  const jobs = useResource("jobs to choose", allJobs);
+  return html`<section class="panel save-iteration" aria-labelledby="save">
+    <h2 id="save">${t.save}</h2>
+    ${loaded({
+      resource: jobs,
+      lines: 3,
+      children: (list) =>
+        list.length === 0
+          ? h(Empty, {
+              children: t.noJobs,
+              action: html`<a class="button" href=${href("/jobs/new")}>${common.newJob}</a>`,
+            })
+          : h(Save, { jobs: list, file, spec }),
+    })}
+  </section>`;
+}
+
+/** The newest jobs. @param {AbortSignal} signal */
+async function allJobs(signal) {
+  const { data } = await answer(api.GET("/v1/jobs", { signal, params: { query: { limit: 200 } } }));
+  return { data: data.items };
+}
+
+/** @param {Job} job */
+const jobName = ({ name, serial_number, updated_at }) =>
+  [name, serial_number, fmt.value.date(updated_at)].filter(Boolean).join(" · ");
+
+/** @param {{ jobs: readonly Job[], file: NodesFile, spec: Fields }} props */
+function Save({ jobs, file, spec }) {
+  const [jobId, setJobId] = useState(jobs[0]?.id ?? "");
+  const [typed, setTyped] = useState(() =>
+    Object.fromEntries(FIELDS.map((name) => [name, String(file.measurement[name] ?? "")])),
+  );
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const [sending, setSending] = useState(false);
+  const attempt = useRef(new Attempt());
+  const submit = async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (sending) return;
+    setSending(true);
+    setError(undefined);
+    const measurement = { ...file.measurement };
+    for (const name of FIELDS) {
+      if (typed[name]?.trim()) measurement[name] = typed[name].trim();
+      else delete measurement[name];
+    }
+    try {
+      const header = attempt.current.headers([jobId, spec, measurement, file.text]);
+      const { data } = await answer(
+        api.POST("/v1/jobs/{job_id}/iterations", {
+          params: { path: { job_id: jobId }, header },
+          ...bodyOf(file, { ...spec, ...measurement }),
+        }),
+      );
+      attempt.current.done();
+      notify(t.saved(data.number));
+      const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: data.number });
+      navigate(to ?? href("/jobs/{job_id}", { job_id: jobId }));
+    } catch (failed) {
+      setError(failed);
+      setSending(false);
+    }
+  };
+  const line = (/** @type {(typeof FIELDS)[number]} */ name) =>
+    h(TextField, {
+      key: name,
+      label: t[name],
+      value: typed[name] ?? "",
+      onInput: (value) => setTyped({ ...typed, [name]: value }),
+      error,
+      pointer: `/${name}`,
+      ...(name === "note" ? { lines: 2 } : { maxLength: 200 }),
+    });
+  return html`<form onSubmit=${submit}>
+    <p class="quiet">${t.saveText}</p>
+    <div class="fields">
+      ${h(SelectField, {
+        label: common.job,
+        required: true,
+        value: jobId,
+        onChange: setJobId,
+        options: jobs.map((job) => ({ value: job.id, label: html`<span translate="no">${jobName(job)}</span>` })),
+      })}
+      ${FIELDS.map(line)}
+    </div>
+    ${error !== undefined && h(Failure, { error, except: FIELDS.map((name) => `/${name}`) })}
+    <div class="actions"><button type="submit" class="button primary" disabled=${sending}>${t.saveNow}</button></div>
+  </form>`;
+}
+
+/**
+ * A request with nodes: JSON as JSON, CSV as a form, so that the server reads the file itself.
+ * @param {NodesFile} file @param {Fields} spec
+ */
+export function bodyOf(file, spec) {
+  // both ways are of one type for the client
+  const typed = (/** @type {unknown} */ body) =>
+    /** @type {import("../api/client.js").Schema<"IterationRequest">} */ (body);
+  if (file.kind === "json") return { body: typed({ ...spec, nodes: file.nodes }) };
+  const form = new FormData();
+  form.append("spec", JSON.stringify(spec));
+  form.append("nodes", new Blob([file.text], { type: "text/csv" }), "nodes.csv");
+  return { body: typed(spec), bodySerializer: () => form };
+}

@@ -1,0 +1,109 @@
+// What a page shows while data is on its way, is not there, or could not be had.
+
+import { keyWanted } from "../api/key.js";
+import { ApiError, OfflineError } from "../api/problem.js";
+import { t } from "../i18n/common.js";
+import { Fragment, h, html, useId } from "../../vendor/ui.js";
+
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+
+/**
+ * Lines that stand for text to come; they are seen after 150 ms.
+ * @param {{ lines?: number }} props
+ */
+export function Skeleton({ lines = 4 }) {
+  return html`<div class="skeleton" aria-hidden="true">
+    ${Array.from({ length: lines }, (_, i) => html`<span key=${i} class="skeleton-line"></span>`)}
+  </div>`;
+}
+
+/**
+ * Nothing is there: one sentence, and the next action.
+ * @param {{ children: Children, action?: Children }} props
+ */
+export function Empty({ children, action }) {
+  return html`<div class="empty">
+    <p>${children}</p>
+    ${action && html`<div class="actions">${action}</div>`}
+  </div>`;
+}
+
+/**
+ * A refusal or a lost connection, in full.
+ * @param {{ error: unknown, retry?: (() => void) | undefined, back?: Children, except?: readonly string[] }} props
+ *   `except`: pointers whose faults are shown at their fields
+ */
+export function Failure({ error, retry, back, except = [] }) {
+  const id = useId();
+  const { title, detail } = words(error);
+  const refused = error instanceof ApiError ? error : undefined;
+  const faults = refused?.faultsBeside(except) ?? [];
+  const waits = refused?.status === 503 && refused.retryAfter !== undefined;
+  return html`<section class="failure" role="alert" aria-labelledby=${id}>
+    <h2 id=${id}>${title}</h2>
+    ${detail && html`<p lang="en">${detail}</p>`}
+    ${
+      faults.length > 0 &&
+      html`<ul class="faults">
+        ${faults.map(
+          ({ pointer, detail }) => html`<li key=${pointer}>
+            <code translate="no">${pointer || "/"}</code> <span lang="en">${detail}</span>
+          </li>`,
+        )}
+      </ul>`
+    }
+    ${waits && html`<p>${t.asksAgain(refused?.retryAfter ?? 0)}</p>`}
+    ${refused?.requestId && html`<p class="quiet">${t.requestId} <code translate="no">${refused.requestId}</code></p>`}
+    <div class="actions">
+      ${retry && html`<button type="button" class="button" onClick=${retry}>${t.tryAgain}</button>`}
+      ${refused?.status === 401 && html`<button type="button" class="button" onClick=${askForKey}>${t.enterKey}</button>`}
+      ${back}
+    </div>
+  </section>`;
+}
+
+function askForKey() {
+  keyWanted.value = "unauthorized";
+}
+
+/** @param {unknown} error */
+function words(error) {
+  if (error instanceof OfflineError) return { title: t.noAnswer, detail: "" };
+  if (!(error instanceof ApiError))
+    return { title: t.pageFailed, detail: error instanceof Error ? error.message : String(error) };
+  const known = /** @type {Record<string, string>} */ ({
+    unauthorized: t.keyNeeded,
+    invalid_key: t.keyRefused,
+    forbidden: t.notAllowed,
+    not_found: t.notFound,
+    precondition_failed: t.changedMeanwhile,
+    invalid_request: t.invalidRequest,
+    overloaded: t.overloaded,
+    draining: t.overloaded,
+    store_unavailable: t.storeUnavailable,
+    rate_limited: t.tooMany,
+  });
+  const title = known[error.code] ?? html`<span lang="en">${error.problem.title}</span>`;
+  return { title, detail: error.problem.detail };
+}
+
+/**
+ * The data of a resource, or its state. What was loaded stays while it is asked for again, and when
+ * that fails; the failure then stands above it.
+ * @template Data
+ * @param {{
+ *   resource: import("../api/resource.js").Resource<Data>,
+ *   children: (data: Data) => Children,
+ *   lines?: number,
+ *   back?: Children,
+ * }} props
+ */
+export function loaded({ resource, children, lines, back }) {
+  const { data, error, reload } = resource;
+  const failure =
+    error !== undefined && !(error instanceof OfflineError && data !== undefined)
+      ? h(Failure, { error, retry: reload, back })
+      : null;
+  if (data !== undefined) return h(Fragment, null, failure, children(data));
+  return failure ?? h(Skeleton, lines === undefined ? {} : { lines });
+}

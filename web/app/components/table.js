@@ -1,0 +1,95 @@
+// Tables: with a caption, units in their heads, and as CSV.
+
+import { csv, download } from "../lib/csv.js";
+import { t } from "../i18n/common.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+/**
+ * @template Row
+ * @typedef {object} Column
+ * @property {string} key
+ * @property {string} header
+ * @property {string | undefined} [unit] written behind the header
+ * @property {boolean} [numeric] right-aligned, digits below digits
+ * @property {boolean} [rowHeader] names the row
+ * @property {(row: Row) => Children} [cell] a column without is in the file only
+ * @property {((row: Row) => string | number | boolean | null | undefined) | undefined} [csv] its value in full; a column without is left out there
+ * @property {"ascending" | "descending" | undefined} [sorted]
+ * @property {(() => void) | undefined} [onSort]
+ */
+
+/**
+ * @template Row
+ * @param {{
+ *   caption: string,
+ *   hideCaption?: boolean,
+ *   columns: readonly Column<Row>[],
+ *   rows: readonly Row[],
+ *   rowKey: (row: Row) => string | number,
+ *   rowClass?: (row: Row) => string,
+ *   csvName?: string | undefined,
+ *   stacked?: boolean,
+ *   tools?: Children,
+ * }} props `csvName`: offers the table as a file of this name; `stacked`: on narrow screens a card for each row
+ */
+export function table({
+  caption,
+  hideCaption = false,
+  columns,
+  rows,
+  rowKey,
+  rowClass,
+  csvName,
+  stacked = false,
+  tools,
+}) {
+  const shown = columns.filter(({ cell }) => cell);
+  const save = () => {
+    const told = columns.flatMap(({ header, unit, csv: value }) =>
+      value ? [{ header, value, ...(unit ? { unit } : {}) }] : [],
+    );
+    download(`${csvName}.csv`, csv(told, rows));
+  };
+  const bar =
+    csvName || tools
+      ? html`<div class="table-tools">
+          ${tools} ${csvName && html`<button type="button" class="button small" onClick=${save}>${t.csv}</button>`}
+        </div>`
+      : null;
+  // roles are told again, since a stacked table is laid out as blocks, which drop them
+  const body = html`<div class="table-scroll" role="region" tabindex="0" aria-label=${`${caption} (${t.moreBelow})`}>
+    <table role="table" class=${stacked ? "stacked" : ""}>
+      <caption class=${hideCaption ? "visually-hidden" : ""}>${caption}</caption>
+      <thead role="rowgroup">
+        <tr role="row">
+          ${shown.map((column) => h(Head, { key: column.key, column: /** @type {Column<never>} */ (/** @type {unknown} */ (column)) }))}
+        </tr>
+      </thead>
+      <tbody role="rowgroup">
+        ${rows.map(
+          (row) => html`<tr role="row" key=${rowKey(row)} class=${rowClass?.(row) ?? ""}>
+            ${shown.map((column) => cellOf(column, row))}
+          </tr>`,
+        )}
+      </tbody>
+    </table>
+  </div>`;
+  return html`<div class="table-block">${body}${bar}</div>`;
+}
+
+/** @param {{ column: Column<never> }} props */
+function Head({ column: { header, unit, numeric, sorted, onSort } }) {
+  const text = html`<span>${header}${unit && html` <span class="unit" translate="no">${unit}</span>`}</span>`;
+  return html`<th role="columnheader" scope="col" class=${numeric ? "numeric" : ""} aria-sort=${sorted}>
+    ${onSort ? html`<button type="button" class="sort" onClick=${onSort}>${text}</button>` : text}
+  </th>`;
+}
+
+/** @template Row @param {Column<Row>} column @param {Row} row */
+function cellOf({ key, header, numeric, rowHeader, cell }, row) {
+  const content = html`<span class="cell-label" aria-hidden="true">${header}</span><span class="cell">${cell?.(row)}</span>`;
+  const name = numeric ? "numeric" : "";
+  if (rowHeader) return html`<th role="rowheader" scope="row" key=${key} class=${name}>${content}</th>`;
+  return html`<td role="cell" key=${key} class=${name}>${content}</td>`;
+}

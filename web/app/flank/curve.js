@@ -1,0 +1,69 @@
+// Nodes of a curve as a line: measured, with what was fitted, or what is left of it.
+
+import { Chart } from "../charts/chart.js";
+import { Dots, Line, Rule } from "../charts/marks.js";
+import { t } from "../i18n/flank.js";
+import { fmt } from "../i18n/i18n.js";
+import { heightUnit } from "../lib/units.js";
+import { extent } from "../../vendor/d3.js";
+import { h, html } from "../../vendor/ui.js";
+import { axisOf } from "./axes.js";
+
+/**
+ * @param {{ nodes: import("../api/client.js").Schema<"CurveNodes">, layer: string, file: string,
+ *   residuals: import("../api/client.js").Schema<"Residuals"> | undefined,
+ *   axes: import("../api/client.js").Schema<"Axes"> | null | undefined }} props
+ */
+export function FlankCurve({ nodes, residuals, layer, axes, file }) {
+  const place = (/** @type {number} */ k) => nodes.x[residuals?.node_indices?.[k] ?? k] ?? 0;
+  const sorted = (/** @type {readonly { x: number, y: number }[]} */ points) => [...points].sort((a, b) => a.x - b.x);
+  const values = layer === "residual" ? residuals?.values : layer === "fitted" ? residuals?.fitted : undefined;
+  const measured = sorted(nodes.x.map((x, i) => ({ x, y: nodes.y[i] ?? Number.NaN })));
+  const points = values ? sorted(values.map((y, k) => ({ x: place(k), y }))) : measured;
+  const [x, unit] = [axisOf(axes?.x, "x"), heightUnit(axes)];
+  const heights = points.map(({ y }) => y);
+  const text = (/** @type {{ x: number, y: number }} */ one) =>
+    `${fmt.value.mm(one.x)}${x.unit ? ` ${x.unit}` : ""}: ${fmt.value.significant(one.y, 4)}${unit ? ` ${unit}` : ""}`;
+  const [least, greatest] = [
+    points.reduce((a, b) => (b.y < a.y ? b : a), points[0] ?? { x: 0, y: 0 }),
+    points.reduce((a, b) => (b.y > a.y ? b : a), points[0] ?? { x: 0, y: 0 }),
+  ];
+  return h(Chart, {
+    name: t.curve,
+    summary: t.extremes(text(least), text(greatest)),
+    x: { ...x, domain: domainOf(nodes.x) },
+    y: { ...axisOf(axes?.y, "y"), domain: domainOf([...heights, 0]), nice: true },
+    probes: points.map((one) => ({ ...one, text: text(one) })),
+    data: {
+      columns: [
+        {
+          key: "x",
+          header: x.label,
+          unit: x.unit,
+          numeric: true,
+          cell: (one) => html`<span translate="no">${fmt.value.mm(one.x)}</span>`,
+          csv: (one) => one.x,
+        },
+        {
+          key: "y",
+          header: t.deviation,
+          unit,
+          numeric: true,
+          cell: (one) => html`<span translate="no">${fmt.value.significant(one.y, 4)}</span>`,
+          csv: (one) => one.y,
+        },
+      ],
+      rows: points.slice(0, 2000),
+      rowKey: (one) => one.x,
+      csvName: file,
+    },
+    children: (plot) =>
+      html`${h(Rule, { plot, y: 0, kind: "zero" })}${layer === "fitted" && h(Dots, { plot, points: measured, small: true, series: "ink" })}${h(Line, { plot, points })}`,
+  });
+}
+
+/** @param {readonly number[]} values @returns {[number, number]} */
+function domainOf(values) {
+  const [low = 0, high = 1] = extent(values);
+  return [low ?? 0, high ?? 1];
+}

@@ -1,0 +1,150 @@
+// What a fit says beside its map: figures, coefficients with error and bound of the bias, warnings.
+
+import { Facts, WithError } from "../components/figure.js";
+import { table } from "../components/table.js";
+import { t } from "../i18n/flank.js";
+import { fmt } from "../i18n/i18n.js";
+import { heightUnit, unitSign } from "../lib/units.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
+/** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
+/** @typedef {import("../api/client.js").Schema<"Coefficient">} Coefficient */
+
+/** @param {{ result: FitResult, axes: Axes | null | undefined }} props */
+export function FitFigures({ result, axes }) {
+  return html`<section class="panel" aria-labelledby="figures">
+    <h2 id="figures">${t.figures}</h2>
+    ${h(FitFacts, { result, axes })}${h(CoefficientTable, { result, axes })}
+  </section>`;
+}
+
+/** @param {{ result: FitResult, axes: Axes | null | undefined }} props */
+export function FitFacts({ result, axes }) {
+  const { residuals, regularization, spectrum } = result;
+  const unit = heightUnit(axes);
+  const data = (/** @type {string} */ text) => html`<span translate="no">${text}</span>`;
+  const withUnit = (/** @type {string} */ text) => data(unit && text !== "–" ? `${text} ${unit}` : text);
+  const items = [
+    { name: t.rms, value: withUnit(fmt.value.three(residuals.rms)) },
+    { name: t.maxAbs, value: withUnit(fmt.value.three(residuals.max_abs)) },
+    { name: t.sigma, value: withUnit(fmt.value.three(residuals.sigma)) },
+    { name: t.lambdaStar, value: data(fmt.value.three(regularization.lambda_star)) },
+    {
+      name: t.criterion,
+      value: html`<code translate="no">${regularization.criterion ?? regularization.type}</code>`,
+    },
+    { name: t.condition, value: data(fmt.value.condition(spectrum.condition)) },
+    { name: t.conditionAfter, value: data(fmt.value.condition(spectrum.regularized?.condition)) },
+  ];
+  return h(Facts, { items, columns: true });
+}
+
+/**
+ * @param {{ result: FitResult, axes: Axes | null | undefined, level?: number, hideCaption?: boolean }} props `level`: of
+ *   the intervals, which are shown where they were answered
+ */
+export function CoefficientTable({ result, axes, level = 0.95, hideCaption = false }) {
+  /** @type {readonly import("../components/table.js").Column<Coefficient>[]} */
+  const columns = [
+    {
+      key: "term",
+      header: t.term,
+      rowHeader: true,
+      cell: (one) => html`<span translate="no">${termSign(one.term)}</span>`,
+      csv: (one) => one.term,
+    },
+    {
+      key: "value",
+      header: t.value,
+      numeric: true,
+      cell: (one) => h(WithError, { value: one.value, error: one.std_error, unit: unitOf(one, axes) }),
+      csv: (one) => one.value,
+    },
+    {
+      key: "bias",
+      header: t.biasBound,
+      numeric: true,
+      cell: (one) => html`<span translate="no">${fmt.value.significant(one.bias_bound, 2)}</span>`,
+      csv: (one) => one.bias_bound,
+    },
+    ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level) : []),
+  ];
+  return table({
+    caption: t.coefficients,
+    hideCaption,
+    columns,
+    rows: result.coefficients,
+    rowKey: (one) => one.term ?? one.value,
+    csvName: "coefficients",
+    stacked: true,
+  });
+}
+
+/** @param {number} level @returns {import("../components/table.js").Column<Coefficient>[]} */
+function intervalColumns(level) {
+  const name = t.interval(fmt.value.input(Number((100 * level).toPrecision(12))));
+  return [
+    {
+      key: "interval",
+      header: name,
+      numeric: true,
+      cell: ({ interval, least_squares_std_error: error }) =>
+        html`<span translate="no">${fmt.value.interval(interval, error)}</span>`,
+    },
+    { key: "low", header: `${name}: ${t.low}`, csv: ({ interval }) => interval?.[0] },
+    { key: "high", header: `${name}: ${t.high}`, csv: ({ interval }) => interval?.[1] },
+  ];
+}
+
+/** `u^2*v` as it is written by hand. @param {string | null | undefined} term */
+export function termSign(term) {
+  const raised = /** @type {Record<string, string>} */ ({
+    2: "²",
+    3: "³",
+    4: "⁴",
+    5: "⁵",
+    6: "⁶",
+    7: "⁷",
+    8: "⁸",
+    9: "⁹",
+  });
+  return (term ?? "").replaceAll(/\^(\d)(?!\d)/g, (_, digit) => raised[digit] ?? `^${digit}`).replaceAll("*", "\u202f");
+}
+
+/** The unit of a coefficient of raw powers: µm/mm². @param {Coefficient} coefficient @param {Axes | null | undefined} axes */
+export function unitOf({ powers }, axes) {
+  const [top, u, v] = [heightUnit(axes), unitSign(axes?.u?.unit), unitSign(axes?.v?.unit)];
+  if (!top || !powers || !u || (powers.length > 1 && !v)) return undefined;
+  const [p = 0, q = 0] = powers;
+  const signs = ["", "", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"];
+  const power = (/** @type {string} */ unit, /** @type {number} */ n) => unit + (signs[n] ?? `^${n}`);
+  if (p + q === 0) return top;
+  if (u === v) return `${top}/${power(u, p + q)}`;
+  const below = [p > 0 && power(u, p), q > 0 && v && power(v, q)].filter(Boolean).join("·");
+  return `${top}/${below.includes("·") ? `(${below})` : below}`;
+}
+
+/** Warnings, and what cannot be told apart. @param {{ result: FitResult }} props */
+export function Warnings({ result }) {
+  const dependent = result.collinearity.near_dependencies ?? [];
+  const known = result.estimable ?? [];
+  if (result.warnings.length === 0 && dependent.length === 0) return null;
+  return html`<section class="panel" aria-labelledby="warnings">
+    <h2 id="warnings">${t.toKnow}</h2>
+    ${
+      result.warnings.length > 0 &&
+      html`<ul class="warnings">${result.warnings.map(({ code, message }) => html`<li key=${code}><code translate="no">${code}</code> <span lang="en" translate="no">${message}</span></li>`)}</ul>`
+    }
+    ${
+      dependent.length > 0 &&
+      html`<details><summary>${t.notApart(dependent.length)}</summary>
+        <ul class="warnings" lang="en" translate="no">${dependent.map(({ sentence }, i) => html`<li key=${i}>${sentence}</li>`)}</ul></details>`
+    }
+    ${
+      known.length > 0 &&
+      html`<details><summary>${t.estimable(known.length)}</summary>
+        <ul class="warnings" lang="en" translate="no">${known.map(({ sentence }, i) => html`<li key=${i}>${sentence}</li>`)}</ul></details>`
+    }
+  </section>`;
+}

@@ -1,0 +1,35 @@
+// What the interface answers, as surfaces.
+
+import { gridOf, withHeights } from "./surface.js";
+import { scatteredOf } from "./triangles.js";
+
+/** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
+/** @typedef {import("./surface.js").FlankSurface} FlankSurface */
+
+/** The measured surface; none of a curve or a measurement matrix. @param {Nodes} nodes @returns {FlankSurface | undefined} */
+export function surfaceOf(nodes) {
+  if (nodes.type === "grid") return gridOf(nodes.u, nodes.v, nodes.z, nodes.valid);
+  if (nodes.type === "scattered") return scatteredOf(nodes.u, nodes.v, nodes.z);
+  return undefined;
+}
+
+/**
+ * Values that were answered for the counted nodes (residuals, fitted heights), at all nodes.
+ * @param {FlankSurface} surface @param {readonly number[]} values
+ * @param {readonly number[] | null | undefined} indices the node of each value; left out where all count
+ */
+export function atNodes(surface, values, indices) {
+  const z = new Float64Array(surface.z.length).fill(Number.NaN);
+  for (let k = 0; k < values.length; k += 1) z[indices?.[k] ?? k] = values[k] ?? Number.NaN;
+  return withHeights(surface, z);
+}
+
+/** Heights of all nodes in the order posted, as corrections answer them. @param {FlankSurface} surface @param {readonly (number | null)[]} list */
+export function atAllNodes(surface, list) {
+  return list.length === surface.z.length
+    ? withHeights(
+        surface,
+        Float64Array.from(list, (value) => value ?? Number.NaN),
+      )
+    : undefined;
+}

@@ -1,0 +1,97 @@
+// A flank as triangles in space: x along the width, y from root to tip, z out of the material. Pure.
+
+import { deviationColour } from "../lib/colour.js";
+import { gridOf } from "./surface.js";
+
+/** @typedef {import("./surface.js").FlankSurface} FlankSurface */
+/** @typedef {import("./surface.js").Box} Box */
+
+/** Fewer nodes of a grid, about so many; scattered ones stay. @param {FlankSurface} surface @param {number} most @returns {FlankSurface} */
+export function thinnedTo(surface, most) {
+  if (surface.kind !== "grid" || surface.z.length <= most) return surface;
+  const every = Math.ceil(Math.sqrt(surface.z.length / most));
+  const kept = (/** @type {Float64Array} */ values) =>
+    Array.from(values.keys()).filter((i) => i % every === 0 || i === values.length - 1);
+  const [rows, columns] = [kept(surface.u), kept(surface.v)];
+  return gridOf(
+    rows.map((i) => surface.u[i] ?? 0),
+    columns.map((j) => surface.v[j] ?? 0),
+    rows.map((i) => columns.map((j) => surface.z[i * surface.v.length + j] ?? null)),
+  );
+}
+
+/** @param {FlankSurface} surface @param {number} index @param {number} scale of the heights @param {boolean} flipU @param {Box} box @returns {[number, number, number]} */
+function placeOf(surface, index, scale, flipU, { u, v }) {
+  const grid = surface.kind === "grid";
+  const a = surface.u[grid ? Math.floor(index / surface.v.length) : index] ?? 0;
+  const b = surface.v[grid ? index % surface.v.length : index] ?? 0;
+  const z = surface.z[index] ?? Number.NaN;
+  const y = a - (u[0] + u[1]) / 2;
+  return [b - (v[0] + v[1]) / 2, flipU ? -y : y, Number.isNaN(z) ? 0 : z * scale];
+}
+
+/** @param {FlankSurface} surface @param {number} limit @param {number} scale @param {boolean} flipU @param {Box} box */
+export function verticesOf(surface, limit, scale, flipU, box) {
+  const count = surface.z.length;
+  const [positions, colours] = [new Float32Array(3 * count), new Float32Array(3 * count)];
+  for (let i = 0; i < count; i += 1) {
+    positions.set(placeOf(surface, i, scale, flipU, box), 3 * i);
+    const [red, green, blue] = deviationColour(surface.z[i] ?? 0, limit);
+    // colours are given as light, not as the screen's values
+    colours.set([linear(red), linear(green), linear(blue)], 3 * i);
+  }
+  return { positions, colours };
+}
+
+/** @param {number} value of sRGB, 0…255 */
+function linear(value) {
+  const share = value / 255;
+  return share <= 0.04045 ? share / 12.92 : ((share + 0.055) / 1.055) ** 2.4;
+}
+
+/** Triangles whose nodes are all there. @param {FlankSurface} surface */
+export function indicesOf(surface) {
+  if (surface.kind === "scattered") return surface.triangles;
+  const [rows, columns] = [surface.u.length, surface.v.length];
+  /** @type {number[]} */
+  const found = [];
+  const add = (/** @type {number} */ a, /** @type {number} */ b, /** @type {number} */ c) => {
+    if (![a, b, c].some((i) => Number.isNaN(surface.z[i] ?? Number.NaN))) found.push(a, b, c);
+  };
+  for (let i = 0; i + 1 < rows; i += 1) {
+    for (let j = 0; j + 1 < columns; j += 1) {
+      const k = i * columns + j;
+      const missing =
+        Number.isNaN(surface.z[k] ?? Number.NaN) || Number.isNaN(surface.z[k + columns + 1] ?? Number.NaN);
+      if (missing) {
+        add(k, k + 1, k + columns);
+        add(k + 1, k + columns + 1, k + columns);
+      } else {
+        add(k, k + 1, k + columns + 1);
+        add(k, k + columns + 1, k + columns);
+      }
+    }
+  }
+  return Uint32Array.from(found);
+}
+
+/** The lines of the grid, as pairs of points; with scale 0 on the nominal plane. @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {Box} box */
+export function linesOf(surface, scale, flipU, box) {
+  /** @type {number[]} */
+  const found = [];
+  const add = (/** @type {number} */ a, /** @type {number} */ b) => {
+    if (scale !== 0 && (Number.isNaN(surface.z[a] ?? Number.NaN) || Number.isNaN(surface.z[b] ?? Number.NaN))) return;
+    found.push(...placeOf(surface, a, scale, flipU, box), ...placeOf(surface, b, scale, flipU, box));
+  };
+  if (surface.kind === "grid") {
+    const columns = surface.v.length;
+    for (let k = 0; k < surface.z.length; k += 1) {
+      if ((k + 1) % columns !== 0) add(k, k + 1);
+      if (k + columns < surface.z.length) add(k, k + columns);
+    }
+  } else if (scale === 0) {
+    const [x, y] = [(box.v[1] - box.v[0]) / 2, (box.u[1] - box.u[0]) / 2];
+    found.push(-x, -y, 0, x, -y, 0, x, -y, 0, x, y, 0, x, y, 0, -x, y, 0, -x, y, 0, -x, -y, 0);
+  }
+  return Float32Array.from(found);
+}

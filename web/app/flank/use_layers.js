@@ -1,0 +1,134 @@
+// The layers of an iteration's map, each asked for when it is shown.
+
+import { answer, api } from "../api/client.js";
+import { useResource } from "../api/resource.js";
+import { useMemo } from "../../vendor/ui.js";
+import { atNodes, atAllNodes, surfaceOf } from "./layers.js";
+import { scaleFor } from "./scale.js";
+import { difference, extremesOf } from "./surface.js";
+
+/** @typedef {import("./surface.js").FlankSurface} FlankSurface */
+/** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
+/** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
+
+export const LAYERS = /** @type {const} */ (["measured", "fitted", "residual", "difference", "predicted", "answered"]);
+/** @typedef {(typeof LAYERS)[number]} LayerName */
+
+/** What was made of nodes. @type {WeakMap<Nodes, FlankSurface | undefined>} */
+const surfaces = new WeakMap();
+
+const pause = () => new Promise((resolve) => setTimeout(resolve));
+
+/** @param {Nodes} nodes */
+function kept(nodes) {
+  return surfaces.has(nodes) ? surfaces.get(nodes) : surfaceOf(nodes);
+}
+
+/** The nodes of an iteration, as they were posted. @param {string} jobId @param {number | null} number null: of none */
+export function useNodes(jobId, number) {
+  return useResource(number === null ? null : `nodes ${jobId} ${number}`, async (signal) => {
+    const params = { path: { job_id: jobId, number: number ?? 0 } };
+    const headers = { accept: "application/json" };
+    const { data, etag } = await answer(
+      api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params, headers }),
+    );
+    const nodes = /** @type {Nodes} */ (data);
+    // many nodes are read, made a surface and drawn in tasks of their own, between which the page answers
+    await pause();
+    const surface = surfaceOf(nodes);
+    surfaces.set(nodes, surface);
+    if (surface) {
+      await pause();
+      scaleFor(surface);
+      await pause();
+      extremesOf(surface);
+    }
+    await pause();
+    return { data: nodes, etag };
+  });
+}
+
+/**
+ * A fit of an iteration in full.
+ * @param {string} jobId @param {number} number @param {string | undefined} fitId none: nothing is asked for
+ * @param {readonly import("../api/client.js").Schema<"FitInclude">[]} [include]
+ */
+export function useFit(jobId, number, fitId, include = []) {
+  const key = fitId === undefined ? null : `fit ${jobId} ${number} ${fitId} ${include.join(",")}`;
+  return useResource(key, (signal) =>
+    answer(
+      api.GET("/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", {
+        signal,
+        params: {
+          path: { job_id: jobId, number, fit_id: fitId ?? "" },
+          query: include.length > 0 ? { include: [...include] } : {},
+        },
+      }),
+    ),
+  );
+}
+
+/** The correction of an iteration with its nodes. @param {string} jobId @param {number} number @param {boolean} wanted */
+function useCorrection(jobId, number, wanted) {
+  return useResource(wanted ? `correction ${jobId} ${number} nodes` : null, async (signal) => {
+    const params = { path: { job_id: jobId, number }, query: { include: /** @type {["nodes"]} */ (["nodes"]) } };
+    const headers = { accept: "application/json" };
+    const { data, etag } = await answer(
+      api.GET("/v1/jobs/{job_id}/iterations/{number}/correction", { signal, params, headers }),
+    );
+    return { data: /** @type {import("../api/client.js").Schema<"KeptCorrection">} */ (data), etag };
+  });
+}
+
+/**
+ * What a layer shows: its surface as soon as all of it is there.
+ * @param {{ jobId: string, number: number, fitId: string | undefined, layer: LayerName, other: number | undefined, corrected: boolean }} of
+ *   `other`: the iteration of the difference; `corrected`: there is a correction
+ */
+export function useLayer({ jobId, number, fitId, layer, other, corrected }) {
+  const nodes = useNodes(jobId, number);
+  const ofFit = layer === "fitted" || layer === "residual";
+  const fit = useFit(jobId, number, ofFit ? fitId : undefined, layer === "fitted" ? ["fitted"] : ["residuals"]);
+  const before = useNodes(jobId, layer === "difference" && other !== undefined ? other : null);
+  const ofCorrection = (layer === "predicted" || layer === "answered") && corrected;
+  const correction = useCorrection(jobId, number, ofCorrection);
+  const measured = useMemo(() => (nodes.data ? kept(nodes.data) : undefined), [nodes.data]);
+  const earlier = useMemo(() => (before.data ? kept(before.data) : undefined), [before.data]);
+  const made = useMemo(
+    () => (measured ? layered(measured, layer, fit.data?.result.residuals, earlier, correction.data) : undefined),
+    [measured, layer, fit.data, earlier, correction.data],
+  );
+  const waits = [nodes, ofFit && fit, layer === "difference" && before, ofCorrection && correction].filter(
+    (one) => one !== false,
+  );
+  return {
+    nodes,
+    measured,
+    surface: made?.surface,
+    exact: made?.exact ?? true,
+    /** Residuals and fitted values of a curve have no surface. */
+    residuals: fit.data?.result.residuals,
+    answered: correction.data?.answer !== undefined && correction.data.answer !== null,
+    correction: correction.data,
+    errors: waits.flatMap(({ error, reload }) => (error === undefined ? [] : [{ error, reload }])),
+    loading: waits.some(({ data, error }) => data === undefined && error === undefined),
+  };
+}
+
+/**
+ * @param {FlankSurface} measured @param {LayerName} layer
+ * @param {import("../api/client.js").Schema<"Residuals"> | undefined} residuals
+ * @param {FlankSurface | undefined} earlier
+ * @param {import("../api/client.js").Schema<"KeptCorrection"> | undefined} correction
+ * @returns {{ surface: FlankSurface | undefined, exact?: boolean }}
+ */
+function layered(measured, layer, residuals, earlier, correction) {
+  if (layer === "measured") return { surface: measured };
+  if (layer === "difference") return earlier ? difference(measured, earlier) : { surface: undefined };
+  if (layer === "fitted" || layer === "residual") {
+    const values = layer === "fitted" ? residuals?.fitted : residuals?.values;
+    return { surface: values ? atNodes(measured, values, residuals?.node_indices) : undefined };
+  }
+  const list = layer === "predicted" ? correction?.result.predicted.deviation_um : correction?.answer?.measured_um;
+  return { surface: list ? atAllNodes(measured, list) : undefined };
+}

@@ -1,0 +1,208 @@
+// The flank in space: the surface over the nominal plane, deviations magnified. three.js is loaded
+// when somebody looks; while it turns, a coarser surface is drawn.
+
+import { t } from "../i18n/flank.js";
+import { fmt } from "../i18n/i18n.js";
+import { niceAbove } from "../lib/colour.js";
+import { query, setQuery } from "../navigation.js";
+import { html, useEffect, useMemo, useRef, useState } from "../../vendor/ui.js";
+import { useWidth } from "../charts/chart.js";
+import { indicesOf, linesOf, thinnedTo, verticesOf } from "./mesh.js";
+import { boxOf } from "./surface.js";
+
+/** @typedef {import("./surface.js").FlankSurface} FlankSurface */
+/** @typedef {{ yaw: number, pitch: number, zoom: number }} Camera angles in degrees */
+
+const HEIGHT = 420;
+const COARSE = 6000;
+/** From above left, from the toe, from above. @type {Record<string, Camera>} */
+const VIEWS = {
+  1: { yaw: -30, pitch: 35, zoom: 1 },
+  2: { yaw: -90, pitch: 12, zoom: 1 },
+  3: { yaw: 0, pitch: 89, zoom: 1 },
+};
+const FIRST = /** @type {Camera} */ (VIEWS[1]);
+
+/** Whether this browser draws in space. */
+export function hasWebgl() {
+  return document.createElement("canvas").getContext("webgl2") !== null;
+}
+
+/** By how much deviations are drawn larger, so that the limit is a quarter of the flank. @param {FlankSurface} surface @param {number} limit @param {string | undefined} unit */
+export function magnificationOf(surface, limit, unit) {
+  const { u, v } = boxOf(surface);
+  const size = Math.max(u[1] - u[0], v[1] - v[0]);
+  const inMm = unit === "µm" ? 1e-3 : 1;
+  return niceAbove((0.18 * size) / (limit * inMm));
+}
+
+/**
+ * @param {{ surface: FlankSurface, limit: number, unit: string | undefined, name: string, summary: string, flipU: boolean }} props
+ */
+export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
+  const [holder, width] = useWidth();
+  const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
+  const scene = useRef(/** @type {Awaited<ReturnType<typeof built>> | null} */ (null));
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const [ready, setReady] = useState(false);
+  const magnification = useMemo(() => magnificationOf(surface, limit, unit), [surface, limit, unit]);
+  const text = query.value.get("camera");
+  const camera = useMemo(() => cameraOf(text), [text]);
+  const dragged = useRef(/** @type {{ x: number, y: number, from: Camera, now: Camera } | null} */ (null));
+  useEffect(() => {
+    let wanted = true;
+    setReady(false);
+    const scaled = magnification * (unit === "µm" ? 1e-3 : 1);
+    if (canvas.current) {
+      built(canvas.current, surface, limit, scaled, flipU).then(
+        (made) => {
+          if (!wanted) return made.dispose();
+          scene.current = made;
+          setReady(true);
+          return undefined;
+        },
+        (/** @type {unknown} */ fault) => wanted && setError(fault),
+      );
+    }
+    return () => {
+      wanted = false;
+      scene.current?.dispose();
+      scene.current = null;
+    };
+  }, [surface, limit, magnification, flipU]);
+  useEffect(() => {
+    if (ready) scene.current?.draw(camera, width, HEIGHT, false);
+  }, [ready, camera, width]);
+  const settle = (/** @type {Camera} */ next) =>
+    setQuery({ camera: [next.yaw, next.pitch, next.zoom].map((one) => Number(one.toFixed(2))).join(",") });
+  const press = (/** @type {KeyboardEvent} */ event) => {
+    const turns = /** @type {Record<string, [number, number]>} */ ({
+      ArrowLeft: [-5, 0],
+      ArrowRight: [5, 0],
+      ArrowUp: [0, 5],
+      ArrowDown: [0, -5],
+    });
+    const turn = turns[event.key];
+    const view = VIEWS[event.key] ?? (event.key === "0" ? FIRST : undefined);
+    const factor = { "+": 1.25, "-": 0.8 }[event.key];
+    if (turn) settle(turned(camera, ...turn));
+    else if (view) settle(view);
+    else if (factor) settle({ ...camera, zoom: Math.min(10, Math.max(0.3, camera.zoom * factor)) });
+    else return;
+    event.preventDefault();
+    event.stopPropagation();
+  };
+  const move = (/** @type {PointerEvent} */ event) => {
+    const drag = dragged.current;
+    if (!drag) return;
+    drag.now = turned(drag.from, (event.clientX - drag.x) / 3, (event.clientY - drag.y) / 3);
+    scene.current?.draw(drag.now, width, HEIGHT, true);
+  };
+  const release = () => {
+    if (dragged.current) settle(dragged.current.now);
+    dragged.current = null;
+  };
+  if (error !== undefined) return html`<p class="hint" role="status">${t.noWebgl}</p>`;
+  return html`<div class="flank-3d">
+    <div class="actions" role="group" aria-label=${t.views}>
+      ${Object.entries(VIEWS).map(([key, view]) => html`<button key=${key} type="button" class="button small" onClick=${() => settle(view)}>${key === "1" ? t.view1 : key === "2" ? t.view2 : t.view3}</button>`)}
+    </div>
+    <div ref=${holder} class="chart-reader" tabindex="0" role="application" aria-roledescription=${t.space} aria-label=${`${name}. ${summary} ${t.turnHint}`}
+      data-ready=${ready ? "1" : undefined} onKeyDown=${press}
+      onPointerDown=${(/** @type {PointerEvent & { currentTarget: Element }} */ event) => {
+        event.currentTarget.setPointerCapture(event.pointerId);
+        dragged.current = { x: event.clientX, y: event.clientY, from: camera, now: camera };
+      }}
+      onPointerMove=${move} onPointerUp=${release} onPointerCancel=${release}>
+      <canvas ref=${canvas} width=${width} height=${HEIGHT}></canvas>
+    </div>
+    <p class="hint">${t.magnified(fmt.value.count(magnification))} ${t.turnHint}</p>
+  </div>`;
+}
+
+/** @param {Camera} camera @param {number} yaw @param {number} pitch @returns {Camera} */
+function turned(camera, yaw, pitch) {
+  return {
+    ...camera,
+    yaw: ((camera.yaw + yaw + 540) % 360) - 180,
+    pitch: Math.min(89, Math.max(-89, camera.pitch + pitch)),
+  };
+}
+
+/** @param {string | null} text @returns {Camera} */
+function cameraOf(text) {
+  const [yaw = Number.NaN, pitch = Number.NaN, zoom = Number.NaN] = (text ?? "").split(",").map(Number);
+  return Number.isFinite(yaw + pitch + zoom) && zoom > 0 ? { yaw, pitch, zoom } : FIRST;
+}
+
+/**
+ * @param {HTMLCanvasElement} canvas @param {FlankSurface} surface @param {number} limit @param {number} scale of the heights
+ * @param {boolean} flipU
+ */
+async function built(canvas, surface, limit, scale, flipU) {
+  const three = await import("../../vendor/three.js");
+  const renderer = new three.WebGLRenderer({ canvas, antialias: true, alpha: true });
+  const scene = new three.Scene();
+  const material = new three.MeshBasicMaterial({ vertexColors: true, side: three.DoubleSide });
+  const mesh = (/** @type {FlankSurface} */ of) => {
+    const { positions, colours } = verticesOf(of, limit, scale, flipU, boxOf(surface));
+    const geometry = new three.BufferGeometry();
+    geometry.setAttribute("position", new three.BufferAttribute(positions, 3));
+    geometry.setAttribute("color", new three.BufferAttribute(colours, 3));
+    geometry.setIndex(new three.BufferAttribute(indicesOf(of), 1));
+    const made = new three.Mesh(geometry, material);
+    scene.add(made);
+    return made;
+  };
+  const fine = mesh(surface);
+  const small = thinnedTo(surface, COARSE);
+  const coarse = small === surface ? fine : mesh(small);
+  const grid = (/** @type {Float32Array} */ positions, /** @type {number} */ colour) => {
+    const geometry = new three.BufferGeometry();
+    geometry.setAttribute("position", new three.BufferAttribute(positions, 3));
+    const lines = new three.LineSegments(
+      geometry,
+      new three.LineBasicMaterial({ color: colour, transparent: true, opacity: 0.55 }),
+    );
+    scene.add(lines);
+    return lines;
+  };
+  const few = thinnedTo(surface, 600);
+  const lines = [
+    grid(linesOf(few, 0, flipU, boxOf(surface)), 0x8a949e),
+    grid(linesOf(few, scale, flipU, boxOf(surface)), 0x1c242c),
+  ];
+  const { u, v } = boxOf(surface);
+  const radius = 0.62 * Math.hypot(u[1] - u[0], v[1] - v[0]);
+  const eye = new three.OrthographicCamera(-1, 1, 1, -1, -50 * radius, 50 * radius);
+  eye.up.set(0, 0, 1);
+  return {
+    /** @param {Camera} camera @param {number} width @param {number} height @param {boolean} turning */
+    draw({ yaw, pitch, zoom }, width, height, turning) {
+      fine.visible = !turning || coarse === fine;
+      if (coarse !== fine) coarse.visible = turning;
+      renderer.setPixelRatio(turning ? 1 : Math.min(2, globalThis.devicePixelRatio || 1));
+      renderer.setSize(width, height, false);
+      const [a, b] = [three.MathUtils.degToRad(yaw - 90), three.MathUtils.degToRad(pitch)];
+      eye.position.set(Math.cos(a) * Math.cos(b) * radius, Math.sin(a) * Math.cos(b) * radius, Math.sin(b) * radius);
+      eye.lookAt(0, 0, 0);
+      const aspect = width / height;
+      [eye.left, eye.right, eye.top, eye.bottom] = [
+        -radius * Math.max(1, aspect),
+        radius * Math.max(1, aspect),
+        radius,
+        -radius,
+      ];
+      if (aspect < 1) [eye.top, eye.bottom] = [radius / aspect, -radius / aspect];
+      eye.zoom = zoom * 1.6;
+      eye.updateProjectionMatrix();
+      renderer.render(scene, eye);
+    },
+    dispose() {
+      for (const one of [fine, coarse, ...lines]) one.geometry.dispose();
+      for (const one of lines) one.material.dispose();
+      material.dispose();
+      renderer.dispose();
+    },
+  };
+}

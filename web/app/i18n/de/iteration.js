@@ -1,0 +1,30 @@
+/** @type {import("../i18n.js").Same<typeof import("../en/iteration.js").default>} */
+export default {
+  map: "Flankentopografie",
+  layer: "Ebene",
+  measured: "Gemessen",
+  fitted: "Ausgeglichen",
+  residual: "Residuum",
+  difference: "Unterschied zu einer anderen Iteration",
+  predicted: "Von der Korrektur vorhergesagt",
+  answered: "Nach der Korrektur gemessen",
+  minus: "Abzüglich",
+  lessIteration: (/** @type {number} */ number) => `abzüglich Iteration ${number}`,
+  noMap:
+    "Die Messpunkte sind Zeilen einer Messmatrix und haben keinen Ort auf einer Flanke. Die Kennwerte der Ausgleichung stehen daneben.",
+  noLayer: "Auf dieser Ebene ist nichts zu zeigen.",
+  interpolated:
+    "Die beiden Iterationen haben andere Messpunkte; die andere Fläche ist zwischen ihren eigenen interpoliert.",
+  answeredBy: (/** @type {number} */ number) => `Gemessen von Iteration ${number}.`,
+  measurement: "Messung",
+  flank: "Flanke",
+  left: "links",
+  right: "rechts",
+  tooth: "Zahn",
+  nodes: "Messpunkte",
+  measuredAt: "Gemessen",
+  stored: "Gespeichert",
+  instrument: "Messgerät",
+  operator: "Bediener",
+  note: "Bemerkung",
+};

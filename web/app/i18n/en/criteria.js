@@ -1,0 +1,18 @@
+export default {
+  min_mse: "least predicted mean squared error",
+  min_condition: "least condition number",
+  gcv: "generalised cross-validation",
+  discrepancy: "discrepancy principle",
+  l_curve: "corner of the L-curve",
+  hkb: "Hoerl, Kennard and Baldwin",
+  hkb_1975: "Hoerl, Kennard and Baldwin 1975",
+  lawless_wang: "Lawless and Wang",
+  optimal: "optimal weight",
+  reml: "restricted maximum likelihood",
+  press: "predicted residual sum of squares",
+  blocked_cv: "blocked cross-validation",
+  sure: "Stein’s unbiased risk estimate",
+  fixed: "given value",
+  least_squares: "least squares",
+  none: "not regularised",
+};

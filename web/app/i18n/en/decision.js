@@ -1,0 +1,16 @@
+export default {
+  decision: "Decision",
+  none: "Nothing has been decided yet.",
+  accept: "Accept",
+  remachine: "Machine again",
+  reject: "Reject",
+  sureAccept: (/** @type {number} */ number) => `Accept iteration ${number}`,
+  sureRemachine: (/** @type {number} */ number) => `Machine again after iteration ${number}`,
+  sureReject: (/** @type {number} */ number) => `Reject at iteration ${number}`,
+  reason: "Reason",
+  reasonHint: "Kept in the trace.",
+  done: (/** @type {string} */ decision) => `Decided: ${decision}.`,
+  there: "Stands there now",
+  yours: "Yours",
+  anyway: (/** @type {string} */ action) => `${action} all the same`,
+};

@@ -1,0 +1,18 @@
+export default {
+  title: "Jobs",
+  about: "Newest first. The server cannot search, filter or sort this list yet.",
+  caption: "Jobs",
+  name: "Job",
+  part: "Part number",
+  serial: "Serial number",
+  machine: "Machine",
+  gear: "Gear",
+  tags: "Tags",
+  created: "Created",
+  changed: "Last change",
+  none: "There is no job yet. A job is one gear on its way from the first measurement to acceptance.",
+  emptyPage: "There are no more jobs on this page.",
+  older: "Older",
+  newest: "Newest",
+  pages: "Pages of the list",
+};

@@ -1,0 +1,87 @@
+// Colours of values and of series.
+
+import { batlow, vik } from "./colour_maps.js";
+
+/** @typedef {import("./colour_maps.js").Rgb} Rgb */
+
+/**
+ * Series (Okabe and Ito), as names of tokens, so that they suit light and dark.
+ * Colour is never alone: left flanks are solid, right ones dashed.
+ */
+export const SERIES = /** @type {const} */ (["blue", "vermilion", "green", "purple", "orange", "sky", "yellow", "ink"]);
+
+/** What the tokens of `SERIES` stand for. */
+export const OKABE_ITO = {
+  blue: [0, 114, 178],
+  vermilion: [213, 94, 0],
+  green: [0, 158, 115],
+  purple: [204, 121, 167],
+  orange: [230, 159, 0],
+  sky: [86, 180, 233],
+  yellow: [240, 228, 66],
+  ink: [0, 0, 0],
+};
+
+/** Dashes of a flank's lines. @param {"left" | "right" | undefined} flank */
+export function dashOf(flank) {
+  return flank === "right" ? "6 4" : undefined;
+}
+
+/**
+ * The step of a colour map at a share of its range, which is cut to 0…1.
+ * @param {readonly Rgb[]} map @param {number} share @returns {Rgb}
+ */
+function stepAt(map, share) {
+  const index = Math.round(Math.min(1, Math.max(0, share)) * (map.length - 1));
+  return map[index] ?? [128, 128, 128];
+}
+
+/** The colour of a deviation on a scale from -limit to limit. @param {number} value @param {number} limit */
+export function deviationColour(value, limit) {
+  return stepAt(vik, limit > 0 ? 0.5 + value / (2 * limit) : 0.5);
+}
+
+/** The colour of an amount between the least and the greatest. @param {number} value @param {readonly [number, number]} range */
+export function amountColour(value, [low, high]) {
+  return stepAt(batlow, high > low ? (value - low) / (high - low) : 0);
+}
+
+/** As CSS writes it. @param {Rgb} colour */
+export function css([red, green, blue]) {
+  return `rgb(${red} ${green} ${blue})`;
+}
+
+/**
+ * The limit of a symmetric scale: the next of 1, 2, 5 times a power of ten above the 98th percentile
+ * of the magnitudes; and how many values lie beyond it.
+ * @param {Iterable<number | null>} values
+ * @returns {{ limit: number, clipped: number }}
+ */
+export function symmetricLimit(values) {
+  const all = new Float64Array("length" in values ? Number(values.length) : [...values].length);
+  let count = 0;
+  for (const value of values) {
+    if (value !== null && Number.isFinite(value)) {
+      all[count] = Math.abs(value);
+      count += 1;
+    }
+  }
+  const sizes = all.subarray(0, count).sort();
+  const percentile = sizes[Math.min(sizes.length - 1, Math.ceil(0.98 * sizes.length) - 1)] ?? 0;
+  const limit = niceAbove(percentile);
+  return { limit, clipped: sizes.length - countUpTo(sizes, limit) };
+}
+
+/** How many are no greater. @param {Float64Array} sizes ascending @param {number} limit */
+function countUpTo(sizes, limit) {
+  const above = sizes.findIndex((size) => size > limit);
+  return above < 0 ? sizes.length : above;
+}
+
+/** The least of 1, 2, 5 times a power of ten that is no less. @param {number} value */
+export function niceAbove(value) {
+  if (!(value > 0)) return 1;
+  const power = 10 ** Math.floor(Math.log10(value));
+  const factor = [1, 2, 5, 10].find((step) => step * power >= value * (1 - 1e-12)) ?? 10;
+  return Number((factor * power).toPrecision(1));
+}

@@ -1,0 +1,181 @@
+// A correction as it is typed, and as it is asked for. Pure.
+
+import { parseNumber } from "./format.js";
+
+/** @typedef {import("../api/client.js").Schema<"CorrectionRequest">} CorrectionRequest */
+/** @typedef {import("../api/client.js").Schema<"SettingLimits">} SettingLimits */
+/** @typedef {{ fixed: boolean, min: string, max: string, increment: string }} LimitDraft */
+/**
+ * @typedef {object} Draft everything as text, as it was typed
+ * @property {"form_grinding" | "generating_grinding" | "matrix"} by
+ * @property {"" | "left" | "right"} flank
+ * @property {"" | "roll_length" | "roll_angle" | "diameter"} axis
+ * @property {string} matrix names with units in its first line, below it a line for each node
+ * @property {string} noise
+ * @property {string} response
+ * @property {"" | "true" | "false"} absolute
+ * @property {string} target
+ * @property {Record<string, LimitDraft>} limits
+ */
+
+/** Settings of the machines that are known by name, with their units; docs/machine-settings.md shows each. */
+export const MACHINES = /** @type {const} */ ({
+  form_grinding: {
+    profile_angle: "′",
+    helix_angle: "′",
+    profile_crowning: "µm",
+    helix_crowning: "µm",
+    tooth_thickness: "µm",
+    infeed: "µm",
+    tool_axis_offset: "µm",
+  },
+  generating_grinding: {
+    profile_angle: "′",
+    helix_angle: "′",
+    profile_crowning: "µm",
+    helix_crowning: "µm",
+    twist: "µm",
+    tooth_thickness: "µm",
+    tool_axis_offset: "µm",
+  },
+});
+
+/** @typedef {keyof typeof MACHINES.form_grinding | keyof typeof MACHINES.generating_grinding} SettingName */
+
+/** @type {LimitDraft} */
+const FREE = { fixed: false, min: "", max: "", increment: "" };
+
+/** @param {Draft} draft @param {string} name */
+export const limitOf = (draft, name) => draft.limits[name] ?? FREE;
+
+/** @param {boolean} hasGear without one there is no machine @returns {Draft} */
+export function emptyDraft(hasGear) {
+  return {
+    by: hasGear ? "form_grinding" : "matrix",
+    flank: "",
+    axis: "",
+    matrix: "",
+    noise: "",
+    response: "",
+    absolute: "",
+    target: "",
+    limits: {},
+  };
+}
+
+/**
+ * What a correction was asked for with, to begin another one from.
+ * @param {CorrectionRequest} request @param {(value: number | null | undefined) => string} write
+ * @returns {Draft}
+ */
+export function draftOf(request, write) {
+  const { sensitivity, limits = {} } = request;
+  const { settings = [], units = [], matrix = [] } = sensitivity;
+  const head = settings.map((name, i) => (units[i] ? `${name} [${units[i]}]` : name)).join("\t");
+  const list = (/** @type {readonly (number | null)[] | undefined} */ values) => (values ?? []).map(write).join("\n");
+  return {
+    by: sensitivity.machine ?? "matrix",
+    flank: sensitivity.flank ?? "",
+    axis: sensitivity.profile_axis ?? "",
+    matrix: matrix.length > 0 ? [head, ...matrix.map((row) => row.map(write).join("\t"))].join("\n") : "",
+    noise: write(request.noise_sigma_um),
+    response: write(request.response_uncertainty),
+    absolute: request.absolute === undefined || request.absolute === null ? "" : request.absolute ? "true" : "false",
+    target: list(request.target_um),
+    limits: Object.fromEntries(
+      Object.entries(limits).map(([name, { fixed, min, max, increment }]) => [
+        name,
+        { fixed: fixed ?? false, min: write(min), max: write(max), increment: write(increment) },
+      ]),
+    ),
+  };
+}
+
+/** The settings that a draft names, with their units. @param {Draft} draft @returns {{ name: string, unit: string | undefined }[]} */
+export function settingsOf(draft) {
+  if (draft.by === "matrix") return headOf(draft.matrix);
+  return Object.entries(MACHINES[draft.by]).map(([name, unit]) => ({ name, unit }));
+}
+
+/** @param {string} text */
+function headOf(text) {
+  const line = text.split(/\r?\n/).find((one) => one.trim() !== "") ?? "";
+  return cellsOf(line).map((cell) => {
+    const [, name = cell, unit] = /^(.*?)\s*\[(.*)\]$/.exec(cell) ?? [];
+    return { name, unit };
+  });
+}
+
+/** Cells between tabs, semicolons or, where there is neither, commas. @param {string} line */
+function cellsOf(line) {
+  const between = /[\t;]/.test(line) ? /[\t;]/ : /,/;
+  return line.split(between).map((cell) => cell.trim());
+}
+
+/** @typedef {{ request: CorrectionRequest, faults: Record<string, "number" | "row"> }} Read `faults`: pointers of what is no number */
+
+/**
+ * The request that a draft asks for, and where it holds what is no number.
+ * @param {Draft} draft @returns {Read}
+ */
+export function requestOf(draft) {
+  /** @type {Read["faults"]} */
+  const faults = {};
+  const number = (/** @type {string} */ text, /** @type {string} */ pointer) => {
+    const value = parseNumber(text);
+    if (value !== undefined && Number.isNaN(value)) faults[pointer] = "number";
+    return value;
+  };
+  const known = new Set(settingsOf(draft).map(({ name }) => name));
+  /** @type {Record<string, SettingLimits>} */
+  const limits = {};
+  for (const [name, { fixed, ...typed }] of Object.entries(draft.limits)) {
+    if (!known.has(name)) continue;
+    if (fixed) {
+      limits[name] = { fixed: true };
+      continue;
+    }
+    const said = Object.entries(typed)
+      .map(([what, text]) => [what, number(text, `/limits/${escaped(name)}/${what}`)])
+      .filter(([, value]) => value !== undefined);
+    if (said.length > 0) limits[name] = Object.fromEntries(said);
+  }
+  const noise = number(draft.noise, "/noise_sigma_um");
+  const response = number(draft.response, "/response_uncertainty");
+  const words = draft.target.split(/[\s;]+/).filter(Boolean);
+  const target = words.map((word) => number(word, "/target_um") ?? 0);
+  /** @type {CorrectionRequest} */
+  const request = {
+    sensitivity: draft.by === "matrix" ? matrixOf(draft.matrix, faults) : machineOf(draft),
+    ...(Object.keys(limits).length > 0 ? { limits } : {}),
+    ...(noise === undefined ? {} : { noise_sigma_um: noise }),
+    ...(response === undefined ? {} : { response_uncertainty: response }),
+    ...(draft.absolute === "" ? {} : { absolute: draft.absolute === "true" }),
+    ...(target.length > 0 ? { target_um: target } : {}),
+  };
+  return { request, faults };
+}
+
+/** @param {Draft} draft @returns {CorrectionRequest["sensitivity"]} */
+function machineOf({ by, flank, axis }) {
+  if (by === "matrix") return {};
+  return { machine: by, ...(flank ? { flank } : {}), ...(axis ? { profile_axis: axis } : {}) };
+}
+
+/** @param {string} text @param {Read["faults"]} faults @returns {CorrectionRequest["sensitivity"]} */
+function matrixOf(text, faults) {
+  const lines = text.split(/\r?\n/).filter((line) => line.trim() !== "");
+  const head = headOf(text);
+  const matrix = lines.slice(1).map((line) => cellsOf(line).map((cell) => parseNumber(cell) ?? Number.NaN));
+  const wrong = matrix.findIndex((row) => row.some(Number.isNaN));
+  if (wrong >= 0) faults["/sensitivity/matrix"] = "row";
+  const units = head.map(({ unit }) => unit ?? "");
+  return {
+    settings: head.map(({ name }) => name),
+    ...(units.every(Boolean) && units.length > 0 ? { units } : {}),
+    matrix,
+  };
+}
+
+/** A name within a JSON Pointer. @param {string} name */
+export const escaped = (name) => name.replaceAll("~", "~0").replaceAll("/", "~1");

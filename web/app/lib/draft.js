@@ -1,0 +1,33 @@
+// What was typed into a form, kept while the tab lives: going away and back, or a reload, loses none of it.
+
+import { useState } from "../../vendor/ui.js";
+
+/**
+ * A value that is kept in this tab under a name.
+ * @template Value
+ * @param {string} name @param {() => Value} begin what it is before anything was typed
+ * @returns {[Value, (value: Value) => void]}
+ */
+export function useDraft(name, begin) {
+  const place = `flankfit.draft ${name}`;
+  const [value, setValue] = useState(() => kept(place) ?? begin());
+  /** @param {Value} next */
+  const take = (next) => {
+    setValue(next);
+    try {
+      sessionStorage.setItem(place, JSON.stringify(next));
+    } catch {
+      // a full store loses only what outlives the page
+    }
+  };
+  return [value, take];
+}
+
+/** @param {string} place */
+function kept(place) {
+  try {
+    return JSON.parse(sessionStorage.getItem(place) ?? "null") ?? undefined;
+  } catch {
+    return undefined;
+  }
+}

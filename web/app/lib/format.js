@@ -1,0 +1,136 @@
+// Numbers, times and counts as a reader of one language writes them. Pure functions of the
+// language; `i18n/i18n.js` has those of the language that is chosen.
+
+/** What stands for a value that is absent. */
+export const ABSENT = "–";
+const MINUS = "\u2212";
+const NARROW = "\u202f";
+const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
+
+/** @typedef {"en" | "de"} Locale */
+/** @typedef {number | null | undefined} Maybe */
+
+/** The locale that dates are written by. @param {Locale} locale */
+const dateLocale = (locale) => (locale === "de" ? "de-DE" : "en-GB");
+
+/** @param {Locale} locale */
+export function formats(locale) {
+  const comma = locale === "de" ? "," : ".";
+  /** @param {string} digits as `toFixed` writes them */
+  const local = (digits) =>
+    (/[1-9]/.test(digits) ? digits.replace("-", MINUS) : digits.replace("-", "")).replace(".", comma);
+  const counts = new Intl.NumberFormat(dateLocale(locale));
+  const dates = new Intl.DateTimeFormat(dateLocale(locale), { dateStyle: "medium" });
+  const times = new Intl.DateTimeFormat(dateLocale(locale), { dateStyle: "medium", timeStyle: "short" });
+  const clock = new Intl.DateTimeFormat(dateLocale(locale), { timeStyle: "medium" });
+
+  /** So many decimals. @param {Maybe} value @param {number} decimals */
+  function fixed(value, decimals) {
+    return isNumber(value) ? local(rounded(value, decimals)) : ABSENT;
+  }
+
+  /** So many significant digits; very large and very small ones with a power of ten. @param {Maybe} value @param {number} digits */
+  function significant(value, digits) {
+    if (!isNumber(value)) return ABSENT;
+    if (value === 0) return "0";
+    const [mantissa = "0", power = "0"] = value.toExponential(digits - 1).split("e");
+    const exponent = Number(power);
+    if (exponent < -3 || exponent > Math.max(3, digits)) return `${local(mantissa)}·10${superscript(exponent)}`;
+    return local(rounded(Number(`${mantissa}e${power}`), Math.max(0, digits - 1 - exponent)));
+  }
+
+  /**
+   * A value to the second digit of its standard error: `7.74 ± 0.52 µm/mm`.
+   * @param {Maybe} value @param {Maybe} error @param {string} [unit]
+   */
+  function withError(value, error, unit) {
+    const end = unit ? `${NARROW}${unit}` : "";
+    if (!isNumber(value)) return ABSENT;
+    if (!isNumber(error) || !(error > 0)) return significant(value, 3) + end;
+    const size = Math.max(exponentOf(value), exponentOf(error));
+    // the decimal place of the error's second digit, after it has been rounded to two
+    const place = Number(error.toExponential(1).split("e")[1]) - 1;
+    if (size >= 5 || size < -3) {
+      const scaled = [value, error].map((one) => local(rounded(one / 10 ** size, Math.max(0, size - place))));
+      return `(${scaled.join(" ± ")})·10${superscript(size)}${end}`;
+    }
+    return `${local(rounded(value, -place))} ± ${local(rounded(error, -place))}${end}`;
+  }
+
+  /**
+   * An interval, to the second digit of the standard error that it is of: `0.64 … 0.77`.
+   * @param {readonly number[] | null | undefined} ends @param {Maybe} error @param {string} [unit]
+   */
+  function interval(ends, error, unit) {
+    const [low, high] = ends ?? [];
+    if (!isNumber(low) || !isNumber(high)) return ABSENT;
+    const size = isNumber(error) && error > 0 ? error : (high - low) / 4;
+    const place = size > 0 ? Number(size.toExponential(1).split("e")[1]) - 1 : -3;
+    const written = [low, high].map((end) => local(rounded(end, -place)));
+    return written.join(" … ") + (unit ? `${NARROW}${unit}` : "");
+  }
+
+  /** @param {string | number | Date | null | undefined} time @param {Intl.DateTimeFormat} format */
+  function dated(time, format) {
+    const date = time === null || time === undefined ? undefined : new Date(time);
+    return date && !Number.isNaN(date.getTime()) ? format.format(date) : ABSENT;
+  }
+
+  return {
+    fixed,
+    significant,
+    withError,
+    interval,
+    /** Micrometres: one decimal. @param {Maybe} value */
+    um: (value) => fixed(value, 1),
+    /** Millimetres: three decimals. @param {Maybe} value */
+    mm: (value) => fixed(value, 3),
+    /** λ*, eigenvalues, predicted errors: three digits. @param {Maybe} value */
+    three: (value) => significant(value, 3),
+    /** Condition numbers: two digits. @param {Maybe} value */
+    condition: (value) => significant(value, 2),
+    /** Whole numbers, grouped. @param {Maybe} value */
+    count: (value) => (isNumber(value) ? counts.format(value) : ABSENT),
+    /** @param {string | number | Date | null | undefined} time */
+    date: (time) => dated(time, dates),
+    /** @param {string | number | Date | null | undefined} time */
+    time: (time) => dated(time, times),
+    /** @param {string | number | Date | null | undefined} time */
+    clock: (time) => dated(time, clock),
+    /** What a field for numbers begins with: all digits, the language's comma. @param {Maybe} value */
+    input: (value) => (isNumber(value) ? String(value).replace(".", comma) : ""),
+  };
+}
+
+/**
+ * Reads a number with a decimal point or comma. None for an empty text; NaN for what is none.
+ * @param {string} text @returns {number | undefined}
+ */
+export function parseNumber(text) {
+  const plain = text.trim().replace(MINUS, "-").replace(",", ".");
+  if (plain === "") return undefined;
+  return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : Number.NaN;
+}
+
+/** @param {Maybe} value @returns {value is number} */
+function isNumber(value) {
+  return typeof value === "number" && Number.isFinite(value);
+}
+
+/** @param {number} value */
+function exponentOf(value) {
+  return value === 0 ? Number.NEGATIVE_INFINITY : Math.floor(Math.log10(Math.abs(value)));
+}
+
+/** As `toFixed`, and to places before the decimal mark too. @param {number} value @param {number} decimals */
+function rounded(value, decimals) {
+  if (decimals >= 0) return value.toFixed(Math.min(decimals, 100));
+  const unit = 10 ** -decimals;
+  return (Math.round(value / unit) * unit).toFixed(0);
+}
+
+/** An exponent in raised digits. @param {number} exponent */
+export function superscript(exponent) {
+  const digits = [...String(Math.abs(exponent))].map((digit) => SUPERSCRIPTS[Number(digit)]).join("");
+  return exponent < 0 ? `⁻${digits}` : digits;
+}

@@ -1,0 +1,110 @@
+// Nodes as a text: JSON (nodes alone, or a request with them) or CSV. Pure. What a number may be is
+// the server's to say; here only as much is read as is drawn and counted.
+
+/** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
+/** @typedef {Record<string, unknown>} Fields */
+/**
+ * @typedef {object} NodesFile
+ * @property {"json" | "csv"} kind
+ * @property {Nodes} nodes missing heights are NaN or null
+ * @property {string} text as it was given
+ * @property {Fields} spec what a request says of the fit
+ * @property {Fields} measurement what it says of the measurement
+ * @property {number} count nodes, missing ones included
+ * @property {number} missing
+ */
+/** @typedef {"empty" | "json" | "noNodes" | "header"} NodesFault */
+
+/** Fields of an iteration that a fit does not have. */
+const MEASUREMENT = ["measured_at", "instrument", "operator", "note"];
+const TYPES = ["curve", "grid", "scattered", "matrix"];
+
+/** @param {string} given @returns {{ file: NodesFile, fault?: undefined } | { fault: NodesFault, file?: undefined }} */
+export function readNodes(given) {
+  const text = given.replace(/^\uFEFF/, "");
+  if (text.trim() === "") return { fault: "empty" };
+  return /^\s*[{[]/.test(text) ? ofJson(text) : ofCsv(text);
+}
+
+/** @param {string} text @returns {ReturnType<typeof readNodes>} */
+function ofJson(text) {
+  /** @type {any} */
+  let value;
+  try {
+    value = JSON.parse(text);
+  } catch {
+    return { fault: "json" };
+  }
+  const request = TYPES.includes(value?.type) ? { nodes: value } : value;
+  if (!TYPES.includes(request?.nodes?.type)) return { fault: "noNodes" };
+  /** @type {Fields} */
+  const spec = {};
+  /** @type {Fields} */
+  const measurement = {};
+  for (const [name, one] of Object.entries(request)) {
+    if (name === "nodes") continue;
+    if (MEASUREMENT.includes(name)) measurement[name] = one;
+    else spec[name] = one;
+  }
+  return { file: { kind: "json", nodes: request.nodes, text, spec, measurement, ...counted(request.nodes) } };
+}
+
+/** @param {string} text @returns {ReturnType<typeof readNodes>} */
+function ofCsv(text) {
+  const lines = text.split(/\r\n|\n|\r/).filter((line) => line.trim() !== "");
+  const cells = (/** @type {string} */ line) => line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
+  const header = cells(lines[0] ?? "");
+  if (!/^(u,v,z|x,y)(,weight)?$/.test(header.join(","))) return { fault: "header" };
+  /** @type {Record<string, number[]>} */
+  const columns = Object.fromEntries(header.map((name) => [name, []]));
+  for (const line of lines.slice(1)) {
+    const row = cells(line);
+    for (const [i, name] of header.entries()) columns[name]?.push(row[i] ? Number(row[i]) : Number.NaN);
+  }
+  const type = header[0] === "u" ? "scattered" : "curve";
+  const nodes = /** @type {Nodes} */ (/** @type {unknown} */ ({ type, ...columns }));
+  return { file: { kind: "csv", nodes, text, spec: {}, measurement: {}, ...counted(nodes) } };
+}
+
+/** @param {any} nodes not looked at by anybody yet */
+function counted({ type, z, y, valid }) {
+  const heights = type === "curve" || type === "matrix" ? y : z;
+  let [count, missing] = [0, 0];
+  const take = (/** @type {unknown} */ height, /** @type {unknown} */ counts) => {
+    count += 1;
+    if (counts === false || typeof height !== "number" || Number.isNaN(height)) missing += 1;
+  };
+  for (const [i, one] of list(heights).entries()) {
+    if (type === "grid") for (const [j, height] of list(one).entries()) take(height, valid?.[i]?.[j]);
+    else take(one, valid?.[i]);
+  }
+  return { count, missing };
+}
+
+/** @param {unknown} value @returns {unknown[]} */
+const list = (value) => (Array.isArray(value) ? value : []);
+
+/**
+ * The spec of a fit: what the file says, and what was chosen beside it.
+ * @param {NodesFile} file @param {{ degree?: string | undefined, by?: string | undefined }} chosen
+ * @returns {Fields}
+ */
+export function specOf({ nodes, spec }, { degree, by }) {
+  const n = Number(degree) || 2;
+  const told = "model" in spec && !degree;
+  const columns = nodes.type === "matrix" ? { type: "linear" } : undefined;
+  const polynomial = { type: "polynomial", degree: nodes.type === "curve" ? n : [n, n] };
+  /** @type {Fields} */
+  const made = { ...spec, model: told ? spec["model"] : (columns ?? polynomial) };
+  if (by === "none") made["regularization"] = { type: "none" };
+  else if (by) {
+    const own = /** @type {{ type?: string } | undefined} */ (spec["regularization"]);
+    made["regularization"] = {
+      ...(own?.type === "spectral" ? own : { type: "spectral" }),
+      lambda_star: { criterion: by },
+    };
+  }
+  const include = Array.isArray(spec["include"]) ? spec["include"] : [];
+  made["include"] = [...new Set([...include, "residuals", "fitted", "intervals"])];
+  return made;
+}

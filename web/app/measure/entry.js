@@ -1,0 +1,122 @@
+// One file of the queue: what is in it, its map, what the server said of it.
+
+import { ApiError } from "../api/problem.js";
+import { Badge, Facts } from "../components/figure.js";
+import { Failure } from "../components/states.js";
+import { mapAxes } from "../flank/axes.js";
+import { HeatMap, nodeText } from "../flank/heat_map.js";
+import { Legend } from "../flank/legend.js";
+import { boxOf, extremesOf } from "../flank/surface.js";
+import { scaleFor } from "../flank/scale.js";
+import { t as flank } from "../i18n/flank.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/measure.js";
+import en from "../i18n/en/measure.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { gearInShort } from "../lib/gear.js";
+import { heightUnit } from "../lib/units.js";
+import { hrefIf } from "../router.js";
+import { h, html } from "../../vendor/ui.js";
+import { nodeOfPointer } from "./request.js";
+
+const t = texts({ en, de });
+
+/** @typedef {import("./read.js").Content} Content */
+/**
+ * @typedef {object} Entry
+ * @property {number} id
+ * @property {File} file
+ * @property {Content | undefined} content
+ * @property {import("../api/client.js").Schema<"GearsOfFile"> | undefined} gears
+ * @property {"waiting" | "sending" | "done" | "failed"} state
+ * @property {unknown} error
+ * @property {number | undefined} number of the iteration that it became
+ * @property {import("../api/client.js").Attempt} attempt
+ */
+
+const KINDS = /** @type {const} */ ({ waiting: "plain", sending: "plain", done: "good", failed: "bad" });
+
+/** @param {{ entry: Entry, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void }} props `fields`: pointers whose faults stand at fields */
+export function QueueEntry({ entry, jobId, fields, onRemove, onCancel }) {
+  const { file, content, state, error, number, gears } = entry;
+  const to = number === undefined ? undefined : hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number });
+  const counts = content && [
+    { name: t.kind, value: t[/** @type {"grid"} */ (content.form || "unknown")] ?? t.unknown },
+    ...(content.nodes > 0 ? [{ name: t.nodes, value: data(fmt.value.count(content.nodes)) }] : []),
+    ...(content.surface?.kind === "grid"
+      ? [{ name: t.size, value: data(`${content.surface.u.length} × ${content.surface.v.length}`) }]
+      : []),
+    ...(content.nodes > 0 ? [{ name: t.missing, value: data(fmt.value.count(content.missing)) }] : []),
+    { name: t.bytes, value: data(`${fmt.value.count(Math.ceil(file.size / 1000))} kB`) },
+  ];
+  return html`<li class="panel queue-entry">
+    <header>
+      <h3 translate="no">${file.name}</h3>
+      <div class="actions">
+        <span aria-live="polite">${h(Badge, { kind: KINDS[state], children: t[state] })}</span>
+        ${to && html`<a class="button small" href=${to}>${common.iteration(number ?? 0)}</a>`}
+        ${state === "sending" && html`<button type="button" class="button small" onClick=${onCancel}>${common.cancel}</button>`}
+        ${(state === "waiting" || state === "failed") && html`<button type="button" class="button small" onClick=${onRemove}>${t.remove}</button>`}
+      </div>
+    </header>
+    ${state === "sending" && html`<progress aria-label=${t.sending}></progress>`}
+    ${counts ? h(Facts, { items: counts }) : html`<p class="quiet">${t.reading}</p>`}
+    ${content?.fault && html`<p class="fault">${t[/** @type {"fault_json"} */ (`fault_${content.fault}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
+    ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}
+    ${gears && html`<ul class="gears">${gears.gears.map((gear, i) => html`<li key=${i} translate="no">${[gear.id, gear.name, gearInShort(gear.gear), gear.topographies?.join(", ")].filter(Boolean).join(" · ")}</li>`)}</ul>`}
+    ${content && content.doubts.length > 0 && h(Doubts, { content })}
+    ${error !== undefined && h(Failure, { error, except: fields })}
+    ${error instanceof ApiError && h(NodeFaults, { error })}
+    ${content?.surface && h(Preview, { content, error, name: file.name })}
+  </li>`;
+}
+
+/** @param {string} text */
+const data = (text) => html`<span translate="no">${text}</span>`;
+
+/** Cells that are no numbers, before anything is sent. @param {{ content: Content }} props */
+function Doubts({ content }) {
+  const place = (/** @type {string} */ at) => {
+    const node = nodeOfPointer(at);
+    if (node) return flank.cell(node.row + 1, node.column + 1);
+    const [line, column] = at.split(":");
+    return column ? t.lineColumn(Number(line), Number(column)) : at;
+  };
+  return html`<div class="fault"><p>${t.doubts(content.doubts.length)}</p>
+    <ul>${content.doubts.slice(0, 10).map(({ place: at, found }) => html`<li key=${at}>${place(at)}: <code translate="no">${found || "–"}</code></li>`)}</ul></div>`;
+}
+
+/** What the server refused of single nodes, by row and column. @param {{ error: ApiError }} props */
+function NodeFaults({ error }) {
+  const faults = (error.problem.errors ?? []).flatMap(({ pointer, detail }) => {
+    const node = nodeOfPointer(pointer);
+    return node ? [{ pointer, detail, node }] : [];
+  });
+  if (faults.length === 0) return null;
+  return html`<ul class="fault" data-faults="nodes">
+    ${faults.map(({ pointer, detail, node }) => html`<li key=${pointer}>${flank.cell(node.row + 1, node.column + 1)}: <span lang="en" translate="no">${detail}</span></li>`)}
+  </ul>`;
+}
+
+/** @param {{ content: Content, error: unknown, name: string }} props */
+function Preview({ content, error, name }) {
+  const { surface } = content;
+  const extremes = surface && extremesOf(surface);
+  if (!surface || !extremes) return null;
+  const told = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (content.request?.["axes"]);
+  const [axes, unit, whole] = [mapAxes(told), heightUnit(told), boxOf(surface)];
+  const says = (/** @type {import("../flank/surface.js").FlankNode} */ node) => nodeText(node, { axes, unit, whole });
+  const { limit, clipped } = scaleFor(surface);
+  const refused =
+    error instanceof ApiError ? (error.problem.errors ?? []).map(({ pointer }) => nodeOfPointer(pointer)) : [];
+  const bad = [...refused, ...content.doubts.map(({ place }) => nodeOfPointer(place))].find(
+    (node) => node !== undefined,
+  );
+  const at = bad && surface.kind === "grid" ? { u: surface.u[bad.row] ?? 0, v: surface.v[bad.column] ?? 0 } : undefined;
+  const summary = flank.extremes(says(extremes.least), says(extremes.greatest));
+  return html`<div class="measure-preview">
+    ${h(HeatMap, { name: t.previewOf(name), summary, surface, limit, unit, axes, height: 240, lines: surface.z.length < 2000, at })}
+    ${h(Legend, { limit, unit, clipped, missing: content.missing, small: true })}
+    <p class="hint" translate="no">${summary}</p>
+  </div>`;
+}

@@ -1,0 +1,141 @@
+// The fields beside the files: what is fitted, and what is known of the measurement.
+
+import { SelectField, TextField } from "../components/form.js";
+import de from "../i18n/de/measure.js";
+import en from "../i18n/en/measure.js";
+import { texts } from "../i18n/i18n.js";
+import { h, html } from "../../vendor/ui.js";
+
+const t = texts({ en, de });
+
+/** @typedef {import("./request.js").Typed} Typed */
+
+/**
+ * @param {{ typed: Typed, change: (change: Partial<Typed>) => void, error: unknown, wrong: Partial<Record<keyof Typed, true>>,
+ *   imports: boolean, fits: boolean, fromFile: boolean }} props
+ *   `imports`, `fits`: whether some file is imported, or fitted; `fromFile`: a JSON file brings its own
+ */
+export function MeasureFields({ typed, change, error, wrong, imports, fits, fromFile }) {
+  const pointer = (/** @type {string} */ name) => (imports && !fits ? `/spec/${name}` : `/${name}`);
+  const text = (/** @type {keyof Typed} */ key, /** @type {string} */ label, more = {}) =>
+    h(TextField, {
+      label,
+      value: typed[key],
+      onInput: (value) => change({ [key]: value }),
+      error,
+      fault: wrong[key] && t.noNumber,
+      ...more,
+    });
+  const select = (
+    /** @type {keyof Typed} */ key,
+    /** @type {string} */ label,
+    /** @type {readonly [string, string][]} */ options,
+    more = {},
+  ) =>
+    h(SelectField, {
+      label,
+      required: true,
+      value: typed[key],
+      options: options.map(([value, words]) => ({ value, label: words })),
+      onChange: (value) => change({ [key]: value }),
+      error,
+      ...more,
+    });
+  return html`<div class="measure-fields">
+    <fieldset>
+      <legend>${t.measurement}</legend>
+      <div class="fields">
+        ${select(
+          "flank",
+          t.flank,
+          [
+            ["", t.asFile],
+            ["left", t.left],
+            ["right", t.right],
+          ],
+          { pointer: pointer("flank") },
+        )}
+        ${text("tooth", t.tooth, { hint: t.toothHint, pointer: pointer("tooth"), maxLength: 200 })}
+        ${imports && text("component", t.component, { hint: t.componentHint, pointer: pointer("component") })}
+        ${fits && text("instrument", t.instrument, { pointer: "/instrument", maxLength: 200 })}
+        ${fits && text("operator", t.operator, { pointer: "/operator", maxLength: 200 })}
+        ${fits && text("measuredAt", t.measuredAt, { hint: t.measuredAtHint, pointer: "/measured_at", fault: wrong.measuredAt && t.noTime })}
+        ${
+          fits &&
+          select(
+            "axes",
+            t.axes,
+            [
+              ["none", t.axesNone],
+              ["roll_length", t.axesRoll],
+              ["diameter", t.axesDiameter],
+            ],
+            { pointer: "/axes", hint: t.axesHint },
+          )
+        }
+      </div>
+      ${text("note", t.note, { lines: 2, pointer: pointer("note"), maxLength: 4000 })}
+    </fieldset>
+    ${
+      fits &&
+      html`<fieldset>
+      <legend>${t.fit}</legend>
+      ${fromFile && html`<p class="hint">${t.fromFile}</p>`}
+      <div class="fields">
+        ${select(
+          "model",
+          t.model,
+          [
+            ["second", t.second],
+            ["other", t.otherDegrees],
+          ],
+          { pointer: "/model" },
+        )}
+        ${typed.model === "other" && text("degreeU", t.degreeU, { numeric: true, required: true, fault: wrong.degreeU && t.noDegree })}
+        ${typed.model === "other" && text("degreeV", t.degreeV, { numeric: true, required: true, fault: wrong.degreeV && t.noDegree })}
+        ${select(
+          "estimator",
+          t.estimator,
+          [
+            ["least_squares", t.leastSquares],
+            ["huber", "Huber"],
+            ["tukey", "Tukey"],
+            ["least_absolute_deviations", t.leastAbsolute],
+            ["least_trimmed_squares", t.leastTrimmed],
+          ],
+          { pointer: "/estimator" },
+        )}
+        ${select(
+          "regularization",
+          t.regularization,
+          [
+            ["default", t.regularizationDefault],
+            ["gcv", t.byGcv],
+            ["discrepancy", t.byDiscrepancy],
+            ["l_curve", t.byLCurve],
+            ["ridge", t.ridge],
+            ["none", t.noRegularization],
+          ],
+          { pointer: "/regularization" },
+        )}
+        ${text("conditionLimit", t.conditionLimit, { numeric: true, hint: t.conditionHint, pointer: "/regularization/condition_limit" })}
+        ${select(
+          "hampel",
+          t.hampel,
+          [
+            ["off", t.off],
+            ["on", t.replacePeaks],
+          ],
+          { pointer: "/filters" },
+        )}
+        ${select("gaussian", t.gaussian, [
+          ["off", t.off],
+          ["u", t.alongProfile],
+          ["v", t.alongFace],
+        ])}
+        ${typed.gaussian !== "off" && text("cutoff", t.cutoff, { numeric: true, required: true, hint: t.cutoffHint })}
+      </div>
+    </fieldset>`
+    }
+  </div>`;
+}

@@ -1,0 +1,145 @@
+// What a file of a measurement is, and what is in it, before it is sent. Pure; runs in the worker.
+
+import { gridOf } from "../flank/surface.js";
+import { scatteredOf } from "../flank/triangles.js";
+
+/** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
+/** @typedef {{ place: string, found: string }} Doubt a cell that is no number: `line 5, column 3` as the file counts */
+/**
+ * @typedef {object} Content
+ * @property {"json" | "csv" | "import" | "values"} kind how it is sent; `values`: printed values, which are not nodes
+ * @property {string} form what it is: grid, scattered, curve, matrix, mka, points, rexs, mew
+ * @property {number} nodes
+ * @property {number} missing
+ * @property {FlankSurface | undefined} surface
+ * @property {Record<string, unknown> | undefined} request of JSON: all of it
+ * @property {Doubt[]} doubts
+ * @property {string | undefined} fault why it cannot be read: `json`, `empty`, `header`, `nodes`; with what the reader says
+ * @property {string | undefined} detail
+ */
+
+/** @param {Partial<Content>} [given] @returns {Content} */
+const content = (given) => ({
+  kind: "import",
+  form: "",
+  nodes: 0,
+  missing: 0,
+  surface: undefined,
+  request: undefined,
+  doubts: [],
+  fault: undefined,
+  detail: undefined,
+  ...given,
+});
+
+/** @param {string} name @param {Uint8Array} bytes @returns {Content} */
+export function readFile(name, bytes) {
+  const end = /\.(\w+)$/.exec(name.toLowerCase())?.[1] ?? "";
+  if (bytes.length === 0) return content({ fault: "empty" });
+  if (bytes[0] === 0x50 && bytes[1] === 0x4b) return content({ form: "rexs" });
+  const text = new TextDecoder().decode(bytes).replace(/^\uFEFF/, "");
+  const begin = text.slice(0, 4000);
+  if (end === "mew" || /KS\.MW\.FILE/.test(begin)) return content({ kind: "values", form: "mew" });
+  if (end === "mka" || /KS\.MK\.FILE/.test(begin)) return content({ form: "mka" });
+  if (/^\s*</.test(begin)) return content({ form: "rexs" });
+  if (/^\s*[{[]/.test(begin)) return ofJson(text);
+  const header = (/^[^\r\n]*/.exec(begin.trimStart())?.[0] ?? "").replaceAll(/["\s]/g, "").toLowerCase();
+  if (/^id,x,y,z/.test(header)) return content({ form: "points", nodes: lines(text) - 1 });
+  if (/^(u,v,z|x,y)(,weight)?$/.test(header)) return ofCsv(text, header.split(","));
+  return content({ kind: "csv", fault: "header", detail: header.slice(0, 80) });
+}
+
+/** @param {string} text */
+const lines = (text) => text.split(/\r?\n/).filter((line) => line.trim() !== "").length;
+
+/** @param {string} text */
+function ofJson(text) {
+  /** @type {any} */
+  let value;
+  try {
+    value = JSON.parse(text);
+  } catch (error) {
+    return content({ kind: "json", fault: "json", detail: error instanceof Error ? error.message : "" });
+  }
+  const request = value?.nodes ? value : value?.type ? { nodes: value } : undefined;
+  if (!request) return content({ kind: "json", fault: "nodes" });
+  return content({ kind: "json", request, ...ofNodes(request.nodes) });
+}
+
+/** @param {any} nodes @returns {Partial<Content>} */
+function ofNodes(nodes) {
+  const form = String(nodes?.type ?? "");
+  const list = (/** @type {unknown} */ one) => (Array.isArray(one) ? one : []);
+  /** @type {Doubt[]} */
+  const doubts = [];
+  const doubtful = (/** @type {unknown} */ value, /** @type {string} */ place) => {
+    if (value !== null && typeof value !== "number" && doubts.length < 100)
+      doubts.push({ place, found: JSON.stringify(value) ?? "" });
+  };
+  if (form === "grid") {
+    const [u, v, z] = [list(nodes.u), list(nodes.v), list(nodes.z)];
+    for (const [i, row] of z.entries())
+      for (const [j, value] of list(row).entries()) doubtful(value, `/nodes/z/${i}/${j}`);
+    const surface = gridOf(u.map(Number), v.map(Number), z.map(list), nodes.valid);
+    return { form, doubts, surface, nodes: surface.z.length, missing: count(surface.z) };
+  }
+  if (form === "scattered") {
+    const [u, v, z] = [list(nodes.u), list(nodes.v), list(nodes.z)];
+    for (const [i, value] of z.entries()) doubtful(value, `/nodes/z/${i}`);
+    const heights = z.map((value) => (typeof value === "number" ? value : Number.NaN));
+    return { form, doubts, surface: scatteredOf(u.map(Number), v.map(Number), heights), nodes: z.length };
+  }
+  const y = list(nodes?.y);
+  for (const [i, value] of y.entries()) doubtful(value, `/nodes/y/${i}`);
+  return { form, doubts, nodes: y.length };
+}
+
+/** @param {Float64Array} values */
+function count(values) {
+  let missing = 0;
+  for (const value of values) if (Number.isNaN(value)) missing += 1;
+  return missing;
+}
+
+/** @param {string} text @param {readonly string[]} header */
+function ofCsv(text, header) {
+  const rows = text.trimStart().split(/\r?\n/);
+  const height = header[0] === "u" ? 2 : 1;
+  /** @type {number[][]} */
+  const columns = header.map(() => []);
+  /** @type {Doubt[]} */
+  const doubts = [];
+  for (let line = 1; line < rows.length; line += 1) {
+    const row = rows[line] ?? "";
+    if (row.trim() === "") continue;
+    const cells = row.split(",");
+    for (let column = 0; column < header.length; column += 1) {
+      const cell = (cells[column] ?? "").trim().replaceAll('"', "");
+      const value = cell === "" ? Number.NaN : Number(cell);
+      columns[column]?.push(value);
+      const bad = cell === "" ? column !== height && header[column] !== "weight" : Number.isNaN(value);
+      if (bad && doubts.length < 100) doubts.push({ place: `${line + 1}:${column + 1}`, found: cell });
+    }
+  }
+  const z = columns[height] ?? [];
+  const missing = z.filter((value) => Number.isNaN(value)).length;
+  const surface = header[0] === "u" ? surfaceOfTable(columns[0] ?? [], columns[1] ?? [], z) : undefined;
+  const form = surface ? surface.kind : "curve";
+  return content({ kind: "csv", form, nodes: z.length, missing, surface, doubts });
+}
+
+/** A grid where every u meets every v once, else scattered. @param {number[]} u @param {number[]} v @param {number[]} z */
+function surfaceOfTable(u, v, z) {
+  const ascending = (/** @type {number[]} */ values) =>
+    [...new Set(values)].filter((value) => !Number.isNaN(value)).sort((a, b) => a - b);
+  const [us, vs] = [ascending(u), ascending(v)];
+  if (us.length * vs.length !== z.length || us.length < 2 || vs.length < 2) return scatteredOf(u, v, z);
+  const [row, column] = [new Map(us.map((x, i) => [x, i])), new Map(vs.map((x, i) => [x, i]))];
+  const rows = us.map(() => /** @type {(number | null)[]} */ (vs.map(() => null)));
+  z.forEach((value, k) => {
+    const [i, j] = [row.get(u[k] ?? Number.NaN), column.get(v[k] ?? Number.NaN)];
+    const cells = i === undefined ? undefined : rows[i];
+    if (cells && j !== undefined && !Number.isNaN(value)) cells[j] = value;
+  });
+  return gridOf(us, vs, rows);
+}

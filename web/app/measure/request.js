@@ -1,0 +1,119 @@
+// What is typed beside the files, and the request that becomes of it. Pure.
+
+import { parseNumber } from "../lib/format.js";
+
+/** @typedef {import("../api/client.js").Schemas} Schemas */
+/** @typedef {import("./read.js").Content} Content */
+/** What stands in the fields; texts as they were typed. */
+export const EMPTY = {
+  model: "second",
+  degreeU: "2",
+  degreeV: "2",
+  estimator: "least_squares",
+  regularization: "default",
+  conditionLimit: "",
+  hampel: "off",
+  gaussian: "off",
+  cutoff: "",
+  axes: "none",
+  flank: "",
+  tooth: "",
+  component: "",
+  instrument: "",
+  operator: "",
+  measuredAt: "",
+  note: "",
+  text: "",
+};
+/** @typedef {typeof EMPTY} Typed */
+
+/** Fields that hold no number although they should. @param {Typed} typed @returns {Partial<Record<keyof Typed, true>>} */
+export function wrongNumbers(typed) {
+  /** @type {Partial<Record<keyof Typed, true>>} */
+  const wrong = {};
+  const degree = (/** @type {string} */ text) => /^\d{1,2}$/.test(text.trim());
+  if (typed.model === "other" && !degree(typed.degreeU)) wrong.degreeU = true;
+  if (typed.model === "other" && !degree(typed.degreeV)) wrong.degreeV = true;
+  if (Number.isNaN(parseNumber(typed.conditionLimit))) wrong.conditionLimit = true;
+  const cutoff = parseNumber(typed.cutoff);
+  if (typed.gaussian !== "off" && !(cutoff !== undefined && cutoff > 0)) wrong.cutoff = true;
+  if (typed.measuredAt !== "" && Number.isNaN(Date.parse(typed.measuredAt))) wrong.measuredAt = true;
+  return wrong;
+}
+
+/**
+ * The request without nodes. What a JSON file says of a fit stands where the fields were left at
+ * what they begin with.
+ * @param {Typed} typed @param {Content} content @returns {Record<string, unknown>}
+ */
+export function specOf(typed, content) {
+  const { nodes: _, ...file } = content.request ?? {};
+  /** @type {Record<string, unknown>} */
+  const spec = { ...file };
+  const curve = content.form === "curve";
+  const own = (/** @type {keyof Typed} */ key, /** @type {string} */ name) =>
+    typed[key] !== EMPTY[key] || !(name in file);
+  if (own("model", "model")) {
+    const [p, q] = typed.model === "other" ? [Number(typed.degreeU), Number(typed.degreeV)] : [2, 2];
+    spec["model"] = { type: "polynomial", degree: curve ? p : [p, q] };
+  }
+  if (own("estimator", "estimator")) spec["estimator"] = estimatorOf(typed.estimator);
+  if (own("regularization", "regularization") || typed.conditionLimit.trim() !== "") {
+    const regularization = regularizationOf(typed);
+    if (regularization) spec["regularization"] = regularization;
+  }
+  const filters = filtersOf(typed, curve);
+  if (filters.length > 0) spec["filters"] = filters;
+  if (typed.axes !== "none" && !("axes" in file)) spec["axes"] = axesOf(typed.axes, curve);
+  if (!("include" in file)) spec["include"] = ["collinearity"];
+  for (const name of /** @type {const} */ (["flank", "tooth", "instrument", "operator", "note"])) {
+    if (typed[name].trim() !== "") spec[name] = typed[name].trim();
+  }
+  if (typed.measuredAt !== "") spec["measured_at"] = new Date(typed.measuredAt).toISOString();
+  return spec;
+}
+
+/** What is said of an imported file. @param {Typed} typed */
+export function importSpecOf(typed) {
+  const names = /** @type {const} */ (["flank", "tooth", "component", "note"]);
+  return Object.fromEntries(names.flatMap((name) => (typed[name].trim() === "" ? [] : [[name, typed[name].trim()]])));
+}
+
+/** @param {string} name */
+function estimatorOf(name) {
+  if (name === "huber" || name === "tukey") return { type: "m_estimator", loss: name };
+  return { type: name };
+}
+
+/** @param {Typed} typed */
+function regularizationOf({ regularization, conditionLimit }) {
+  const limit = parseNumber(conditionLimit);
+  const limited = limit === undefined ? {} : { condition_limit: limit };
+  if (regularization === "none") return { type: "none" };
+  if (regularization === "ridge") return { type: "ridge" };
+  if (regularization === "default") return limit === undefined ? undefined : { type: "spectral", ...limited };
+  return { type: "spectral", ...limited, lambda_star: { criterion: regularization } };
+}
+
+/** @param {Typed} typed @param {boolean} curve */
+function filtersOf({ hampel, gaussian, cutoff }, curve) {
+  const filters = [];
+  if (hampel === "on") filters.push({ type: "hampel" });
+  if (gaussian !== "off") {
+    filters.push({ type: "gaussian", cutoff: parseNumber(cutoff), ...(curve ? {} : { axis: gaussian }) });
+  }
+  return filters;
+}
+
+/** @param {string} name @param {boolean} curve */
+function axesOf(name, curve) {
+  const heights = { quantity: "deviation", unit: "um" };
+  const profile = { quantity: name, unit: "mm" };
+  return curve ? { x: profile, y: heights } : { u: profile, v: { quantity: "face_width", unit: "mm" }, z: heights };
+}
+
+/** The node that a pointer of a grid names, from 0. @param {string} pointer */
+export function nodeOfPointer(pointer) {
+  const found = /^\/nodes\/(?:z|weight|valid)\/(\d+)\/(\d+)$/.exec(pointer);
+  return found ? { row: Number(found[1]), column: Number(found[2]) } : undefined;
+}

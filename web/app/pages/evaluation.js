@@ -1,0 +1,158 @@
+// Evaluated traces of an iteration, as on printed tester sheets.
+
+import { answer, api } from "../api/client.js";
+import { useRecord, useRecords } from "../api/records.js";
+import { useResource } from "../api/resource.js";
+import { CLASSES, EvaluationForm } from "../components/evaluation_form.js";
+import { EvaluationSheet } from "../components/evaluation_sheet.js";
+import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
+import { Facts } from "../components/figure.js";
+import { SelectField } from "../components/form.js";
+import { JobPage } from "../components/job_page.js";
+import { Empty, loaded } from "../components/states.js";
+import { t as common } from "../i18n/common.js";
+import { t } from "../i18n/evaluation.js";
+import { fmt } from "../i18n/i18n.js";
+import { sameSign } from "../lib/traces.js";
+import { query, setQuery } from "../navigation.js";
+import { hrefIf } from "../router.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"Job">} Job */
+/** @typedef {import("../api/client.js").Schema<"JobRecord">} JobRecord */
+/** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
+/** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
+/** @typedef {import("../api/client.js").Schema<"EvaluateGear">} EvaluateGear */
+
+export const styles = ["evaluation"];
+
+/** @param {{ params: Record<string, string> }} props */
+export default function EvaluationPage({ params }) {
+  const [jobId, number] = [params["job_id"] ?? "", Number(params["number"])];
+  return h(JobPage, { jobId, view: t.title, number, children: (job) => h(Evaluations, { job, number }) });
+}
+
+/** @param {{ job: Job, number: number }} props */
+function Evaluations({ job, number }) {
+  const records = useRecords(job.id, number);
+  const made = records.data?.filter(({ kind }) => kind === "evaluation") ?? [];
+  const id = query.value.get("record") ?? made.at(-1)?.id;
+  const record = useRecord(job.id, number, records.data ? id : undefined);
+  const measure = hrefIf("/jobs/{job_id}/measure", { job_id: job.id });
+  const action = measure && html`<a class="button primary" href=${measure}>${common.measure}</a>`;
+  const choice =
+    made.length > 1 &&
+    h(SelectField, {
+      label: t.record,
+      required: true,
+      value: id ?? "",
+      onChange: (value) => setQuery({ record: value }, { step: true }),
+      options: made.map((one) => ({
+        value: one.id,
+        label: html`<span translate="no">${fmt.value.time(one.created_at)}, ${fmt.value.clock(one.created_at)}</span>`,
+      })),
+    });
+  return loaded({
+    resource: records,
+    children: () =>
+      id === undefined
+        ? h(Empty, { children: t.none, action })
+        : loaded({
+            resource: record,
+            lines: 12,
+            children: (data) =>
+              h(Evaluation, {
+                key: data.id,
+                job,
+                number,
+                record: data,
+                choice,
+                onDone: (next) => {
+                  setQuery({ record: next }, { step: true });
+                  records.reload();
+                  scrollTo(0, 0);
+                },
+              }),
+          }),
+  });
+}
+
+/** @param {{ job: Job, number: number, record: JobRecord, choice: import("../../vendor/ui.js").ComponentChildren, onDone: (id: string) => void }} props */
+function Evaluation({ job, number, record, choice, onDone }) {
+  const evaluation = /** @type {GearEvaluation} */ (/** @type {unknown} */ (record.result));
+  const request = /** @type {Partial<EvaluateGear>} */ (record.request);
+  const traces = Array.isArray(request.traces) ? request.traces : [];
+  const settings = evaluation.evaluation;
+  const gear = request.gear ?? record.gear ?? job.gear ?? undefined;
+  const of = query.value.get("class") ?? String(settings.tolerance_limits?.class ?? "");
+  const wanted = gear && CLASSES.includes(of) ? of : undefined;
+  const tolerances = useResource(wanted ? `tolerances ${wanted} ${JSON.stringify(gear)}` : null, (signal) =>
+    answer(
+      api.POST("/v1/gears/tolerances", {
+        signal,
+        body: { gear: /** @type {NonNullable<typeof gear>} */ (gear), class: Number(wanted) },
+      }),
+    ),
+  );
+  const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
+    evaluation.traces.some((trace) => trace.kind === kind),
+  );
+  const modified = (request.modifications?.length ?? 0) > 0;
+  const parabola = settings.profile_mean === "parabola" || settings.helix_mean === "parabola";
+  return html`
+    <section class="panel" aria-labelledby="about">
+      <header><h2 id="about">${t.record}</h2></header>
+      ${h(Facts, {
+        items: [
+          { name: t.made, value: data(fmt.value.time(record.created_at)) },
+          { name: t.overall, value: data(evaluation.beyond_classes ? ">11" : fmt.value.count(evaluation.class)) },
+          { name: t.signOf, value: t[settings.sign ?? "din"] },
+          { name: t.level, value: data(`${fmt.value.fixed(100 * (settings.level ?? 0.95), 0)}\u202f%`) },
+        ],
+      })}
+      <div class="fields">
+        ${h(SelectField, {
+          label: t.classOfBand,
+          required: true,
+          value: of,
+          onChange: (value) => setQuery({ class: value || undefined }),
+          options: [
+            { value: "", label: t.noClass },
+            ...CLASSES.map((value) => ({ value, label: html`<span translate="no">${value}</span>` })),
+          ],
+        })}
+        ${choice}
+      </div>
+      ${!gear && html`<p>${t.noTolerance}</p>`}${gear && !wanted && html`<p class="quiet">${t.noBand}</p>`}
+      ${tolerances.error !== undefined && loaded({ resource: tolerances, children: () => null })}
+      ${traces.length === 0 && html`<p class="note">${t.imported}</p>`}
+      ${traces.length > 0 && html`<p class="hint">${t.drawn}${(!sameSign(settings) || modified) && ` ${t.noMeanLine}`}${parabola && ` ${t.noParabola}`}</p>`}
+    </section>
+    ${kinds.map((kind) => {
+      const known = wanted ? tolerances.data : undefined;
+      const values = settings.tolerances === "unrounded" ? known?.unrounded : known?.rounded;
+      const band = modified ? undefined : (values?.[`${kind}_total_um`] ?? undefined);
+      return html`<section key=${kind} class="panel" aria-labelledby=${kind}>
+        <header><h2 id=${kind}>${t[kind]}</h2></header>
+        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band })}
+        ${band !== undefined && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", " "))}</p>`}
+        ${h(EvaluationTable, { kind, evaluation, tolerances: known, csvName: `${job.name} ${number} ${t[kind]}` })}
+      </section>`;
+    })}
+    ${
+      evaluation.warnings.length > 0 &&
+      html`<section class="panel" aria-labelledby="warnings">
+        <h2 id="warnings">${t.warnings}</h2>
+        <ul class="sentences">${evaluation.warnings.map(({ message }, i) => html`<li key=${i} lang="en">${message}</li>`)}</ul>
+      </section>`
+    }
+    ${
+      traces.length > 0 &&
+      html`<details class="panel another"><summary><h2>${t.again}</h2></summary>
+        ${h(EvaluationForm, { jobId: job.id, number, record: record.id, request: /** @type {EvaluateGear} */ (request), settings, onDone })}
+      </details>`
+    }`;
+}
+
+/** @param {string} text */
+const data = (text) => html`<span translate="no">${text}</span>`;

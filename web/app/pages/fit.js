@@ -1,0 +1,183 @@
+// Fits nodes of a file, or that are pasted, and stores nothing until it is asked to.
+
+import { answer, api } from "../api/client.js";
+import { useResource } from "../api/resource.js";
+import { Facts } from "../components/figure.js";
+import { SelectField } from "../components/form.js";
+import { NodesInput } from "../components/nodes_input.js";
+import { Page } from "../components/page.js";
+import { bodyOf, SaveIteration } from "../components/save_iteration.js";
+import { Empty, loaded } from "../components/states.js";
+import { criterionLabel } from "../components/criterion.js";
+import { FlankCurve } from "../flank/curve.js";
+import { CoefficientTable, FitFacts, Warnings } from "../flank/figures.js";
+import { atNodes, surfaceOf } from "../flank/layers.js";
+import { FlankView } from "../flank/view.js";
+import de from "../i18n/de/fit.js";
+import en from "../i18n/en/fit.js";
+import { t as common } from "../i18n/common.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { specOf } from "../lib/nodes_file.js";
+import { heightUnit } from "../lib/units.js";
+import { query, setQuery } from "../navigation.js";
+import { Fragment, h, html, useMemo, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
+/** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
+/** @typedef {import("../lib/nodes_file.js").NodesFile} NodesFile */
+/** @typedef {import("../lib/nodes_file.js").Fields} Fields */
+/** @typedef {{ file: NodesFile, name: string, turn: number }} Given */
+
+const t = texts({ en, de });
+export const styles = ["iteration", "fit"];
+
+const CRITERIA = /** @type {const} */ (["min_mse", "gcv", "l_curve", "discrepancy", "min_condition"]);
+const LAYERS = /** @type {const} */ (["measured", "fitted", "residual"]);
+let turns = 0;
+
+export default function FitPage() {
+  const [given, setGiven] = useState(/** @type {Given | undefined} */ (undefined));
+  const degree = query.value.get("degree") ?? undefined;
+  const by = query.value.get("by") ?? undefined;
+  const spec = useMemo(() => given && specOf(given.file, { degree, by }), [given, degree, by]);
+  const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""}` : null, (signal) =>
+    answer(api.POST("/v1/fits", { signal, ...(given && spec ? bodyOf(given.file, spec) : neverSent()) })),
+  );
+  const take = (/** @type {NodesFile} */ file, /** @type {string} */ name) => {
+    turns += 1;
+    setQuery({ at: undefined, zoom: undefined, limit: undefined, layer: undefined });
+    setGiven({ file, name, turn: turns });
+  };
+  return h(Page, {
+    title: common.fit,
+    about: t.about,
+    children: html`<div class="fit-input">
+        ${h(NodesInput, { onNodes: take })}
+        ${h(Choices, { file: given?.file, degree, by })}
+      </div>
+      ${
+        given && spec
+          ? loaded({
+              resource: fit,
+              lines: 12,
+              children: (result) => h(Fitted, { key: given.turn, given, spec, result }),
+            })
+          : h(Empty, { children: t.none })
+      }`,
+  });
+}
+
+/** @returns {never} */
+function neverSent() {
+  throw new Error("no nodes");
+}
+
+/** @param {{ file: NodesFile | undefined, degree: string | undefined, by: string | undefined }} props */
+function Choices({ file, degree = "", by = "" }) {
+  const ofFile = file !== undefined && "model" in file.spec;
+  const choose = (/** @type {"degree" | "by"} */ name) => (/** @type {string} */ value) =>
+    setQuery({ [name]: value }, { step: true });
+  return html`<section class="panel" aria-labelledby="model">
+    <h2 id="model">${t.model}</h2>
+    ${h(SelectField, {
+      label: t.polynomial,
+      required: true,
+      hint: t.polynomialHint,
+      value: degree,
+      onChange: choose("degree"),
+      options: [
+        { value: "", label: ofFile ? t.asFile : t.secondOrder },
+        ...[1, 2, 3, 4].map((n) => ({ value: String(n), label: t.degree(n) })),
+      ],
+    })}
+    ${h(SelectField, {
+      label: t.lambda,
+      required: true,
+      value: by,
+      onChange: choose("by"),
+      options: [
+        { value: "", label: file !== undefined && "regularization" in file.spec ? t.asFile : t.byDefault },
+        ...CRITERIA.map((name) => ({
+          value: name,
+          label: html`${criterionLabel(name)} <span translate="no">(${name})</span>`,
+        })),
+        { value: "none", label: t.notRegularised },
+      ],
+    })}
+  </section>`;
+}
+
+/** @param {{ given: Given, spec: Fields, result: FitResult }} props */
+function Fitted({ given: { file, name }, spec, result }) {
+  const axes = /** @type {Axes | undefined} */ (spec["axes"]);
+  const level = typeof spec["level"] === "number" ? spec["level"] : 0.95;
+  return html`<div class="flank-page">
+    <div class="flank-main">
+      ${h(Layers, { file, name, axes, result })}
+      <section class="panel" aria-labelledby="coefficients">
+        <h2 id="coefficients">${t.coefficients}</h2>
+        ${h(CoefficientTable, { result, axes, level, hideCaption: true })}
+      </section>
+    </div>
+    <div class="flank-beside">
+      ${h(Counts, { file, name, result })}
+      <section class="panel" aria-labelledby="figures">
+        <h2 id="figures">${t.figures}</h2>${h(FitFacts, { result, axes })}
+      </section>
+      ${h(Warnings, { result })}
+      ${h(SaveIteration, { file, spec: { ...spec, include: file.spec["include"] } })}
+    </div>
+  </div>`;
+}
+
+/** @param {{ file: NodesFile, name: string, result: FitResult }} props */
+function Counts({ file, name, result: { residuals, coefficients } }) {
+  const count = (/** @type {number} */ value) => html`<span translate="no">${fmt.value.count(value)}</span>`;
+  const items = [
+    { name: t.source, value: name ? html`<span translate="no">${name}</span>` : t.pastedText },
+    { name: t.kind, value: t[file.nodes.type] },
+    { name: t.nodes, value: count(file.count) },
+    { name: t.missing, value: count(file.missing) },
+    { name: t.counted, value: count(residuals.count) },
+    { name: t.coefficients, value: count(coefficients.length) },
+    { name: t.freedom, value: count(residuals.degrees_of_freedom) },
+  ];
+  return html`<section class="panel" aria-labelledby="counts">
+    <h2 id="counts">${t.counts}</h2>${h(Facts, { items, columns: true })}
+  </section>`;
+}
+
+/** @param {{ file: NodesFile, name: string, axes: Axes | undefined, result: FitResult }} props */
+function Layers({ file, name, axes, result: { residuals, domain } }) {
+  const layer = LAYERS.find((one) => one === query.value.get("layer")) ?? "measured";
+  const measured = useMemo(() => surfaceOf(file.nodes), [file]);
+  const surface = useMemo(() => {
+    const values = layer === "residual" ? residuals.values : residuals.fitted;
+    if (!measured || layer === "measured") return measured;
+    return values && atNodes(measured, values, residuals.node_indices);
+  }, [measured, residuals, layer]);
+  const saved = `${name.replace(/\.\w+$/, "") || "nodes"}-${layer}`;
+  /** @type {import("../../vendor/ui.js").ComponentChildren} */
+  let content = h(Empty, { children: t.noMap });
+  if (file.nodes.type === "curve") {
+    content = h(FlankCurve, { nodes: file.nodes, residuals, layer, axes, file: saved });
+  } else if (surface) {
+    const unit = heightUnit(axes) ?? common.callersUnit;
+    content = h(FlankView, { surface, title: t[layer], name: t[layer], unit, axes, range: domain, file: saved });
+  }
+  return html`<section class="panel" aria-labelledby="map">
+    <header>
+      <h2 id="map">${file.nodes.type === "curve" ? t.curve : t.map}</h2>
+      <div class="layer-choice">
+        ${h(SelectField, {
+          label: t.layer,
+          required: true,
+          value: layer,
+          options: LAYERS.map((one) => ({ value: one, label: t[one] })),
+          onChange: (value) => setQuery({ layer: value === "measured" ? undefined : value }, { step: true }),
+        })}
+      </div>
+    </header>
+    ${h(Fragment, null, content)}
+  </section>`;
+}

@@ -1,0 +1,181 @@
+// The flank map of an iteration: its layers, sections, figures, and what is decided.
+
+import { answer, api } from "../api/client.js";
+import { useResource } from "../api/resource.js";
+import { Decision } from "../components/decision.js";
+import { JobPage } from "../components/job_page.js";
+import { Empty, loaded } from "../components/states.js";
+import { FlankCurve } from "../flank/curve.js";
+import { FitFigures, Warnings } from "../flank/figures.js";
+import { FlankView } from "../flank/view.js";
+import { LAYERS, useFit, useLayer } from "../flank/use_layers.js";
+import { heightUnit } from "../lib/units.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/iteration.js";
+import en from "../i18n/en/iteration.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { query, setQuery } from "../navigation.js";
+import { Facts } from "../components/figure.js";
+import { SelectField } from "../components/form.js";
+import { Failure, Skeleton } from "../components/states.js";
+import { Fragment, h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
+/** @typedef {import("../api/client.js").Schema<"TracedIteration">} TracedIteration */
+/** @typedef {import("../api/job.js").Job} Job */
+
+const t = texts({ en, de });
+export const styles = ["iteration"];
+
+/** @param {{ params: Record<string, string> }} props */
+export default function IterationPage({ params }) {
+  const jobId = params["job_id"] ?? "";
+  const number = Number(params["number"]);
+  const iteration = useResource(`iteration ${jobId} ${number}`, (signal) =>
+    answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { signal, params: { path: { job_id: jobId, number } } })),
+  );
+  return h(JobPage, {
+    jobId,
+    number,
+    view: common.iteration(number),
+    children: (job, { trace }) =>
+      loaded({
+        resource: iteration,
+        lines: 12,
+        children: (data) =>
+          h(Whole, {
+            job,
+            iteration: data,
+            traced: trace.data?.iterations ?? [],
+            resource: iteration,
+            reread: trace.reload,
+          }),
+      }),
+  });
+}
+
+/**
+ * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], reread: () => void,
+ *   resource: import("../api/resource.js").Resource<Iteration> }} props
+ */
+function Whole({ job, iteration, traced, resource, reread }) {
+  const fit = iteration.fits.find(({ chosen }) => chosen);
+  const standing = useFit(job.id, iteration.number, fit?.id);
+  const own = traced.find(({ number }) => number === iteration.number);
+  const decided = own?.decisions.at(-1);
+  return html`<div class="flank-page">
+    <div class="flank-main">${h(Layers, { job, iteration, traced, fitId: fit?.id, domain: standing.data?.result.domain })}</div>
+    <div class="flank-beside">
+      ${h(Decision, {
+        iteration,
+        etag: resource.etag,
+        reason: decided?.decision === iteration.decision ? decided?.reason : undefined,
+        reload: resource.reload,
+        put: (data, etag) => {
+          resource.put(data, etag);
+          reread();
+        },
+      })}
+      ${loaded({
+        resource: standing,
+        lines: 8,
+        children: ({ result }) =>
+          h(Fragment, null, h(FitFigures, { result, axes: iteration.axes }), h(Warnings, { result })),
+      })}
+      ${h(Measured, { iteration })}
+    </div>
+  </div>`;
+}
+
+/** @param {{ iteration: Iteration }} props */
+function Measured({ iteration }) {
+  const data = (/** @type {string | null | undefined} */ text) => text && html`<span translate="no">${text}</span>`;
+  const items = [
+    { name: t.flank, value: iteration.flank ? t[iteration.flank] : undefined },
+    { name: t.tooth, value: data(iteration.tooth) },
+    { name: t.nodes, value: data(fmt.value.count(iteration.node_count)) },
+    { name: t.measuredAt, value: iteration.measured_at && data(fmt.value.time(iteration.measured_at)) },
+    { name: t.stored, value: data(fmt.value.time(iteration.created_at)) },
+    { name: t.instrument, value: data(iteration.instrument) },
+    { name: t.operator, value: data(iteration.operator) },
+    { name: t.note, value: data(iteration.note) },
+  ].flatMap(({ name, value }) => (value ? [{ name, value }] : []));
+  return html`<section class="panel" aria-labelledby="measured">
+    <h2 id="measured">${t.measurement}</h2>${h(Facts, { items, columns: true })}
+  </section>`;
+}
+
+/**
+ * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], fitId: string | undefined,
+ *   domain: import("../api/client.js").Schema<"Domain"> | null | undefined }} props
+ */
+function Layers({ job, iteration, traced, fitId, domain }) {
+  const others = traced.filter(({ number }) => number !== iteration.number).map(({ number }) => number);
+  const corrected = traced.some(
+    ({ number, records }) => number === iteration.number && records?.some(({ kind }) => kind === "correction"),
+  );
+  const layer = LAYERS.find((name) => name === query.value.get("layer")) ?? "measured";
+  const wanted = Number(query.value.get("with"));
+  const other = others.includes(wanted) ? wanted : (others.filter((one) => one < iteration.number).at(-1) ?? others[0]);
+  const shown = useLayer({ jobId: job.id, number: iteration.number, fitId, layer, other, corrected });
+  const offered = LAYERS.filter(
+    (name) =>
+      (name !== "difference" || others.length > 0) &&
+      ((name !== "predicted" && name !== "answered") || corrected) &&
+      (name !== "answered" || layer === "answered" || shown.answered || layer !== "predicted"),
+  );
+  const ofCorrection = layer === "predicted" || layer === "answered";
+  const unit = ofCorrection ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
+  const chooser = html`<div class="layer-choice">
+    ${h(SelectField, {
+      label: t.layer,
+      required: true,
+      value: layer,
+      options: offered.map((name) => ({ value: name, label: t[name] })),
+      onChange: (value) => setQuery({ layer: value === "measured" ? undefined : value }, { step: true }),
+    })}
+    ${
+      layer === "difference" &&
+      h(SelectField, {
+        label: t.minus,
+        required: true,
+        value: String(other ?? ""),
+        options: others.map((one) => ({ value: String(one), label: common.iteration(one) })),
+        onChange: (value) => setQuery({ with: value }, { step: true }),
+      })
+    }
+  </div>`;
+  const failures = shown.errors.map(({ error, reload }, i) => h(Failure, { key: i, error, retry: reload }));
+  const nodes = shown.nodes.data;
+  /** @type {import("../../vendor/ui.js").ComponentChildren} */
+  let content = null;
+  if (nodes?.type === "curve") {
+    content = h(FlankCurve, {
+      nodes,
+      residuals: shown.residuals,
+      layer,
+      axes: iteration.axes,
+      file: `${job.name}-${iteration.number}-${layer}`,
+    });
+  } else if (nodes?.type === "matrix") {
+    content = h(Empty, { children: t.noMap });
+  } else if (shown.surface) {
+    content = h(FlankView, {
+      surface: shown.surface,
+      title: t[layer],
+      name: `${common.iteration(iteration.number)}: ${layer === "difference" && other !== undefined ? t.lessIteration(other) : t[layer]}`,
+      unit,
+      axes: iteration.axes,
+      range: domain,
+      flipU: job.gear?.internal === true,
+      file: `${job.name}-${iteration.number}-${layer}`,
+    });
+  } else if (shown.loading) content = h(Skeleton, { lines: 14 });
+  else if (failures.length === 0) content = h(Empty, { children: t.noLayer });
+  return html`<section class="panel" aria-labelledby="map">
+    <header><h2 id="map">${t.map}</h2>${chooser}</header>
+    ${failures}${content}
+    ${layer === "difference" && !shown.exact && html`<p class="hint">${t.interpolated}</p>`}
+    ${layer === "answered" && shown.correction?.answer && html`<p class="hint">${t.answeredBy(shown.correction.answer.iteration)}</p>`}
+  </section>`;
+}

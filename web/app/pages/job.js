@@ -1,0 +1,266 @@
+// A job: what is to be done next, and its iterations.
+
+import { answer, api } from "../api/client.js";
+import { standingFit } from "../api/job.js";
+import { Dialog } from "../components/dialog.js";
+import { EditJob } from "../components/edit_job.js";
+import { Badge, Facts } from "../components/figure.js";
+import { JobPage } from "../components/job_page.js";
+import { Failure, loaded } from "../components/states.js";
+import { table } from "../components/table.js";
+import { Tags } from "../components/tags.js";
+import { notify } from "../components/toast.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/job.js";
+import en from "../i18n/en/job.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { ABSENT } from "../lib/format.js";
+import { gearInShort } from "../lib/gear.js";
+import { heightUnit } from "../lib/units.js";
+import { navigate } from "../navigation.js";
+import { href, hrefIf } from "../router.js";
+import { h, html, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/job.js").Job} Job */
+/** @typedef {import("../api/job.js").TracedIteration} TracedIteration */
+/** @typedef {import("../components/job_page.js").JobResource} JobResource */
+
+const t = texts({ en, de });
+
+export const styles = ["job"];
+
+/** @param {{ params: Record<string, string> }} props */
+export default function JobOverview({ params }) {
+  const jobId = params["job_id"] ?? "";
+  return h(JobPage, {
+    jobId,
+    actions: (job, { job: resource, trace }) =>
+      h(Actions, { job, resource, empty: trace.data?.iterations.length === 0 }),
+    children: (job, { trace }) => html`<div class="job-overview">
+      ${loaded({
+        resource: trace,
+        lines: 6,
+        children: ({ iterations }) => html`<div class="job-main">
+          ${h(NextStep, { job, last: iterations.at(-1) })}
+          ${iterations.length > 0 && h(Iterations, { job, iterations })}
+        </div>`,
+      })}
+      ${h(AboutJob, { job })}
+    </div>`,
+  });
+}
+
+/** @param {{ job: Job, last: TracedIteration | undefined }} props */
+function NextStep({ job, last }) {
+  const { text, more, links } = nextStep(job, last);
+  const there = links.flatMap(([label, to]) => (to ? [{ label, to }] : []));
+  return html`<section class="panel next" aria-labelledby="next">
+    <h2 id="next">${t.next}</h2>
+    <p class="next-text">${text}</p>
+    ${there.length === 0 && more && html`<p class="quiet">${more}</p>`}
+    ${
+      there.length > 0 &&
+      html`<div class="actions">
+        ${there.map(({ label, to }, i) => html`<a key=${to} class=${i === 0 ? "button primary" : "button"} href=${to}>${label}</a>`)}
+      </div>`
+    }
+  </section>`;
+}
+
+/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, more?: string, links: [string, string | undefined][] }} */
+function nextStep(job, last) {
+  const at = { job_id: job.id, number: last?.number ?? 0 };
+  const measure = hrefIf("/jobs/{job_id}/measure", at);
+  const iteration = (/** @type {string} */ view) => hrefIf(`/jobs/{job_id}/iterations/{number}${view}`, at);
+  if (!last) return { text: t.nextMeasure, more: t.nextMeasureApi, links: [[t.toMeasure, measure]] };
+  if (last.decision === "accept")
+    return { text: t.nextAccepted(last.number), links: [[t.toReport, hrefIf("/jobs/{job_id}/report", at)]] };
+  if (last.decision === "reject") return { text: t.nextRejected(last.number), links: [] };
+  if (last.decision === "remachine") {
+    return {
+      text: t.nextCorrect(last.number),
+      links: [
+        [t.toCorrection, iteration("/correction")],
+        [t.toMeasure, measure],
+      ],
+    };
+  }
+  return {
+    text: t.nextDecide(last.number),
+    links: [
+      [t.toMap, iteration("")],
+      [t.toLambda, iteration("/lambda")],
+    ],
+  };
+}
+
+/** @param {{ job: Job, iterations: readonly TracedIteration[] }} props */
+function Iterations({ job, iterations }) {
+  const f = fmt.value;
+  const data = (/** @type {string | undefined} */ text) => (text ? html`<span translate="no">${text}</span>` : ABSENT);
+  const unitOf = (/** @type {TracedIteration} */ one) => heightUnit(one.axes);
+  const fit = standingFit;
+  const flank = (/** @type {TracedIteration} */ one) => {
+    if (!one.flank && !one.tooth) return ABSENT;
+    return html`${one.flank && t[one.flank]} ${one.tooth && data(one.tooth)}`;
+  };
+  const condition = (/** @type {TracedIteration} */ one) => {
+    const { condition: before, regularized_condition: after } = fit(one) ?? {};
+    return data(after == null ? f.condition(before) : `${f.condition(before)} → ${f.condition(after)}`);
+  };
+  const height = (/** @type {TracedIteration} */ one, /** @type {number | null | undefined} */ value) => {
+    if (value == null) return ABSENT;
+    const unit = unitOf(one);
+    const written = unit === "µm" ? f.um(value) : unit === "mm" ? f.mm(value) : f.three(value);
+    return html`<span translate="no">${written} ${unit ?? ""}</span>${!unit && html`<span class="quiet">${common.callersUnit}</span>`}`;
+  };
+  return html`<section class="panel" aria-labelledby="iterations">
+    <h2 id="iterations">${t.iterations}</h2>
+    <p class="quiet">${t.figuresMissing}</p>
+    ${table({
+      caption: t.iterations,
+      hideCaption: true,
+      csvName: `${job.name} iterations`,
+      stacked: true,
+      rows: iterations,
+      rowKey: ({ number }) => number,
+      columns: /** @type {import("../components/table.js").Column<TracedIteration>[]} */ ([
+        {
+          key: "number",
+          header: t.number,
+          rowHeader: true,
+          cell: (one) => numberLink(job, one.number),
+          csv: (one) => one.number,
+        },
+        { key: "flank", header: t.flank, cell: flank, csv: (one) => one.flank },
+        { key: "tooth", header: t.tooth, csv: (one) => one.tooth },
+        {
+          key: "measured",
+          header: t.measured,
+          cell: (one) => html`<time translate="no">${f.time(one.measured_at ?? one.created_at)}</time>`,
+          csv: (one) => one.measured_at ?? one.created_at,
+        },
+        {
+          key: "fits",
+          header: t.fits,
+          numeric: true,
+          cell: (one) => f.count(one.fits.length + (one.earlier?.fits ?? 0)),
+          csv: (one) => one.fits.length + (one.earlier?.fits ?? 0),
+        },
+        {
+          key: "criterion",
+          header: t.criterion,
+          cell: (one) => data(fit(one)?.criterion),
+          csv: (one) => fit(one)?.criterion,
+        },
+        {
+          key: "lambda",
+          header: t.lambda,
+          numeric: true,
+          cell: (one) => data(f.three(fit(one)?.lambda_star)),
+          csv: (one) => fit(one)?.lambda_star,
+        },
+        {
+          key: "rms",
+          header: t.rms,
+          numeric: true,
+          cell: (one) => height(one, fit(one)?.rms),
+          csv: (one) => fit(one)?.rms,
+        },
+        {
+          key: "condition",
+          header: t.condition,
+          numeric: true,
+          cell: condition,
+          csv: (one) => fit(one)?.condition,
+        },
+        { key: "after", header: t.conditionAfter, csv: (one) => fit(one)?.regularized_condition },
+        {
+          key: "decision",
+          header: t.decision,
+          cell: (one) => h(Decision, { decision: one.decision }),
+          csv: (one) => one.decision,
+        },
+      ]),
+    })}
+  </section>`;
+}
+
+/** @param {Job} job @param {number} number */
+function numberLink(job, number) {
+  const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: job.id, number });
+  const text = html`<span class="visually-hidden">${t.number}</span> ${number}`;
+  return to ? html`<a href=${to}>${text}</a>` : number;
+}
+
+/** @param {{ decision: TracedIteration["decision"] }} props */
+function Decision({ decision }) {
+  if (!decision) return h(Badge, { kind: "plain", children: t.undecided });
+  const kind = /** @type {const} */ ({ accept: "good", remachine: "warn", reject: "bad" })[decision];
+  return h(Badge, { kind, children: common[decision] });
+}
+
+/** @param {{ job: Job }} props */
+function AboutJob({ job }) {
+  const data = (/** @type {string} */ text) => html`<span translate="no">${text}</span>`;
+  const gear = gearInShort(job.gear);
+  return html`<section class="panel" aria-labelledby="about-job">
+    <h2 id="about-job">${t.about}</h2>
+    ${h(Facts, {
+      columns: true,
+      items: [
+        { name: t.gear, value: gear ? data(gear) : t.noGear },
+        { name: t.tags, value: h(Tags, { tags: job.tags }) },
+        { name: t.created, value: data(fmt.value.time(job.created_at)) },
+        { name: t.changed, value: data(fmt.value.time(job.updated_at)) },
+        { name: t.id, value: html`<code translate="no">${job.id}</code>` },
+      ],
+    })}
+  </section>`;
+}
+
+/** @param {{ job: Job, resource: JobResource, empty: boolean }} props */
+function Actions({ job, resource, empty }) {
+  const [open, setOpen] = useState(/** @type {"edit" | "delete" | null} */ (null));
+  const close = () => setOpen(null);
+  return html`<button type="button" class="button" onClick=${() => setOpen("edit")}>${common.edit}</button>
+    ${empty && html`<button type="button" class="button" onClick=${() => setOpen("delete")}>${common.delete}</button>`}
+    ${
+      open === "edit" &&
+      h(EditJob, {
+        version: { data: job, etag: resource.etag },
+        onClose: close,
+        onSaved: ({ data, etag }) => {
+          resource.put(data, etag);
+          close();
+        },
+      })
+    }
+    ${open === "delete" && h(DeleteJob, { job, etag: resource.etag, onClose: close })}`;
+}
+
+/** The server refuses where there are iterations. @param {{ job: Job, etag: string | undefined, onClose: () => void }} props */
+function DeleteJob({ job, etag, onClose }) {
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const remove = async () => {
+    try {
+      const header = etag === undefined ? {} : { "If-Match": etag };
+      await answer(api.DELETE("/v1/jobs/{job_id}", { params: { path: { job_id: job.id }, header } }));
+      notify(t.deleted);
+      navigate(href("/jobs"));
+    } catch (failed) {
+      setError(failed);
+    }
+  };
+  return h(Dialog, {
+    title: t.deleteJob,
+    onClose,
+    children: html`<p><b translate="no">${job.name}</b></p>
+      <p>${t.deleteText}</p>
+      ${error !== undefined && h(Failure, { error })}
+      <div class="actions">
+        <button type="button" class="button danger" onClick=${remove}>${common.delete}</button>
+        <button type="button" class="button" onClick=${onClose}>${common.cancel}</button>
+      </div>`,
+  });
+}

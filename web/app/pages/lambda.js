@@ -1,0 +1,167 @@
+// The choice of λ*: what it does, what each criterion would choose, a refit by hand, and which fit stands.
+
+import { answer, api, Attempt } from "../api/client.js";
+import { useLatest } from "../api/latest.js";
+import { useResource } from "../api/resource.js";
+import { Badge, Facts } from "../components/figure.js";
+import { JobPage } from "../components/job_page.js";
+import { ReasonDialog } from "../components/reason_dialog.js";
+import { Failure, loaded } from "../components/states.js";
+import { notify } from "../components/toast.js";
+import de from "../i18n/de/lambda.js";
+import en from "../i18n/en/lambda.js";
+import { t as common } from "../i18n/common.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { heightUnit } from "../lib/units.js";
+import { query, setQuery } from "../navigation.js";
+import { Choices } from "../regularization/choices.js";
+import { Coefficients, FilterFactors } from "../regularization/coefficients.js";
+import { Curves } from "../regularization/curves.js";
+import { Fits } from "../regularization/fits.js";
+import { RidgeTrace } from "../regularization/ridge_trace.js";
+import { countsRank, movable, queryOf, rangeOf, refitOf, selectionOf, symbolOf } from "../regularization/selection.js";
+import { LambdaSlider } from "../regularization/slider.js";
+import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
+/** @typedef {import("../api/client.js").Schema<"IterationFit">} IterationFit */
+/** @typedef {import("../regularization/selection.js").Selection} Selection */
+
+export const styles = ["lambda"];
+const t = texts({ en, de });
+
+/** @param {{ params: Record<string, string> }} props */
+export default function Lambda({ params }) {
+  const path = { job_id: params["job_id"] ?? "", number: Number(params["number"]) };
+  const iteration = useResource(`iteration ${path.job_id} ${path.number}`, (signal) =>
+    answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { signal, params: { path } })),
+  );
+  return h(JobPage, {
+    jobId: path.job_id,
+    view: `${common.lambda} ${common.iteration(path.number)}`,
+    number: path.number,
+    onEvents: iteration.reload,
+    children: () =>
+      loaded({
+        resource: iteration,
+        lines: 14,
+        children: (data) =>
+          h(OfFit, {
+            key: `${path.job_id} ${path.number}`,
+            iteration: data,
+            etag: iteration.etag,
+            onChosen: iteration.put,
+            reload: iteration.reload,
+          }),
+      }),
+  });
+}
+
+/**
+ * @param {{ iteration: Iteration, etag: string | undefined, onChosen: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
+ */
+function OfFit({ iteration, etag, onChosen, reload }) {
+  const standing = iteration.fits.find(({ chosen }) => chosen);
+  const id = query.value.get("fit") ?? standing?.id ?? "";
+  const path = { job_id: iteration.job_id, number: iteration.number };
+  const get = (/** @type {string} */ fit_id, /** @type {AbortSignal} */ signal) =>
+    answer(
+      api.GET("/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", {
+        signal,
+        params: { path: { ...path, fit_id }, query: { include: ["lambda_curve", "ridge_trace"] } },
+      }),
+    );
+  const fit = useResource(id ? `curve ${id}` : null, (signal) => get(id, signal));
+  const unit = heightUnit(iteration.axes);
+  return html`<div class="lambda-page">
+    <div><h2>${t.title}</h2><p class="quiet">${t.about}</p></div>
+    ${loaded({
+      resource: fit,
+      lines: 14,
+      children: (data) => h(Choosing, { key: id, iteration, fit: data, unit, standing: standing?.lambda_star, reload }),
+    })}
+    ${h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
+  </div>`;
+}
+
+/** @param {{ iteration: Iteration, fit: IterationFit, unit: string | undefined, standing: number | undefined, reload: () => void }} props */
+function Choosing({ iteration, fit, unit, standing, reload }) {
+  const { spec, result } = fit;
+  const path = { job_id: iteration.job_id, number: iteration.number };
+  const [selection, setSelection] = useState(() => selectionOf(query.value));
+  const [keeping, setKeeping] = useState(false);
+  const attempt = useRef(new Attempt());
+  const wanted = selection && refitOf(spec, selection, []);
+  const preview = useLatest(wanted, async (body, signal) => {
+    const pending = api.POST("/v1/jobs/{job_id}/iterations/{number}/preview", { signal, params: { path }, body });
+    return (await answer(pending)).data;
+  });
+  // the address follows once the answer is there: moves are many
+  useEffect(() => {
+    if (preview.current) setQuery(queryOf(selection));
+  }, [preview.current, selection]);
+  const refit = selection ? preview.data : undefined;
+  const shown = refit ?? result;
+  const symbol = symbolOf(spec);
+  const range = rangeOf(spec, result);
+  const ranks = countsRank(spec);
+  const chosen =
+    selection && "value" in selection
+      ? selection.value
+      : ranks
+        ? shown.regularization.rank
+        : shown.regularization.lambda_star;
+  const keep = async (/** @type {string} */ reason) => {
+    if (!selection) return;
+    const body = { ...refitOf(spec, selection), ...(reason ? { reason } : {}) };
+    const { data } = await answer(
+      api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
+        params: { path, header: attempt.current.headers(body) },
+        body,
+      }),
+    );
+    attempt.current.done();
+    setQuery({ fit: data.id, by: undefined, lambda: undefined }, { step: true });
+    notify(t.kept);
+    reload();
+  };
+  const shownBy = selection && "by" in selection ? selection.by : undefined;
+  return html`
+    <div class="lambda-top">
+      <section class="panel lambda-shown" aria-labelledby="lambda-shown">
+        <header><h2 id="lambda-shown">${selection ? t.refit : fit.chosen ? t.standingFit : t.storedFit}</h2>
+          ${selection ? h(Badge, { kind: "warn", children: t.notStored }) : fit.chosen ? h(Badge, { kind: "good", children: t.standsNow }) : null}</header>
+        ${h(Facts, { items: factsOf(shown, symbol, unit) })}
+        ${preview.error !== undefined && selection && preview.current && h(Failure, { error: preview.error })}
+        ${range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value) => setSelection({ value }) }) : html`<p class="note">${t.nothingToMove}</p>`}
+        <div class="actions">
+          <button type="button" class="button primary" disabled=${!selection || !preview.current || preview.error !== undefined} onClick=${() => setKeeping(true)}>${t.keep}</button>
+          <button type="button" class="button" disabled=${!selection} onClick=${() => setSelection(undefined)}>${t.back}</button>
+        </div>
+      </section>
+      ${h(FilterFactors, { result: shown, symbol })}
+    </div>
+    ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, standing, shown: selection && chosen, symbol, unit, onPick: (value) => setSelection({ value }) })}
+    ${result.ridge_trace && h(RidgeTrace, { points: result.ridge_trace, result, at: chosen })}
+    ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => setSelection({ by }) })}
+    ${h(Coefficients, { before: result, after: shown, afterName: t.refit, names: "coefficients" })}
+    ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, send: keep, onClose: () => setKeeping(false) })}
+  `;
+}
+
+/** @param {IterationFit["result"]} result @param {string} symbol @param {string | undefined} unit */
+function factsOf(result, symbol, unit) {
+  const { regularization, spectrum, residuals, bias } = result;
+  const data = (/** @type {string} */ text) => html`<span translate="no">${text}</span>`;
+  const found = regularization.choices.find(({ criterion }) => criterion === regularization.criterion);
+  return [
+    ...(regularization.rank === undefined
+      ? [{ name: t.symbol(symbol), value: data(fmt.value.three(regularization.lambda_star)) }]
+      : [{ name: t.rank, value: data(fmt.value.count(regularization.rank)) }]),
+    { name: t.rms, value: data(`${fmt.value.three(residuals.rms)}${unit ? ` ${unit}` : ""}`) },
+    { name: t.condition, value: data(fmt.value.condition(spectrum.regularized.condition)) },
+    { name: t.predictedMse, value: data(fmt.value.three(found?.predicted_mse)) },
+    { name: t.biasNorm, value: data(fmt.value.three(bias.norm)) },
+    { name: t.directions, value: data(regularization.count === undefined ? "–" : `${regularization.count}`) },
+  ];
+}

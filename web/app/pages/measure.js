@@ -1,0 +1,227 @@
+// Measuring: files are dropped, picked or pasted, looked at, and become iterations.
+
+import { answer, api, Attempt } from "../api/client.js";
+import { JobPage } from "../components/job_page.js";
+import { announce, notify } from "../components/toast.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/measure.js";
+import en from "../i18n/en/measure.js";
+import { texts } from "../i18n/i18n.js";
+import { QueueEntry } from "../measure/entry.js";
+import { MeasureFields } from "../measure/fields.js";
+import { contentOf } from "../measure/reader.js";
+import { EMPTY, wrongNumbers } from "../measure/request.js";
+import { send } from "../measure/send.js";
+import { navigate } from "../navigation.js";
+import { hrefIf } from "../router.js";
+import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../measure/entry.js").Entry} Entry */
+/** @typedef {import("../measure/request.js").Typed} Typed */
+
+const t = texts({ en, de });
+export const styles = ["measure"];
+
+/** Pointers whose faults stand at their fields. */
+const FIELDS = [
+  "flank",
+  "tooth",
+  "component",
+  "instrument",
+  "operator",
+  "measured_at",
+  "axes",
+  "note",
+  "model",
+  "estimator",
+  "regularization",
+  "filters",
+].flatMap((name) => [`/${name}`, `/spec/${name}`]);
+
+/** @param {{ params: Record<string, string> }} props */
+export default function MeasurePage({ params }) {
+  const jobId = params["job_id"] ?? "";
+  return h(JobPage, {
+    jobId,
+    view: common.measure,
+    children: (_, { trace }) => h(Measure, { jobId, reread: trace.reload }),
+  });
+}
+
+/** @param {{ jobId: string, reread: () => void }} props */
+function Measure({ jobId, reread }) {
+  const [typed, change] = useTyped(jobId);
+  const [entries, setEntries] = useState(/** @type {Entry[]} */ ([]));
+  const [over, setOver] = useState(false);
+  const underway = useRef(/** @type {AbortController | null} */ (null));
+  const last = useRef(0);
+  useEffect(() => () => underway.current?.abort(), []);
+  const update = (/** @type {number} */ id, /** @type {Partial<Entry>} */ next) =>
+    setEntries((all) => all.map((one) => (one.id === id ? { ...one, ...next } : one)));
+  const add = (/** @type {Iterable<File>} */ files) => {
+    for (const file of files) {
+      last.current += 1;
+      const id = last.current;
+      /** @type {Entry} */
+      const entry = {
+        id,
+        file,
+        content: undefined,
+        gears: undefined,
+        state: "waiting",
+        error: undefined,
+        number: undefined,
+        attempt: new Attempt(),
+      };
+      setEntries((all) => [...all, entry]);
+      look(file).then((found) => update(id, found));
+    }
+  };
+  const paste = () => {
+    if (typed.text.trim() === "") return;
+    const json = /^\s*[{[]/.test(typed.text);
+    add([new File([typed.text], json ? t.pastedJson : t.pastedCsv, { lastModified: 0 })]);
+  };
+  const waiting = entries.filter(({ state, content }) => state !== "done" && state !== "sending" && sendable(content));
+  const busy = entries.some(({ state }) => state === "sending");
+  const wrong = wrongNumbers(typed);
+  const submit = async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (busy || Object.keys(wrong).length > 0) return;
+    /** @type {number[]} */
+    const made = [];
+    for (const { id, file, content, attempt } of waiting) {
+      if (!content) continue;
+      const abort = new AbortController();
+      underway.current = abort;
+      update(id, { state: "sending", error: undefined });
+      try {
+        const { data } = await send(jobId, file, content, typed, attempt, abort.signal);
+        attempt.done();
+        made.push(data.number);
+        update(id, { state: "done", number: data.number });
+        announce(t.stored(data.number));
+      } catch (error) {
+        if (abort.signal.aborted) {
+          update(id, { state: "waiting" });
+          notify(t.cancelled, "news");
+          break;
+        }
+        update(id, { state: "failed", error });
+        announce(t.refused);
+        break;
+      }
+    }
+    underway.current = null;
+    if (made.length === 0) return;
+    reread();
+    change({ text: "", note: "" });
+    if (entries.length === 1) {
+      notify(t.stored(made[0] ?? 0));
+      const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: made[0] ?? 0 });
+      if (to) navigate(to);
+    }
+  };
+  const drop = (/** @type {DragEvent} */ event) => {
+    event.preventDefault();
+    setOver(false);
+    add(event.dataTransfer?.files ?? []);
+  };
+  const kinds = entries.map(({ content }) => content?.kind);
+  const failed = entries.find(({ state }) => state === "failed");
+  return html`<form class="measure" onSubmit=${submit}>
+    <section class=${`panel drop${over ? " over" : ""}`} aria-labelledby="drop" onDrop=${drop}
+      onDragOver=${(/** @type {DragEvent} */ event) => {
+        event.preventDefault();
+        setOver(true);
+      }} onDragLeave=${() => setOver(false)}>
+      <h2 id="drop">${t.drop}</h2>
+      <p class="quiet">${t.kinds}</p>
+      <div class="actions">
+        <label class="button primary" for="measure-files">${t.pick}</label>
+        <input class="visually-hidden" id="measure-files" type="file" multiple
+          onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} */ event) => {
+            add([...(event.currentTarget.files ?? [])]);
+            event.currentTarget.value = "";
+          }} />
+      </div>
+      <details open=${typed.text !== ""}>
+        <summary>${t.paste}</summary>
+        <div class="field">
+          <label for="measure-text">${t.pasteHere}</label>
+          <textarea id="measure-text" rows="6" spellcheck=${false} value=${typed.text}
+            onInput=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLTextAreaElement>} */ event) => change({ text: event.currentTarget.value })}></textarea>
+          <div class="actions"><button type="button" class="button" disabled=${typed.text.trim() === ""} onClick=${paste}>${t.take}</button></div>
+        </div>
+      </details>
+    </section>
+    ${
+      entries.length > 0 &&
+      html`<ul class="queue" aria-label=${t.queue}>
+        ${entries.map((entry) =>
+          h(QueueEntry, {
+            key: entry.id,
+            entry,
+            jobId,
+            fields: FIELDS,
+            onRemove: () => setEntries((all) => all.filter(({ id }) => id !== entry.id)),
+            onCancel: () => underway.current?.abort(),
+          }),
+        )}
+      </ul>`
+    }
+    <section class="panel">
+      ${h(MeasureFields, {
+        typed,
+        change,
+        error: failed?.error,
+        wrong,
+        imports: kinds.includes("import"),
+        fits: kinds.length === 0 || kinds.some((kind) => kind !== "import"),
+        fromFile: kinds.includes("json"),
+      })}
+    </section>
+    <div class="actions">
+      <button type="submit" class="button primary" disabled=${busy || waiting.length === 0}>${t.send(waiting.length)}</button>
+      ${waiting.length === 0 && html`<span class="hint">${t.nothingYet}</span>`}
+    </div>
+  </form>`;
+}
+
+/** What is in a file, and its gears where it has some. @param {File} file @returns {Promise<Partial<Entry>>} */
+async function look(file) {
+  const content = await contentOf(file);
+  if (content.fault !== undefined || !["rexs", "mka", "mew"].includes(content.form)) return { content };
+  const form = new FormData();
+  form.append("file", file, file.name);
+  const sent = api.POST("/v1/gears/read", { body: { file: file.name }, bodySerializer: () => form });
+  return answer(sent).then(
+    ({ data }) => ({ content, gears: data }),
+    (/** @type {unknown} */ error) => ({ content, error }),
+  );
+}
+
+/** @param {Entry["content"]} content */
+function sendable(content) {
+  return content !== undefined && content.fault === undefined && content.kind !== "values";
+}
+
+/** What is typed, kept until it has been sent: over reloads too. @param {string} jobId @returns {[Typed, (change: Partial<Typed>) => void]} */
+function useTyped(jobId) {
+  const place = `flankfit.measure.${jobId}`;
+  const [typed, setTyped] = useState(() => {
+    try {
+      return { ...EMPTY, .../** @type {Partial<Typed>} */ (JSON.parse(sessionStorage.getItem(place) ?? "{}")) };
+    } catch {
+      return EMPTY;
+    }
+  });
+  useEffect(() => {
+    try {
+      sessionStorage.setItem(place, JSON.stringify(typed));
+    } catch {
+      // a browser that keeps nothing has it until the tab is closed
+    }
+  }, [typed]);
+  return [typed, (next) => setTyped((before) => ({ ...before, ...next }))];
+}

@@ -1,0 +1,125 @@
+// A new job: its names, and the gear with what follows from it.
+
+import { Attempt, answer, api } from "../api/client.js";
+import { ApiError } from "../api/problem.js";
+import { Checkbox } from "../components/form.js";
+import { Derived, emptyGear, GearFields } from "../components/gear_fields.js";
+import { GearFile } from "../components/gear_file.js";
+import { emptyJob, JobFields, OPTIONAL } from "../components/job_fields.js";
+import { Page } from "../components/page.js";
+import { Failure } from "../components/states.js";
+import { notify } from "../components/toast.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/new_job.js";
+import en from "../i18n/en/new_job.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { FIELDS, formOf, gearOf, tagsOf } from "../lib/gear_form.js";
+import { navigate } from "../navigation.js";
+import { href } from "../router.js";
+import { h, html, useRef, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"NewJob">} NewJob */
+
+const t = texts({ en, de });
+const SHOWN = [
+  "/name",
+  "/part_number",
+  "/serial_number",
+  "/machine",
+  "/tags",
+  ...Object.values(FIELDS).map(({ pointer }) => `/gear${pointer}`),
+];
+
+export const styles = ["new_job"];
+
+export default function NewJob() {
+  const [job, setJob] = useState(emptyJob);
+  const [withGear, setWithGear] = useState(true);
+  const [gear, setGear] = useState(emptyGear);
+  const [told, setTold] = useState(false);
+  const [sending, setSending] = useState(false);
+  const [error, setError] = useState(/** @type {unknown} */ (undefined));
+  const attempt = useRef(new Attempt());
+  const form = useRef(/** @type {HTMLFormElement | null} */ (null));
+
+  const submit = async (/** @type {Event} */ event) => {
+    event.preventDefault();
+    const body = read(job, withGear ? gear : undefined);
+    setTold(true);
+    if (!body) return toFault(form.current);
+    setSending(true);
+    setError(undefined);
+    try {
+      const header = attempt.current.headers(body);
+      const { data } = await answer(api.POST("/v1/jobs", { body, params: { header } }));
+      attempt.current.done();
+      notify(t.created(data.name));
+      navigate(href("/jobs/{job_id}", { job_id: data.id }));
+    } catch (failed) {
+      setError(failed);
+      setSending(false);
+      if (failed instanceof ApiError) toFault(form.current);
+    }
+  };
+  const take = (/** @type {import("../lib/gear_form.js").Gear} */ found, /** @type {string | undefined} */ name) => {
+    setGear(formOf(found, fmt.value.input));
+    if (name && job.name === "") setJob({ ...job, name });
+  };
+
+  return h(Page, {
+    title: t.title,
+    about: t.about,
+    above: html`<a href=${href("/jobs")}>${common.jobs}</a>`,
+    children: html`<form class="new-job" ref=${form} onSubmit=${submit} novalidate>
+      <div class="new-job-fields">
+        <section class="panel" aria-labelledby="new-job">
+          <h2 id="new-job">${t.job}</h2>
+          ${h(JobFields, { form: job, onChange: setJob, error, told })}
+        </section>
+        <section class="panel" aria-labelledby="new-gear">
+          <header>
+            <h2 id="new-gear">${t.gear}</h2>
+            ${h(Checkbox, { label: t.withGear, checked: withGear, onChange: setWithGear })}
+          </header>
+          ${
+            withGear
+              ? html`${h(GearFile, { onTake: take })}${h(GearFields, { form: gear, onChange: setGear, error, at: "/gear", told })}`
+              : html`<p class="quiet">${t.gearAbout}</p>`
+          }
+        </section>
+        ${error !== undefined && h(Failure, { error, except: SHOWN })}
+        <div class="actions">
+          <button type="submit" class="button primary" disabled=${sending}>${t.create}</button>
+          <a class="button" href=${href("/jobs")}>${common.cancel}</a>
+        </div>
+      </div>
+      ${withGear && h(Derived, { form: gear })}
+    </form>`,
+  });
+}
+
+/**
+ * The request of a form, unless something of it cannot be read.
+ * @param {typeof emptyJob} job @param {import("../lib/gear_form.js").GearForm | undefined} gearForm
+ * @returns {NewJob | undefined}
+ */
+function read(job, gearForm) {
+  const tags = tagsOf(job.tags);
+  const gear = gearForm === undefined ? undefined : gearOf(gearForm).gear;
+  if (job.name.trim() === "" || !tags || (gearForm !== undefined && !gear)) return undefined;
+  /** @type {NewJob} */
+  const body = { name: job.name.trim() };
+  for (const name of OPTIONAL) if (job[name].trim() !== "") body[name] = job[name].trim();
+  if (Object.keys(tags).length > 0) body.tags = tags;
+  if (gear) body.gear = gear;
+  return body;
+}
+
+/** Goes to the first field that is at fault, once it is marked. @param {HTMLElement | null} form */
+function toFault(form) {
+  requestAnimationFrame(() => {
+    const field = form?.querySelector('[aria-invalid="true"]');
+    field?.closest("details")?.setAttribute("open", "");
+    if (field instanceof HTMLElement) field.focus();
+  });
+}

@@ -1,0 +1,155 @@
+// A measurement whose nodes come as a stream: the estimate as it grows.
+
+import { useStream } from "../api/stream.js";
+import { Badge, Facts } from "../components/figure.js";
+import { FinishStream } from "../components/finish_stream.js";
+import { JobPage } from "../components/job_page.js";
+import { Empty, loaded } from "../components/states.js";
+import { CoefficientChart, FigureChart } from "../components/stream_charts.js";
+import { notify } from "../components/toast.js";
+import { CoefficientTable, FitFacts, termSign, Warnings } from "../flank/figures.js";
+import de from "../i18n/de/stream.js";
+import en from "../i18n/en/stream.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { navigate, query, setQuery } from "../navigation.js";
+import { href, hrefIf } from "../router.js";
+import { Fragment, h, html, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/stream.js").Stream} Stream */
+/** @typedef {import("../api/stream.js").Estimate} Estimate */
+
+const t = texts({ en, de });
+export const styles = ["iteration", "stream"];
+
+/** @param {{ params: Record<string, string> }} props */
+export default function StreamPage({ params }) {
+  const jobId = params["job_id"] ?? "";
+  const streamId = params["stream_id"] ?? "";
+  const { resource, history, wake } = useStream(streamId);
+  return h(JobPage, {
+    jobId,
+    view: t.stream,
+    onEvents: (events) => {
+      if (events.length === 0 || events.some(({ stream_id: id }) => id === streamId)) wake();
+    },
+    children: () =>
+      loaded({
+        resource,
+        lines: 10,
+        back: html`<a class="button" href=${href("/jobs/{job_id}", { job_id: jobId })}>${t.toJob}</a>`,
+        children: (stream) => h(Whole, { stream, history, reload: resource.reload }),
+      }),
+  });
+}
+
+/** @param {{ stream: Stream, history: readonly Estimate[], reload: () => void }} props */
+function Whole({ stream, history, reload }) {
+  const result = stream.result ?? history.at(-1)?.result;
+  return html`<div class="flank-page" data-sequence=${stream.sequence}>
+    <div class="flank-main">
+      ${stream.warnings && stream.warnings.length > 0 && h(NoResult, { warnings: stream.warnings })}
+      ${history.length > 0 && h(Charts, { history, stream })}
+      ${history.length === 0 && stream.state === "finished" && h(Empty, { children: t.nothingKept })}
+      ${
+        result &&
+        html`<section class="panel" aria-labelledby="coefficients">
+          <h2 id="coefficients">${t.coefficients}</h2>
+          ${h(CoefficientTable, { result, axes: stream.axes, level: stream.spec.level ?? 0.95, hideCaption: true })}
+        </section>`
+      }
+    </div>
+    <div class="flank-beside">
+      ${h(State, { stream, reload })}
+      ${
+        result &&
+        h(
+          Fragment,
+          null,
+          html`<section class="panel" aria-labelledby="figures">
+            <h2 id="figures">${t.estimate}</h2>${h(FitFacts, { result, axes: stream.axes })}
+          </section>`,
+          h(Warnings, { result }),
+        )
+      }
+    </div>
+  </div>`;
+}
+
+/** @param {{ warnings: readonly { code: string, message: string }[] }} props */
+function NoResult({ warnings }) {
+  return html`<section class="panel" aria-labelledby="no-result">
+    <h2 id="no-result">${t.noResult}</h2>
+    <ul class="warnings">
+      ${warnings.map(({ code, message }) => html`<li key=${code}><code translate="no">${code}</code> <span lang="en" translate="no">${message}</span></li>`)}
+    </ul>
+  </section>`;
+}
+
+/** @param {{ history: readonly Estimate[], stream: Stream }} props */
+function Charts({ history, stream }) {
+  const terms = history.at(-1)?.result.coefficients.map(({ term }) => term) ?? [];
+  const asked = query.value.get("term");
+  const term = terms.find((one) => one === asked) ?? terms[0] ?? "";
+  // buttons, since news wait while a field has the focus
+  return html`<section class="panel" aria-labelledby="course">
+    <h2 id="course">${t.course}</h2>
+    <p class="quiet">${t.since}</p>
+    <div class="flank-tools">
+      <div class="actions" role="group" aria-label=${t.coefficients}>
+        ${terms.map(
+          (
+            one,
+          ) => html`<button key=${one} type="button" class="button small" aria-pressed=${one === term} translate="no"
+            onClick=${() => setQuery({ term: one === terms[0] ? undefined : one })}>${termSign(one)}</button>`,
+        )}
+      </div>
+    </div>
+    ${h(CoefficientChart, { history, term, axes: stream.axes })}
+    <div class="flank-layout">
+      <div>${h(FigureChart, { history, kind: "condition" })}</div>
+      <div>${h(FigureChart, { history, kind: "lambda" })}</div>
+    </div>
+  </section>`;
+}
+
+/** @param {{ stream: Stream, reload: () => void }} props */
+function State({ stream, reload }) {
+  const [finishing, setFinishing] = useState(false);
+  const data = (/** @type {string | null | undefined} */ text) => text && html`<span translate="no">${text}</span>`;
+  const at = { job_id: stream.job_id, number: stream.iteration_number ?? 0 };
+  const map = hrefIf("/jobs/{job_id}/iterations/{number}", at) ?? href("/jobs/{job_id}", at);
+  const items = [
+    { name: t.state, value: h(Badge, { kind: stream.state === "open" ? "warn" : "good", children: t[stream.state] }) },
+    { name: t.nodes, value: data(fmt.value.count(stream.node_count)) },
+    { name: t.blocks, value: data(fmt.value.count(stream.sequence)) },
+    { name: t.flank, value: stream.flank && t[stream.flank] },
+    { name: t.tooth, value: data(stream.tooth) },
+    { name: t.forgetting, value: data(fmt.value.input(stream.forgetting_factor)) },
+    { name: t.opened, value: data(fmt.value.time(stream.created_at)) },
+    { name: t.lastBlock, value: stream.sequence > 0 && data(fmt.value.clock(stream.updated_at)) },
+  ].flatMap(({ name, value }) => (value ? [{ name, value }] : []));
+  return html`<section class="panel" aria-labelledby="stream">
+    <h2 id="stream">${t.stream}</h2>
+    ${h(Facts, { items, columns: true })}
+    <div class="actions">
+      ${
+        stream.state === "open"
+          ? html`<button type="button" class="button primary" disabled=${stream.node_count === 0} onClick=${() => setFinishing(true)}>${t.finish}</button>`
+          : html`<a class="button primary" href=${map}>${t.toIteration(stream.iteration_number ?? 0)}</a>`
+      }
+    </div>
+    ${
+      finishing &&
+      h(FinishStream, {
+        streamId: stream.id,
+        onClose: () => setFinishing(false),
+        onDone: (number) => {
+          setFinishing(false);
+          reload();
+          notify(t.finishedAs(number));
+          navigate(hrefIf("/jobs/{job_id}/iterations/{number}", { ...at, number }) ?? href("/jobs/{job_id}", at));
+        },
+      })
+    }
+  </section>`;
+}

@@ -1,0 +1,118 @@
+// Coefficients before and after regularisation, and what is left of each direction.
+
+import { Chart } from "../charts/chart.js";
+import { Dots, Rule } from "../charts/marks.js";
+import { WithError } from "../components/figure.js";
+import { table } from "../components/table.js";
+import de from "../i18n/de/lambda.js";
+import en from "../i18n/en/lambda.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
+/** @typedef {FitResult["coefficients"][number]} Coefficient */
+
+const t = texts({ en, de });
+
+/** @param {{ before: FitResult, after: FitResult, afterName: string, names: string }} props `before`: of the fit that stands; `names`: of the file */
+export function Coefficients({ before, after, afterName, names }) {
+  const same = before === after;
+  const standing = new Map(before.coefficients.map((one) => [one.term, one]));
+  /** @type {import("../components/table.js").Column<Coefficient>[]} */
+  const columns = [
+    {
+      key: "term",
+      header: t.term,
+      rowHeader: true,
+      cell: ({ term }) => html`<code translate="no">${term}</code>`,
+      csv: ({ term }) => term,
+    },
+    {
+      key: "ls",
+      header: t.leastSquares,
+      numeric: true,
+      cell: (one) => h(WithError, { value: one.least_squares, error: one.least_squares_std_error }),
+      csv: (one) => one.least_squares,
+    },
+    ...(same
+      ? []
+      : [
+          {
+            key: "standing",
+            header: t.standing,
+            numeric: true,
+            cell: (/** @type {Coefficient} */ { term }) =>
+              h(WithError, { value: standing.get(term)?.value, error: standing.get(term)?.std_error }),
+            csv: (/** @type {Coefficient} */ { term }) => standing.get(term)?.value,
+          },
+        ]),
+    {
+      key: "value",
+      header: same ? t.standing : afterName,
+      numeric: true,
+      cell: (one) => h(WithError, { value: one.value, error: one.std_error }),
+      csv: (one) => one.value,
+    },
+    {
+      key: "bound",
+      header: t.biasBound,
+      numeric: true,
+      cell: (one) => fmt.value.three(one.bias_bound),
+      csv: (one) => one.bias_bound,
+    },
+  ];
+  return html`<section class="panel">
+    <h2>${t.coefficients}</h2>
+    <p class="quiet">${t.coefficientsText}</p>
+    ${table({
+      caption: t.coefficients,
+      hideCaption: true,
+      columns,
+      rows: after.coefficients,
+      rowKey: ({ term }) => term,
+      csvName: names,
+    })}
+  </section>`;
+}
+
+/** @param {{ result: FitResult, symbol: string }} props */
+export function FilterFactors({ result, symbol }) {
+  const factors = result.regularization.filter_factors;
+  const eigenvalues = result.spectrum.eigenvalues;
+  const points = factors.flatMap((y, i) => {
+    const x = eigenvalues[i];
+    return x !== undefined && x > 0 ? [{ x, y, i }] : [];
+  });
+  if (points.length === 0) return null;
+  const [low, high] = [points[0]?.x ?? 1, points.at(-1)?.x ?? 10];
+  const at = result.regularization.lambda_star;
+  const reduced = factors.filter((one) => one < 0.995).length;
+  return html`<section class="panel">${h(Chart, {
+    name: t.filterFactors,
+    level: 2,
+    summary: t.filterSummary(reduced, factors.length),
+    x: { label: t.eigenvalue, scale: "log", domain: [Math.min(low, at ?? low) / 2, high * 2] },
+    y: { label: t.filterFactor, domain: [0, Math.max(1.05, ...factors)] },
+    height: 260,
+    probes: points.map(({ x, y, i }) => ({ x, y, text: `${i + 1}: ${fmt.value.three(x)} → ${fmt.value.fixed(y, 3)}` })),
+    data: {
+      columns: [
+        {
+          key: "i",
+          header: t.direction,
+          numeric: true,
+          rowHeader: true,
+          cell: ({ i }) => i + 1,
+          csv: ({ i }) => i + 1,
+        },
+        { key: "x", header: t.eigenvalue, numeric: true, cell: ({ x }) => fmt.value.three(x), csv: ({ x }) => x },
+        { key: "y", header: t.filterFactor, numeric: true, cell: ({ y }) => fmt.value.fixed(y, 3), csv: ({ y }) => y },
+      ],
+      rows: points,
+      rowKey: ({ i }) => i,
+      csvName: "filter-factors",
+    },
+    children: (plot) =>
+      html`${at !== undefined && at > 0 && h(Rule, { plot, x: at, label: t.symbol(symbol) })}${h(Dots, { plot, points })}`,
+  })}</section>`;
+}

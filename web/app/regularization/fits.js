@@ -1,0 +1,105 @@
+// The fits of an iteration: which is looked at, which stands, and letting another one stand.
+
+import { answer, api } from "../api/client.js";
+import { Criterion } from "../components/criterion.js";
+import { Badge } from "../components/figure.js";
+import { ReasonDialog } from "../components/reason_dialog.js";
+import { table } from "../components/table.js";
+import { notify } from "../components/toast.js";
+import de from "../i18n/de/lambda.js";
+import en from "../i18n/en/lambda.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { setQuery } from "../navigation.js";
+import { Fragment, h, html, useState } from "../../vendor/ui.js";
+
+/** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
+/** @typedef {import("../api/client.js").Schema<"FitSummary">} FitSummary */
+
+const t = texts({ en, de });
+
+/**
+ * @param {{ iteration: Iteration, etag: string | undefined, viewed: string, unit: string | undefined, onChosen: (iteration: Iteration, etag: string | undefined) => void }} props
+ */
+export function Fits({ iteration, etag, viewed, unit, onChosen }) {
+  const [letting, setLetting] = useState(/** @type {FitSummary | undefined} */ (undefined));
+  const choose = async (/** @type {string} */ reason) => {
+    if (!letting) return;
+    const { data, etag: next } = await answer(
+      api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen_fit", {
+        params: {
+          path: { job_id: iteration.job_id, number: iteration.number },
+          header: etag ? { "If-Match": etag } : {},
+        },
+        body: { fit_id: letting.id, ...(reason ? { reason } : {}) },
+      }),
+    );
+    onChosen(data, next);
+    notify(t.stands);
+  };
+  /** @type {readonly import("../components/table.js").Column<FitSummary>[]} */
+  const columns = [
+    {
+      key: "criterion",
+      header: t.criterion,
+      rowHeader: true,
+      cell: ({ criterion }) => h(Criterion, { name: criterion }),
+      csv: ({ criterion }) => criterion,
+    },
+    {
+      key: "lambda",
+      header: t.symbol("λ*"),
+      numeric: true,
+      cell: (one) => fmt.value.three(one.lambda_star),
+      csv: (one) => one.lambda_star,
+    },
+    {
+      key: "condition",
+      header: t.condition,
+      numeric: true,
+      cell: (one) => fmt.value.condition(one.regularized_condition),
+      csv: (one) => one.regularized_condition,
+    },
+    { key: "rms", header: t.rms, unit, numeric: true, cell: (one) => fmt.value.three(one.rms), csv: (one) => one.rms },
+    {
+      key: "made",
+      header: t.made,
+      numeric: true,
+      cell: (one) => html`<time datetime=${one.created_at} translate="no">${fmt.value.time(one.created_at)}</time>`,
+      csv: (one) => one.created_at,
+    },
+    {
+      key: "reason",
+      header: t.reason,
+      cell: ({ reason }) => (reason ? html`<span translate="no">${reason}</span>` : "–"),
+      csv: ({ reason }) => reason,
+    },
+    { key: "stands", header: t.state, cell: (one) => stateOf(one), csv: ({ chosen }) => chosen },
+  ];
+  const stateOf = (/** @type {FitSummary} */ one) => html`<span class="actions">
+    ${one.chosen && h(Badge, { kind: "good", children: t.standsNow })}
+    ${
+      one.id === viewed
+        ? html`<span class="quiet">${t.viewed}</span>`
+        : html`<button type="button" class="button small" onClick=${() => setQuery({ fit: one.chosen ? undefined : one.id, by: undefined, lambda: undefined }, { step: true })}>${t.view}</button>`
+    }
+    ${!one.chosen && html`<button type="button" class="button small" onClick=${() => setLetting(one)}>${t.letStand}</button>`}
+  </span>`;
+  return h(
+    Fragment,
+    null,
+    html`<section class="panel">
+      <h2>${t.fits}</h2>
+      ${(iteration.earlier_fits ?? 0) > 0 && html`<p class="quiet">${t.earlierFits(iteration.earlier_fits ?? 0)}</p>`}
+      ${table({ caption: t.fits, hideCaption: true, columns, rows: iteration.fits, rowKey: ({ id }) => id, csvName: "fits", stacked: true })}
+    </section>`,
+    letting &&
+      h(ReasonDialog, {
+        title: t.letStand,
+        text: t.letStandText,
+        label: t.reason,
+        action: t.letStand,
+        send: choose,
+        onClose: () => setLetting(undefined),
+      }),
+  );
+}

@@ -1,0 +1,54 @@
+// What this browser remembers: language, theme, shortcuts. Kept in localStorage.
+
+import { effect, signal } from "../vendor/ui.js";
+
+/** @typedef {"en" | "de" | "pseudo"} Language `pseudo` marks every text of the tables, for tests */
+/** @typedef {"system" | "light" | "dark"} Theme */
+
+const PLACE = "flankfit.settings";
+const kept = read();
+
+/** @type {import("../vendor/ui.js").Signal<Language>} */
+export const language = signal(oneOf(kept["language"], ["en", "de", "pseudo"]) ?? ofBrowser());
+/** @type {import("../vendor/ui.js").Signal<Theme>} */
+export const theme = signal(oneOf(kept["theme"], ["system", "light", "dark"]) ?? "system");
+export const shortcuts = signal(kept["shortcuts"] !== false);
+
+effect(() => {
+  const root = document.documentElement;
+  root.lang = language.value === "pseudo" ? "en" : language.value;
+  if (theme.value === "system") delete root.dataset["theme"];
+  else root.dataset["theme"] = theme.value;
+});
+
+/** Keeps the settings from now on. */
+export function keep() {
+  effect(() => {
+    const settings = { language: language.value, theme: theme.value, shortcuts: shortcuts.value };
+    try {
+      localStorage.setItem(PLACE, JSON.stringify(settings));
+    } catch {
+      // a browser that keeps nothing shows what was chosen until it is closed
+    }
+  });
+}
+
+/** @returns {Record<string, unknown>} */
+function read() {
+  try {
+    const value = JSON.parse(localStorage.getItem(PLACE) ?? "{}");
+    return typeof value === "object" && value !== null ? value : {};
+  } catch {
+    return {};
+  }
+}
+
+/** @template {string} T @param {unknown} value @param {readonly T[]} known @returns {T | undefined} */
+function oneOf(value, known) {
+  return known.find((one) => one === value);
+}
+
+/** @returns {Language} */
+function ofBrowser() {
+  return navigator.language.startsWith("de") ? "de" : "en";
+}

@@ -1,0 +1,106 @@
+// The story of a job as entries in the order of time. Pure functions.
+
+/** @typedef {import("../api/job.js").TracedIteration} TracedIteration */
+/** @typedef {TracedIteration["fits"][number]} TracedFit */
+/**
+ * @typedef {{ id: string, time: string, iteration: number } & (
+ *   | { kind: "measured", answers: string | undefined, answersOf: number | undefined }
+ *   | { kind: "fit", fit: TracedFit }
+ *   | { kind: "choice", fit: TracedFit | undefined, until: string | undefined, reason: string | undefined }
+ *   | { kind: "record", record: NonNullable<TracedIteration["records"]>[number] }
+ *   | { kind: "decision", decision: string, reason: string | undefined }
+ * )} Entry
+ */
+/** @typedef {Entry["kind"]} Kind */
+
+/** In the order in which they are told where the times are the same. @type {readonly Kind[]} */
+export const KINDS = ["measured", "fit", "choice", "record", "decision"];
+
+/** @param {readonly TracedIteration[]} iterations @returns {Entry[]} */
+export function entriesOf(iterations) {
+  const answered = answersOf(iterations);
+  const all = iterations.flatMap((one) => ofIteration(one, answered.get(one.number)));
+  return all.sort(
+    (a, b) =>
+      Date.parse(a.time) - Date.parse(b.time) ||
+      a.iteration - b.iteration ||
+      KINDS.indexOf(a.kind) - KINDS.indexOf(b.kind),
+  );
+}
+
+/** @param {TracedIteration} one @param {{ id: string, iteration: number } | undefined} answers @returns {Entry[]} */
+function ofIteration(one, answers) {
+  const iteration = one.number;
+  const fits = new Map(one.fits.map((fit) => [fit.id, fit]));
+  return [
+    {
+      id: one.id,
+      kind: "measured",
+      time: one.created_at,
+      iteration,
+      answers: answers?.id,
+      answersOf: answers?.iteration,
+    },
+    ...one.fits.map((fit) => /** @type {Entry} */ ({ id: fit.id, kind: "fit", time: fit.created_at, iteration, fit })),
+    ...one.choices.map(
+      ({ fit_id, reason, created_at }, i) =>
+        /** @type {Entry} */ ({
+          id: `choice-${iteration}-${i}`,
+          kind: "choice",
+          time: created_at,
+          until: one.choices[i + 1]?.created_at,
+          iteration,
+          fit: fits.get(fit_id),
+          reason,
+        }),
+    ),
+    ...(one.records ?? []).map(
+      (record) => /** @type {Entry} */ ({ id: record.id, kind: "record", time: record.created_at, iteration, record }),
+    ),
+    ...one.decisions.map(
+      ({ decision, reason, created_at }, i) =>
+        /** @type {Entry} */ ({
+          id: `decision-${iteration}-${i}`,
+          kind: "decision",
+          time: created_at,
+          iteration,
+          decision,
+          reason,
+        }),
+    ),
+  ];
+}
+
+/**
+ * The correction that a measurement answers: the last one of the iterations before it, of the same flank
+ * and tooth, that was made before it and that no measurement between answers.
+ * @param {readonly TracedIteration[]} iterations
+ */
+function answersOf(iterations) {
+  /** @type {Map<number, { id: string, iteration: number }>} */
+  const found = new Map();
+  for (const [i, one] of iterations.entries()) {
+    const before = iterations.slice(0, i).findLast(({ flank, tooth }) => flank === one.flank && tooth === one.tooth);
+    const correction = before?.records?.findLast(
+      ({ kind, created_at }) => kind === "correction" && Date.parse(created_at) <= Date.parse(one.created_at),
+    );
+    if (before && correction) found.set(one.number, { id: correction.id, iteration: before.number });
+  }
+  return found;
+}
+
+/**
+ * Two fits, coefficient by coefficient.
+ * @param {TracedFit} a @param {TracedFit} b @param {boolean} sameNodes
+ */
+export function compared(a, b, sameNodes) {
+  const others = new Map(b.coefficients.map((one) => [one.term, one]));
+  return a.coefficients.flatMap((one) => {
+    const other = others.get(one.term);
+    if (!other) return [];
+    const error = sameNodes ? one.std_error : Math.hypot(one.std_error ?? Number.NaN, other.std_error ?? Number.NaN);
+    const difference = other.value - one.value;
+    const inErrors = error && error > 0 ? difference / error : undefined;
+    return [{ term: one.term, a: one, b: other, difference, inErrors }];
+  });
+}

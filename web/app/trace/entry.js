@@ -1,0 +1,59 @@
+// One entry of the story.
+
+import { Criterion } from "../components/criterion.js";
+import { Badge } from "../components/figure.js";
+import { t as common } from "../i18n/common.js";
+import de from "../i18n/de/trace.js";
+import en from "../i18n/en/trace.js";
+import { fmt, texts } from "../i18n/i18n.js";
+import { hrefIf } from "../router.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("./entries.js").Entry} Entry */
+
+const t = texts({ en, de });
+
+/** @param {{ entry: Entry, jobId: string, unit: string | undefined }} props */
+export function EntryText({ entry, jobId, unit }) {
+  const time = html`<time class="quiet" datetime=${entry.time} translate="no">${fmt.value.time(entry.time)}</time>`;
+  const head = (/** @type {string} */ name, /** @type {unknown} */ more = null) =>
+    html`<p class="trace-head"><strong>${name}</strong>${more}<span class="trace-of quiet">${common.iteration(entry.iteration)}</span>${time}</p>`;
+  if (entry.kind === "measured") {
+    return html`${head(t.measuredEntry)}${entry.answersOf !== undefined && html`<p>${t.answers(entry.answersOf)}</p>`}`;
+  }
+  if (entry.kind === "fit") {
+    const to = hrefIf(
+      "/jobs/{job_id}/iterations/{number}/lambda",
+      { job_id: jobId, number: entry.iteration },
+      { fit: entry.fit.id },
+    );
+    return html`${head(t.fitEntry, entry.fit.chosen && h(Badge, { kind: "good", children: t.standsNow }))}
+      <p>${to ? html`<a href=${to}>${h(Criterion, { name: entry.fit.criterion })}</a>` : h(Criterion, { name: entry.fit.criterion })}</p>
+      ${h(Figures, { fit: entry.fit, unit })}${reason(entry.fit.reason)}`;
+  }
+  if (entry.kind === "choice") {
+    return html`${head(entry.until ? t.stoodEntry : t.standsEntry)}
+      <p>${entry.fit ? html`${h(Criterion, { name: entry.fit.criterion })} <span translate="no">λ* ${fmt.value.three(entry.fit.lambda_star)}</span>` : t.earlierFit}</p>
+      ${entry.until && html`<p class="quiet">${t.until} <time datetime=${entry.until} translate="no">${fmt.value.time(entry.until)}</time></p>`}
+      ${reason(entry.reason)}`;
+  }
+  if (entry.kind === "record") {
+    return html`${head(t[entry.record.kind])}<p class="quiet">${t.method} <code translate="no">${entry.record.method}</code></p>`;
+  }
+  const known = entry.decision === "accept" ? "good" : entry.decision === "reject" ? "bad" : "warn";
+  const word =
+    { accept: common.accept, reject: common.reject, remachine: common.remachine }[entry.decision] ?? entry.decision;
+  return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${reason(entry.reason)}`;
+}
+
+/** @param {string | null | undefined} text */
+const reason = (text) => text && html`<blockquote translate="no">${text}</blockquote>`;
+
+/** @param {{ fit: import("./entries.js").TracedFit, unit: string | undefined }} props */
+function Figures({ fit, unit }) {
+  return html`<dl class="trace-figures">
+    <div><dt translate="no">λ*</dt><dd translate="no">${fmt.value.three(fit.lambda_star)}</dd></div>
+    <div><dt>${t.condition}</dt><dd translate="no">${fmt.value.condition(fit.regularized_condition ?? fit.condition)}</dd></div>
+    <div><dt>${t.rms}</dt><dd translate="no">${fmt.value.three(fit.rms)}${unit && fit.rms != null ? ` ${unit}` : ""}</dd></div>
+  </dl>`;
+}

@@ -1,0 +1,148 @@
+// Corrections: asked for, refused, and compared with the next iteration.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { browserTest, example } from "./harness.js";
+
+const request = async () => JSON.parse(await example("requests/iteration_correction.json"));
+/** @param {string} id */
+const pathOf = (id) => `/jobs/${id}/iterations/1/correction`;
+
+/** A number as it is shown, which has to be the interface's to its last digit. @param {string | null | undefined} text @param {number} value */
+function agrees(text, value) {
+  const written = /[−+]?\d+(\.\d+)?/.exec(text ?? "")?.[0];
+  assert.ok(written, `no number in ${text}`);
+  const decimals = written.split(".")[1]?.length ?? 0;
+  assert.equal(
+    Number(written.replace("−", "-")).toFixed(decimals),
+    (value + 0).toFixed(decimals).replace(/^-(0\.?0*)$/, "$1"),
+    text ?? "",
+  );
+}
+
+browserTest("a correction is asked for, entered, and compared with what was measured after it", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine" });
+  await open(pathOf(id));
+  await page.getByText("No correction has been made").waitFor();
+  const angle = page.getByRole("group", { name: "Profile angle" });
+  await angle.getByLabel("Least").fill("−20");
+  await angle.getByLabel("Greatest").fill("20");
+  await angle.getByLabel("Step").fill("0,05");
+  await page.getByRole("group", { name: "Infeed" }).getByLabel("Keep as it is").check();
+  await page.getByLabel("Noise of a deviation").fill("0.5");
+  await page.getByLabel("Uncertainty of the response").fill("0.02");
+  await page.getByRole("button", { name: "Compute the correction" }).click();
+  await page.getByRole("heading", { name: "Changes of the machine settings" }).waitFor();
+  await stands();
+  const kept = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+  const asked = await request();
+  assert.deepEqual(kept.request.limits, asked.limits);
+  const rows = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody tr");
+  assert.equal(await rows.count(), kept.result.settings.length);
+  for (const [i, setting] of kept.result.settings.entries()) {
+    const cells = rows.nth(i).locator("th .cell, td .cell");
+    assert.ok((await cells.nth(0).textContent())?.includes(setting.name));
+    if (setting.fixed || setting.undetermined) continue;
+    agrees(await cells.nth(1).textContent(), setting.change);
+    agrees(await cells.nth(2).textContent(), setting.std_error);
+  }
+  await page.getByText("not told by this measurement").first().waitFor();
+  await page.getByText("No later iteration of this flank").waitFor();
+
+  await iteration(id, "flank_z52_remachined.json");
+  await page.reload();
+  await page.getByText("otherwise than predicted").waitFor();
+  await stands();
+  const { answer, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+  const figures = page.getByRole("table", { name: "Figures before, predicted and measured" }).locator("tbody tr");
+  for (const [i, key] of ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"].entries()) {
+    const told = answer.figure_changes[key];
+    const cells = figures.nth(i).locator("td .cell");
+    agrees(await cells.nth(0).textContent(), told.before.value_um);
+    agrees(await cells.nth(1).textContent(), told.predicted_um);
+    agrees(await cells.nth(2).textContent(), told.measured.value_um);
+    agrees(await cells.nth(3).textContent(), told.change.value_um);
+    agrees(await cells.nth(4).textContent(), told.beyond_predicted.value_um);
+  }
+  const rms = figures.nth(5).locator("td .cell");
+  agrees(await rms.nth(0).textContent(), answer.rms_before_um);
+  agrees(await rms.nth(1).textContent(), answer.rms_predicted_um);
+  agrees(await rms.nth(2).textContent(), answer.rms_measured_um);
+  agrees(await figures.nth(6).locator("td .cell").nth(1).textContent(), result.predicted.max_um);
+  agrees(await page.locator("dt:text-is('Response ratio') + dd .figure").textContent(), answer.response_ratio);
+  assert.equal(await page.locator(".heat-map").count(), 3, "before, predicted and measured");
+
+  const waiting = page.waitForEvent("download");
+  await page.getByRole("button", { name: "CSV for the control" }).click();
+  const text = await readFile(await (await waiting).path(), "utf8");
+  assert.ok(text.startsWith("Identifier,CharacteristicIdentifier,CorrectionValueRelative"), text);
+});
+
+browserTest("a refusal stands at its field, and nothing typed is lost", { statuses: [422] }, async (world) => {
+  const { page, open, stands, job, iteration } = world;
+  const { id } = await job();
+  await iteration(id);
+  await open(pathOf(id));
+  const crowning = page.getByRole("group", { name: "Profile crowning" });
+  await crowning.getByLabel("Least").fill("5");
+  await crowning.getByLabel("Greatest").fill("1");
+  await page.getByLabel("Target").fill("1 2 x");
+  await page.getByRole("button", { name: "Compute the correction" }).click();
+  await page.getByText("This is no number.").waitFor();
+  await page.getByLabel("Target").fill("1 2");
+  await page.getByRole("button", { name: "Compute the correction" }).click();
+  await crowning.locator(".fault").waitFor();
+  assert.equal(await crowning.getByLabel("Least").getAttribute("aria-invalid"), "true");
+  await page.reload();
+  await stands();
+  assert.equal(await crowning.getByLabel("Least").inputValue(), "5");
+  assert.equal(await page.getByLabel("Target").inputValue(), "1 2");
+});
+
+browserTest("a setting at its limit says so, and effects by a matrix have the caller's names", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  const asked = await request();
+  asked.limits.profile_angle = { min: -2, max: 2 };
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, asked);
+  await open(pathOf(id));
+  await page.getByText("at its limit").waitFor();
+  await page.getByText("Another correction").click();
+  await page.getByLabel("What the settings do").selectOption("matrix");
+  const lines = Array.from(
+    { length: 135 },
+    (_, i) => `${(i % 15) / 7 - 1};${Math.floor(i / 15) / 4 - 1};${(Math.floor(i / 15) / 4 - 1) * 1.001}`,
+  );
+  await page.getByLabel("Sensitivity").fill(["a [µm];b [µm];<i>c</i> [µm]", ...lines].join("\n"));
+  await page.getByRole("button", { name: "Compute the correction" }).click();
+  await page.locator("dd", { hasText: "Sensitivity matrix" }).waitFor();
+  await stands();
+  await page.getByText("The effects of b and <i>c</i> nearly cancel").waitFor();
+  const names = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody th .cell");
+  assert.deepEqual(await names.allTextContents(), ["a", "b", "<i>c</i>"]);
+});
+
+browserTest("axe finds nothing in an open form", { axe: true }, async (world) => {
+  const { page, open, job, iteration, call, accessible } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await open(pathOf(id));
+  await page.getByText("Another correction").click();
+  await accessible();
+});
+
+browserTest("in German with decimal commas", { settings: { language: "de" } }, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await iteration(id, "flank_z52_remachined.json");
+  await open(pathOf(id));
+  await page.getByText("+14,9", { exact: false }).waitFor();
+  await page.getByText("anders als vorhergesagt").waitFor();
+});

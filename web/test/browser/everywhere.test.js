@@ -1,0 +1,144 @@
+// What holds of every page: accessibility, languages, narrow screens, the keyboard.
+
+import assert from "node:assert/strict";
+import { browserTest } from "./harness.js";
+import { pageList } from "./pages.js";
+
+/** @type {[string, Parameters<typeof browserTest>[1]][]} */
+const LOOKS = [
+  ["light", { settings: { theme: "light" } }],
+  ["dark", { settings: { theme: "dark" } }],
+  ["768×1024", { settings: { theme: "light" }, context: { viewport: { width: 768, height: 1024 } } }],
+];
+
+for (const [name, options] of LOOKS) {
+  browserTest(`axe finds nothing on any page, ${name}`, { ...options, axe: true }, async (world) => {
+    for (const { path } of await pageList(world)) {
+      await world.open(path);
+      await world.accessible();
+    }
+  });
+}
+
+browserTest(
+  "targets on a tablet are 44 px high",
+  { context: { viewport: { width: 768, height: 1024 } } },
+  async (world) => {
+    for (const { path } of await pageList(world)) {
+      await world.open(path);
+      const small = await world.page.evaluate(() =>
+        [
+          ...document.querySelectorAll(
+            "button, .button, nav a, input:not([type=checkbox]), select, textarea, summary, label.checkbox",
+          ),
+        ]
+          .filter((one) => one.checkVisibility() && one.getBoundingClientRect().height < 43.5)
+          .map((one) => `${one.tagName} ${one.className} ${one.textContent} ${one.getBoundingClientRect().height}`),
+      );
+      assert.deepEqual(small, [], path);
+    }
+  },
+);
+
+browserTest("nothing is wider than 360 px", { context: { viewport: { width: 360, height: 740 } } }, async (world) => {
+  for (const { path } of await pageList(world)) {
+    await world.open(path);
+    const [scrollWidth = 0, clientWidth = 0] = await world.page.evaluate(() => {
+      const { scrollWidth, clientWidth } = document.documentElement;
+      return [scrollWidth, clientWidth];
+    });
+    assert.ok(scrollWidth <= clientWidth, `${path}: ${scrollWidth} in ${clientWidth}`);
+  }
+});
+
+browserTest("every text is of the tables", { settings: { language: "pseudo" } }, async (world) => {
+  for (const { path } of await pageList(world)) {
+    await world.open(path);
+    const strays = await world.page.evaluate(() => {
+      const marked = (/** @type {string} */ text) => !/\p{L}/u.test(text.replaceAll(/⟦[^⟦⟧]*⟧/gu, ""));
+      /** @type {string[]} */
+      const found = [];
+      const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+      for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+        const parent = node.parentElement;
+        if (!parent || parent.closest("[translate=no], [lang], script, noscript, style")) {
+          if (parent?.closest("[lang]") !== document.documentElement) continue;
+        }
+        if (parent?.closest("[translate=no], script, noscript, style")) continue;
+        // an option holds text alone: the name by which the interface knows it stands in brackets
+        const text = (node.textContent ?? "").replace(parent?.tagName === "OPTION" ? / \([a-z_]+\)$/ : "", "");
+        if (!marked(text)) found.push(`${parent?.tagName}: ${node.textContent}`);
+      }
+      for (const one of document.querySelectorAll("[aria-label], [title], [placeholder], [aria-valuetext]")) {
+        if (one.closest("[translate=no]")) continue;
+        for (const name of ["aria-label", "title", "placeholder"]) {
+          const text = one.getAttribute(name);
+          if (text && !marked(text) && text !== "flankfit") found.push(`${one.tagName} ${name}: ${text}`);
+        }
+      }
+      return found;
+    });
+    assert.deepEqual(strays, [], path);
+  }
+});
+
+browserTest(
+  "German has its words and its comma",
+  { settings: { language: "de" } },
+  async ({ page, open, stands, job, iteration, call }) => {
+    const { id } = await job();
+    await iteration(id);
+    await open(`/jobs/${id}`);
+    await page.getByText("Über Iteration 1 entscheiden").waitFor();
+    assert.equal(await page.locator("html").getAttribute("lang"), "de");
+    const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+    const rms = iterations[0].fits[0].rms.toFixed(1).replace(".", ",");
+    assert.ok(((await page.locator("tbody").textContent()) ?? "").includes(rms), rms);
+    await page.getByRole("link", { name: "Einstellungen" }).click();
+    await page.getByLabel("Sprache").selectOption("en");
+    await page.getByRole("heading", { name: "Settings" }).waitFor();
+    await page.getByLabel("Theme").selectOption("dark");
+    await page.reload();
+    await stands();
+    await page.getByRole("heading", { name: "Settings" }).waitFor();
+    assert.equal(await page.locator("html").getAttribute("data-theme"), "dark");
+  },
+);
+
+browserTest("the keyboard leads everywhere", {}, async ({ page, open, job }) => {
+  await job({ name: "by keys" });
+  await open("/jobs");
+  await page.evaluate(() => document.activeElement instanceof HTMLElement && document.activeElement.blur());
+  await page.keyboard.press("Tab");
+  assert.equal(await page.evaluate(() => document.activeElement?.textContent), "Skip to content");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.evaluate(() => document.activeElement?.id), "content");
+  await page.keyboard.press("?");
+  const dialog = page.getByRole("dialog", { name: "Keyboard shortcuts" });
+  await dialog.getByText("Show this list").waitFor();
+  await page.keyboard.press("Escape");
+  await dialog.waitFor({ state: "detached" });
+  await page.getByRole("link", { name: "by keys" }).focus();
+  await page.keyboard.press("Enter");
+  await page.getByRole("heading", { name: "by keys" }).waitFor();
+  await page.getByRole("button", { name: "Edit" }).focus();
+  await page.keyboard.press("Enter");
+  await page.getByRole("dialog", { name: "Edit the job" }).waitFor();
+  await page.keyboard.press("Escape");
+  await page.getByRole("dialog").waitFor({ state: "detached" });
+  assert.equal(await page.evaluate(() => document.activeElement?.textContent), "Edit", "the focus comes back");
+});
+
+browserTest(
+  "where the server has other files by now, the page offers to reload",
+  { statuses: [404] },
+  async ({ page, open }) => {
+    await open("/jobs");
+    await page.route("**/app/pages/settings.js", (route) => route.fulfill({ status: 404, body: "" }));
+    await page.getByRole("link", { name: "Settings" }).click();
+    await page.getByText("The dashboard has been renewed on the server.").waitFor();
+    await page.unroute("**/app/pages/settings.js");
+    await page.getByRole("button", { name: "Reload" }).click();
+    await page.getByRole("heading", { name: "Settings" }).waitFor();
+  },
+);

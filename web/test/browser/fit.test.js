@@ -1,0 +1,176 @@
+// Fits of dropped and pasted nodes: as the interface answers them, and nothing stored.
+
+import assert from "node:assert/strict";
+import path from "node:path";
+import { fileURLToPath } from "node:url";
+import { browserTest, example } from "./harness.js";
+
+const flank = fileURLToPath(new URL("../../../examples/flank_z52.json", import.meta.url));
+
+/** @param {number} value @param {number} digits */
+const written = (value, digits) => {
+  const [mantissa = "", power = "0"] = value.toExponential(digits - 1).split("e");
+  const raised = [...power.replace("+", "").replace("-", "⁻")].map((one) => "⁰¹²³⁴⁵⁶⁷⁸⁹"[Number(one)] ?? one).join("");
+  if (Number(power) < -3 || Number(power) > Math.max(3, digits)) return `${mantissa}·10${raised}`.replace(/^-/, "−");
+  return Number(`${mantissa}e${power}`)
+    .toFixed(Math.max(0, digits - 1 - Number(power)))
+    .replace("-", "−");
+};
+
+/** @param {import("playwright-core").Page} page @param {string} name @param {string} text @param {string} type */
+async function drop(page, name, text, type) {
+  const dataTransfer = await page.evaluateHandle(
+    ({ name, text, type }) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([text], name, { type }));
+      return transfer;
+    },
+    { name, text, type },
+  );
+  await page.dispatchEvent(".drop", "drop", { dataTransfer });
+}
+
+/** The value beside a name. @param {import("playwright-core").Page} page @param {string} name */
+const fact = async (page, name) =>
+  (
+    await page
+      .locator(".facts > div", { has: page.locator("dt", { hasText: new RegExp(`^${name}$`) }) })
+      .locator("dd")
+      .first()
+      .textContent()
+  )?.trim();
+
+browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page, open, stands, job, call }) => {
+  const { id } = await job();
+  await open("/fit");
+  await page.getByText("Drop a file with nodes").waitFor();
+  const text = await example("flank_z52.json");
+  await drop(page, "flank_z52.json", text, "application/json");
+  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+  await stands();
+  const request = JSON.parse(text);
+  for (const name of ["measured_at", "instrument", "operator", "note"]) delete request[name];
+  const result = await call("POST", "/v1/fits", { ...request, include: ["residuals", "fitted", "intervals"] });
+  assert.equal(await fact(page, "Nodes"), "135");
+  assert.equal(await fact(page, "Missing"), "3");
+  assert.equal(await fact(page, "Counted"), String(result.residuals.count));
+  assert.equal(await fact(page, "Degrees of freedom"), String(result.residuals.degrees_of_freedom));
+  assert.equal(await fact(page, "Condition"), written(result.spectrum.condition, 2));
+  assert.equal(await fact(page, "RMS of the residuals"), `${written(result.residuals.rms, 3)} µm`);
+  const rows = page.getByRole("region", { name: "Coefficients" }).locator("tbody tr");
+  assert.equal(await rows.count(), result.coefficients.length);
+  const [first] = result.coefficients;
+  const place = Math.max(0, 1 - Math.floor(Math.log10(first.std_error)));
+  const words = (await rows.first().textContent()) ?? "";
+  assert.ok(words.includes(first.value.toFixed(place).replace("-", "−")), `${words}: ${first.value}`);
+  await page.getByRole("columnheader", { name: "95 % interval" }).waitFor();
+  await page.getByLabel("Layer").selectOption({ label: "Residual" });
+  const greatest = Math.max(...result.residuals.values);
+  await page.locator('[data-extreme="greatest"]', { hasText: greatest.toPrecision(4) }).waitFor();
+  for (const { code } of result.warnings) await page.getByText(code, { exact: true }).waitFor();
+  assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
+});
+
+browserTest(
+  "another model and criterion fit anew, and stand in the address",
+  {},
+  async ({ page, open, stands, call }) => {
+    await open("/fit");
+    await page.getByLabel("Drop a file here").setInputFiles(flank);
+    await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+    await page.getByLabel("λ* by").selectOption("gcv");
+    await page.getByLabel("Polynomial").selectOption("3");
+    await page.waitForURL(/by=gcv.*degree=3|degree=3.*by=gcv/);
+    await page.locator(".facts dd", { hasText: /^gcv$/ }).waitFor();
+    await page.locator(".facts dd", { hasText: /^16$/ }).waitFor();
+    await stands();
+    const { nodes, axes, regularization } = JSON.parse(await example("flank_z52.json"));
+    const result = await call("POST", "/v1/fits", {
+      nodes,
+      axes,
+      model: { type: "polynomial", degree: [3, 3] },
+      regularization: { ...regularization, lambda_star: { criterion: "gcv" } },
+    });
+    assert.equal(await fact(page, "RMS of the residuals"), `${written(result.residuals.rms, 3)} µm`);
+  },
+);
+
+browserTest(
+  "pasted CSV: a missing height, and a cell that is no number",
+  { statuses: [422] },
+  async ({ page, open, stands }) => {
+    await open("/fit");
+    await page.getByText("Paste nodes").click();
+    const field = page.getByLabel("Nodes as JSON or CSV");
+    const send = page.getByRole("button", { name: "Fit", exact: true });
+    await field.fill("a;b\n1;2");
+    await send.click();
+    await page.getByText("The first line must be").waitFor();
+    const lines = ["u,v,z,weight"];
+    for (let u = 0; u < 5; u += 1)
+      for (let v = 0; v < 5; v += 1)
+        lines.push(`${u},${v},${u === 2 && v === 2 ? "" : (u * u - v + 0.1 * ((u * v) % 3)).toFixed(2)},1`);
+    await field.fill([...lines.slice(0, 4), "9,9,abc,1"].join("\n"));
+    await send.click();
+    await page.getByText("line 5, column 3 (z)").first().waitFor();
+    await field.fill(lines.join("\n"));
+    await send.click();
+    await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+    await stands();
+    assert.deepEqual(
+      [await fact(page, "Nodes"), await fact(page, "Missing"), await fact(page, "Counted")],
+      ["25", "1", "24"],
+    );
+    await page.getByLabel("Layer").selectOption({ label: "Residual" });
+    await page.getByText("1 node missing").waitFor();
+    await page.getByText("caller’s unit").first().waitFor();
+    await field.fill("x,y\n0,1\n1,1.9\n2,3.1\n3,4\n4,5.2\n");
+    await send.click();
+    await page.getByRole("slider", { name: "Curve" }).waitFor();
+  },
+);
+
+browserTest("saved as an iteration of a job of the list", {}, async ({ page, open, stands, job, call }) => {
+  const { id } = await job({ name: "first of two" });
+  await job({ name: "second of two" });
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles(flank);
+  await page.getByRole("heading", { name: "Save as iteration" }).waitFor();
+  await stands();
+  await page.getByLabel("Job").selectOption(id);
+  await page.getByLabel("Instrument").fill("P40");
+  const sent = page.waitForRequest((request) => request.method() === "POST" && request.url().includes(id));
+  await page.getByRole("button", { name: "Save", exact: true }).click();
+  assert.ok((await sent).headers()["idempotency-key"]);
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  await page.getByText("Saved as iteration 1.").waitFor();
+  const kept = await call("GET", `/v1/jobs/${id}/iterations/1`);
+  assert.deepEqual([kept.node_count, kept.instrument, kept.flank], [135, "P40", "left"]);
+  assert.equal(path.basename(flank), "flank_z52.json");
+});
+
+for (const [name, options] of /** @type {const} */ ([
+  ["light", { settings: { theme: "light" } }],
+  ["dark", { settings: { theme: "dark" } }],
+  ["768×1024", { context: { viewport: { width: 768, height: 1024 } } }],
+])) {
+  browserTest(`axe finds nothing once nodes are fitted, ${name}`, { ...options, axe: true }, async (world) => {
+    const { page, open, stands, job, accessible } = world;
+    await job();
+    await open("/fit");
+    await page.getByLabel("Drop a file here").setInputFiles(flank);
+    await page.getByRole("heading", { name: "Save as iteration" }).waitFor();
+    await stands();
+    await accessible();
+  });
+}
+
+browserTest("a fit is no wider than 360 px", { context: { viewport: { width: 360, height: 740 } } }, async (world) => {
+  const { page, open, stands } = world;
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles(flank);
+  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+  await stands();
+  const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
+  assert.ok(wide <= 0, `${wide} px too wide`);
+});

@@ -1,0 +1,275 @@
+// Browser tests: the real program on a port of its own with a new database for each test, the
+// system's Chromium, and watchers that fail a test where the page did what it must not.
+
+import assert from "node:assert/strict";
+import { spawn } from "node:child_process";
+import { createHash } from "node:crypto";
+import { existsSync } from "node:fs";
+import { mkdtemp, readdir, readFile, rm } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import path from "node:path";
+import readline from "node:readline";
+import { after, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { chromium } from "playwright-core";
+
+/** @typedef {import("playwright-core").Page} Page */
+/** @typedef {import("playwright-core").BrowserContextOptions} ContextOptions */
+/** @typedef {{ url: string, stop: () => Promise<void>, start: () => Promise<void>, log: () => string, folder: string }} Server */
+
+const web = fileURLToPath(new URL("../..", import.meta.url));
+const root = path.dirname(path.resolve(web));
+
+/** The program under test. */
+function program() {
+  const target = process.env["CARGO_TARGET_DIR"] ?? path.join(root, "target");
+  const found = process.env["FLANKFIT_BIN"] ?? path.join(target, "debug", "flankfit");
+  assert.ok(existsSync(found), `${found} is not there: cargo build, or say FLANKFIT_BIN`);
+  return found;
+}
+
+/** @type {import("playwright-core").Browser | undefined} */
+let browser;
+after(() => browser?.close());
+
+async function chromiumBrowser() {
+  const places = [process.env["CHROMIUM"], "/usr/bin/chromium", "/usr/bin/chromium-browser", "/usr/bin/google-chrome"];
+  const executablePath = places.find((place) => place && existsSync(place));
+  assert.ok(executablePath, "no Chromium: web/setup, or say CHROMIUM");
+  // headless Chromium has no WebGL without the first; containers have little shared memory
+  const args = ["--enable-unsafe-swiftshader", "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB"];
+  browser ??= await chromium.launch({ executablePath, args });
+  return browser;
+}
+
+/**
+ * Starts the program; the same port again after `stop` and `start`.
+ * @param {readonly string[]} options of `flankfit serve`
+ * @returns {Promise<Server>}
+ */
+export async function serve(options = []) {
+  const folder = await mkdtemp(path.join(tmpdir(), "flankfit-web-"));
+  let address = "127.0.0.1:0";
+  let log = "";
+  /** @type {import("node:child_process").ChildProcess | undefined} */
+  let child;
+  const server = {
+    url: "",
+    folder,
+    log: () => log,
+    start: async () => {
+      const database = `sqlite://${path.join(folder, "test.db")}`;
+      const auth = options.some((option) => option.startsWith("--auth") || option.startsWith("--api-keys"))
+        ? []
+        : ["--auth", "off"];
+      const started = spawn(program(), ["serve", "--bind", address, "--database-url", database, ...auth, ...options], {
+        stdio: ["ignore", "ignore", "pipe"],
+        env: { ...process.env, NO_COLOR: "1" },
+      });
+      child = started;
+      address = await new Promise((resolve, reject) => {
+        readline.createInterface({ input: started.stderr }).on("line", (line) => {
+          log += `${line}\n`;
+          const found = /listening on https?:\/\/([\d.:]+)/.exec(line)?.[1];
+          if (found) resolve(found);
+        });
+        started.once("exit", (code) => reject(new Error(`the server ended (${code}):\n${log}`)));
+      });
+      server.url = `http://${address}`;
+    },
+    stop: () =>
+      /** @type {Promise<void>} */ (
+        new Promise((resolve) => {
+          if (!child || child.exitCode !== null || child.signalCode !== null) return resolve();
+          child.once("exit", () => resolve());
+          return child.kill("SIGTERM");
+        })
+      ),
+  };
+  await server.start();
+  return server;
+}
+
+/** @type {Promise<void> | undefined} */
+let compared;
+
+/** Fails where the program was built from other files than those that lie here. @param {string} url */
+async function comparesFiles(url) {
+  if (process.env["FLANKFIT_DASHBOARD_DIR"]) return;
+  const index = await (await fetch(`${url}/`)).text();
+  const served = /\/assets\/(\w+)\//.exec(index)?.[1];
+  /** @type {[string, Buffer][]} */
+  const files = [["index.html", await readFile(path.join(web, "index.html"))]];
+  for (const folder of ["app", "vendor"]) {
+    for (const entry of await readdir(path.join(web, folder), { recursive: true, withFileTypes: true })) {
+      if (!entry.isFile() || entry.name.endsWith(".d.ts")) continue;
+      const file = path.join(entry.parentPath, entry.name);
+      files.push([path.relative(web, file).replaceAll(path.sep, "/"), await readFile(file)]);
+    }
+  }
+  files.sort(([a], [b]) =>
+    a === "index.html" ? 1 : b === "index.html" ? -1 : Buffer.compare(Buffer.from(a), Buffer.from(b)),
+  );
+  const hash = createHash("sha256");
+  for (const [name, bytes] of files) hash.update(length(name)).update(name).update(length(bytes)).update(bytes);
+  assert.equal(served, hash.digest("hex"), "the program holds other files than web/: cargo build");
+}
+
+/** @param {string | Buffer} bytes */
+function length(bytes) {
+  const size = Buffer.alloc(8);
+  size.writeBigUInt64LE(BigInt(Buffer.byteLength(bytes)));
+  return size;
+}
+
+/**
+ * @typedef {object} Options
+ * @property {readonly string[]} [serve] options of `flankfit serve`
+ * @property {readonly number[]} [statuses] refusals that the test provokes: the browser's own lines about them are no fault
+ * @property {boolean} [offline] the test takes the server away
+ * @property {ContextOptions} [context] of the browser
+ * @property {{ language?: string, theme?: string, shortcuts?: boolean }} [settings] of the dashboard
+ * @property {boolean} [axe] accessibility is looked at, for which the context has no policy (and no other test has that)
+ */
+
+/**
+ * @typedef {object} World
+ * @property {Page} page
+ * @property {Server} server
+ * @property {(path: string) => Promise<void>} open goes to a page and waits until it stands
+ * @property {() => Promise<void>} stands waits until all of the page is there
+ * @property {(method: string, path: string, body?: unknown, headers?: Record<string, string>) => Promise<any>} call the interface
+ * @property {(change?: object) => Promise<any>} job makes one of examples/requests/job.json
+ * @property {(jobId: string, file?: string) => Promise<any>} iteration measures, by a file of examples/
+ * @property {(id?: string) => Promise<void>} accessible fails where axe finds something
+ */
+
+/**
+ * A test with a server and a page of its own.
+ * @param {string} name @param {Options} options @param {(world: World) => Promise<void>} body
+ */
+export function browserTest(name, options, body) {
+  test(name, async () => {
+    const server = await serve(options.serve);
+    try {
+      compared ??= comparesFiles(server.url);
+      await compared;
+      await inBrowser(server, options, body);
+    } catch (error) {
+      if (error instanceof Error)
+        error.message += `\n--- server ---\n${server.log().split("\n").slice(-15).join("\n")}`;
+      throw error;
+    } finally {
+      await server.stop();
+      await rm(server.folder, { recursive: true, force: true });
+    }
+  });
+}
+
+/** @param {Server} server @param {Options} options @param {(world: World) => Promise<void>} body */
+export async function inBrowser(server, options, body) {
+  const context = await (await chromiumBrowser()).newContext({
+    viewport: { width: 1280, height: 800 },
+    locale: "en-GB",
+    timezoneId: "Europe/Berlin",
+    bypassCSP: options.axe ?? false,
+    reducedMotion: "reduce",
+    ...options.context,
+  });
+  context.setDefaultTimeout(10_000);
+  await context.addInitScript((settings) => {
+    if (localStorage.getItem("flankfit.settings") === null)
+      localStorage.setItem("flankfit.settings", JSON.stringify(settings));
+  }, options.settings ?? {});
+  const page = await context.newPage();
+  const faults = watch(page, server, options);
+  try {
+    await body(world(page, server));
+    assert.deepEqual(faults, [], "the page did what it must not");
+  } catch (error) {
+    if (process.env["FLANKFIT_SHOT"]) await page.screenshot({ path: process.env["FLANKFIT_SHOT"], fullPage: true });
+    if (error instanceof Error && faults.length > 0) error.message += `\n--- page ---\n${faults.join("\n")}`;
+    throw error;
+  } finally {
+    await context.close();
+  }
+}
+
+/** @param {Page} page @param {Server} server @param {Options} options */
+function watch(page, server, { statuses = [], offline = false }) {
+  /** @type {string[]} */
+  const faults = [];
+  page.on("pageerror", (error) => faults.push(`error: ${error.stack ?? error.message}`));
+  page.on("console", (message) => {
+    if (message.type() !== "error" && message.type() !== "warning") return;
+    const text = message.text();
+    // software rendering reads each frame of WebGL back, and says that this is slow
+    if (/GL Driver Message .*GPU stall due to ReadPixels/.test(text)) return;
+    const status = /^Failed to load resource: the server responded with a status of (\d+)/.exec(text)?.[1];
+    if (status && statuses.includes(Number(status))) return;
+    if (offline && /net::ERR_(CONNECTION_REFUSED|CONNECTION_RESET|EMPTY_RESPONSE|INTERNET_DISCONNECTED)/.test(text))
+      return;
+    faults.push(`console: ${text} (${message.location().url})`);
+  });
+  page.on("request", (request) => {
+    const url = new URL(request.url());
+    if (!["data:", "blob:"].includes(url.protocol) && url.origin !== server.url)
+      faults.push(`foreign: ${request.url()}`);
+  });
+  return faults;
+}
+
+/** @param {Page} page @param {Server} server @returns {World} */
+function world(page, server) {
+  const stands = async () => {
+    await page.locator('main[aria-busy="false"] h1').first().waitFor();
+  };
+  /** @type {World["call"]} */
+  const call = async (method, place, body, headers = {}) => {
+    const response = await fetch(server.url + place, {
+      method,
+      headers: { ...(body === undefined ? {} : { "content-type": "application/json" }), ...headers },
+      ...(body === undefined ? {} : { body: typeof body === "string" ? body : JSON.stringify(body) }),
+    });
+    const text = await response.text();
+    assert.ok(response.ok, `${method} ${place}: ${response.status} ${text}`);
+    return text === "" ? undefined : JSON.parse(text);
+  };
+  return {
+    page,
+    server,
+    stands,
+    call,
+    open: async (place) => {
+      await page.goto(server.url + place);
+      await stands();
+    },
+    job: async (change = {}) =>
+      call("POST", "/v1/jobs", { ...JSON.parse(await example("requests/job.json")), ...change }),
+    iteration: async (jobId, file = "flank_z52.json") =>
+      call("POST", `/v1/jobs/${jobId}/iterations`, await example(file)),
+    accessible: async () => accessible(page),
+  };
+}
+
+/** A file of examples/, as text. @param {string} name */
+export function example(name) {
+  return readFile(path.join(root, "examples", name), "utf8");
+}
+
+/** @param {Page} page */
+async function accessible(page) {
+  const script = path.join(web, "node_modules", "axe-core", "axe.min.js");
+  await page.addScriptTag({ path: script });
+  const found = await page.evaluate(async () => {
+    const { axe } = /** @type {any} */ (window);
+    const result = await axe.run(document, {
+      runOnly: ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"],
+    });
+    return result.violations.map(
+      (/** @type {any} */ one) =>
+        `${one.id}: ${one.help}\n  ${one.nodes.map((/** @type {any} */ node) => `${node.html} ${node.failureSummary}`).join("\n  ")}`,
+    );
+  });
+  assert.deepEqual(found, [], "axe");
+}

@@ -1,0 +1,226 @@
+// The flank map: what it names is what the interface answers.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { browserTest, example } from "./harness.js";
+
+const map = (/** @type {string} */ id, /** @type {number} */ number, query = "") =>
+  `/jobs/${id}/iterations/${number}${query}`;
+
+/** @param {number} value */
+const digits = (value) => value.toPrecision(4).replace("-", "−");
+
+/** By how much more a machine may take that others keep busy. */
+const BUSY = 5;
+
+browserTest("the map names the least and the greatest node", {}, async ({ page, open, job, iteration, call }) => {
+  const { id } = await job();
+  await iteration(id);
+  await open(map(id, 1));
+  const { z } = await call("GET", `/v1/jobs/${id}/iterations/1/nodes`);
+  for (const [name, sign] of /** @type {const} */ ([
+    ["least", -1],
+    ["greatest", 1],
+  ])) {
+    const all = z.flatMap((/** @type {(number | null)[]} */ heights, /** @type {number} */ row) =>
+      heights.flatMap((height, column) => (height === null ? [] : [{ z: height, row, column }])),
+    );
+    const best = all.reduce((/** @type {any} */ a, /** @type {any} */ b) => (sign * b.z > sign * a.z ? b : a));
+    const text = (await page.locator(`[data-extreme="${name}"]`).textContent()) ?? "";
+    assert.ok(text.includes(`row ${best.row + 1}, column ${best.column + 1}`), `${name}: ${text}`);
+    assert.ok(
+      text.includes(`${best.z.toFixed(best.z <= -10 || best.z >= 10 ? 2 : 3)} µm`.replace("-", "−")),
+      `${name}: ${text}`,
+    );
+  }
+  await page.getByText("3 nodes missing").waitFor();
+});
+
+browserTest(
+  "layers, crosshair and zoom stand in the address",
+  {},
+  async ({ page, open, stands, job, iteration, call }) => {
+    const { id } = await job();
+    await iteration(id);
+    await iteration(id, "flank_z52_remachined.json");
+    await open(map(id, 2));
+    await page.getByLabel("Layer").selectOption({ label: "Residual" });
+    await page.waitForURL(/layer=residual/);
+    await stands();
+    const made = await call("GET", `/v1/jobs/${id}/iterations/2`);
+    const fit = made.fits.find((/** @type {{ chosen: boolean }} */ one) => one.chosen);
+    const { result } = await call("GET", `/v1/jobs/${id}/iterations/2/fits/${fit.id}?include=residuals,fitted`);
+    const greatest = Math.max(...result.residuals.values);
+    await page.locator('[data-extreme="greatest"]', { hasText: digits(greatest) }).waitFor();
+    await page.getByLabel("Layer").selectOption({ label: "Fitted" });
+    const top = Math.max(...result.residuals.fitted);
+    await page.locator('[data-extreme="greatest"]', { hasText: digits(top) }).waitFor();
+    await page.getByLabel("Layer").selectOption({ label: "Difference to another iteration" });
+    const [first, second] = await Promise.all([1, 2].map((n) => call("GET", `/v1/jobs/${id}/iterations/${n}/nodes`)));
+    const differences = second.z.flatMap((/** @type {(number | null)[]} */ row, /** @type {number} */ i) =>
+      row.flatMap((z, j) => (z === null || first.z[i][j] === null ? [] : [z - first.z[i][j]])),
+    );
+    const most = Math.max(...differences);
+    await page.locator('[data-extreme="greatest"]', { hasText: digits(most) }).waitFor();
+    const slider = page.getByRole("slider", { name: /less iteration 1/ });
+    await slider.focus();
+    await page.keyboard.press("ArrowRight");
+    await page.keyboard.press("ArrowUp");
+    await page.waitForURL(/at=/);
+    const said = await slider.getAttribute("aria-valuetext");
+    await page.getByRole("button", { name: "Zoom in" }).click();
+    await page.waitForURL(/zoom=/);
+    await page.reload();
+    await stands();
+    assert.equal(await page.getByRole("slider", { name: /less iteration 1/ }).getAttribute("aria-valuetext"), said);
+    await page.getByRole("button", { name: "Whole flank" }).click();
+    await page.waitForURL((url) => !url.search.includes("zoom"));
+  },
+);
+
+browserTest("a layer is saved as CSV and as PNG", {}, async ({ page, open, job, iteration, call }) => {
+  const { id } = await job();
+  await iteration(id);
+  await open(map(id, 1));
+  const tools = page.locator(".flank-tools");
+  let waiting = page.waitForEvent("download");
+  await tools.getByRole("button", { name: "CSV" }).click();
+  const text = await readFile(await (await waiting).path(), "utf8");
+  const rows = text.trimEnd().split("\r\n");
+  assert.equal(rows[0], "Roll length [mm],Face width [mm],Measured [µm]");
+  const { u, v, z } = await call("GET", `/v1/jobs/${id}/iterations/1/nodes`);
+  assert.equal(rows.length, 1 + u.length * v.length);
+  assert.equal(rows[1], `${u[0]},${v[0]},`);
+  assert.equal(rows[2], `${u[0]},${v[1]},${z[0][1]}`);
+  waiting = page.waitForEvent("download");
+  await tools.getByRole("button", { name: "PNG" }).click();
+  const png = await readFile(await (await waiting).path());
+  assert.equal(png.subarray(1, 4).toString(), "PNG");
+});
+
+browserTest(
+  "who decides second is told what stands there",
+  { statuses: [412] },
+  async ({ page, open, job, iteration, call }) => {
+    const { id } = await job();
+    await iteration(id);
+    await open(map(id, 1));
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "burnt" });
+    await page.getByRole("button", { name: "Accept" }).click();
+    const dialog = page.getByRole("dialog");
+    await dialog.getByLabel("Reason").fill("within the limits");
+    await dialog.getByRole("button", { name: "Accept" }).click();
+    await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
+    await dialog.getByText("rejected").waitFor();
+    assert.equal(await dialog.getByLabel("Reason").inputValue(), "within the limits");
+    await dialog.getByRole("button", { name: "Accept all the same" }).click();
+    await page.getByText("Decided: accepted.").waitFor();
+    assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).decision, "accept");
+    const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+    assert.equal(iterations[0].decisions.at(-1).reason, "within the limits");
+  },
+);
+
+browserTest("a curve is a line", {}, async ({ page, open, job, call }) => {
+  const { id } = await job();
+  await call("POST", `/v1/jobs/${id}/iterations`, await example("requests/fit_curve.json"));
+  await open(map(id, 1));
+  await page.getByRole("slider", { name: "Curve" }).waitFor();
+});
+
+browserTest(
+  "100,000 nodes are a map within a second, and never block for 100 ms",
+  {},
+  async ({ page, open, job, call }) => {
+    const { id } = await job();
+    const [rows, columns] = [250, 400];
+    const u = Array.from({ length: rows }, (_, i) => 6 + (5 * i) / rows);
+    const v = Array.from({ length: columns }, (_, j) => 1 + (13 * j) / columns);
+    const z = u.map((a) => v.map((b) => Number((4 * Math.sin(a) + 0.3 * b - 0.05 * b * b).toFixed(4))));
+    await call("POST", `/v1/jobs/${id}/iterations`, {
+      nodes: { type: "grid", u, v, z },
+      model: { type: "polynomial", degree: 2 },
+    });
+    await open(`/jobs/${id}`);
+    await page.evaluate(() => {
+      const seen = /** @type {{ tasks: number[], answered: number, drawn: number }} */ ({
+        tasks: [],
+        answered: 0,
+        drawn: 0,
+      });
+      Object.assign(window, { seen });
+      new PerformanceObserver((list) => {
+        for (const entry of list.getEntries()) seen.tasks.push(entry.duration);
+      }).observe({ type: "longtask" });
+      new PerformanceObserver((list) => {
+        for (const entry of list.getEntries()) {
+          if (entry.name.endsWith("/nodes"))
+            seen.answered = /** @type {PerformanceResourceTiming} */ (entry).responseEnd;
+        }
+      }).observe({ type: "resource" });
+      new MutationObserver(() => {
+        if (seen.drawn === 0 && document.querySelector('[data-extreme="greatest"]')) seen.drawn = performance.now();
+      }).observe(document.body, { subtree: true, childList: true });
+    });
+    await page
+      .getByRole("navigation", { name: "Views of this job" })
+      .getByRole("link", { name: "Iteration 1" })
+      .click();
+    await page.locator('[data-extreme="greatest"]').waitFor();
+    const seen = await page.evaluate(() => /** @type {any} */ (window).seen);
+    assert.ok(seen.answered > 0 && seen.drawn > 0, JSON.stringify(seen));
+    // a second and 100 ms on a quiet machine; others may keep this one busy
+    assert.ok(seen.drawn - seen.answered < 1000 * BUSY, JSON.stringify(seen));
+    assert.ok(Math.max(0, ...seen.tasks) < 100 * BUSY, JSON.stringify(seen));
+  },
+);
+
+browserTest("in space the flank turns by keys, and is not one colour", {}, async ({ page, open, job, iteration }) => {
+  const { id } = await job();
+  await iteration(id);
+  await open(map(id, 1));
+  await page.getByRole("button", { name: "3-D" }).click();
+  const space = page.getByRole("application");
+  await page.locator('[data-ready="1"]').waitFor();
+  const looks = () => space.screenshot();
+  const before = await looks();
+  assert.ok(before.length > 8000, "one colour is a small image");
+  await page.getByText(/Deviations are magnified .* times/).waitFor();
+  await space.focus();
+  await page.keyboard.press("ArrowRight");
+  await page.waitForURL(/camera=-25/);
+  const after = await looks();
+  assert.ok(!after.equals(before), "it has not turned");
+  await page.keyboard.press("3");
+  await page.waitForURL(/camera=0%2C89/);
+  await page.keyboard.press("0");
+  await page.waitForURL(/camera=-30/);
+});
+
+browserTest("without WebGL the map is shown, and a note", {}, async ({ page, open, job, iteration }) => {
+  const { id } = await job();
+  await iteration(id);
+  await page.addInitScript(() => {
+    const own = HTMLCanvasElement.prototype.getContext;
+    HTMLCanvasElement.prototype.getContext = /** @type {any} */ (
+      /** @this {HTMLCanvasElement} @param {string} kind @param {any[]} rest */
+      function (kind, ...rest) {
+        return kind.startsWith("webgl") ? null : Reflect.apply(own, this, [kind, ...rest]);
+      }
+    );
+  });
+  await open(map(id, 1, "?space=1"));
+  await page.getByText("no WebGL").waitFor();
+  await page.getByRole("slider", { name: /Iteration 1: Measured/ }).waitFor();
+});
+
+browserTest("nothing for axe to find", { axe: true }, async ({ page, open, job, iteration, accessible }) => {
+  const { id } = await job();
+  await iteration(id);
+  await open(map(id, 1, "?contours=1&lines=1&at=8,7"));
+  await accessible();
+  await page.emulateMedia({ colorScheme: "dark" });
+  await accessible();
+  await page.setViewportSize({ width: 768, height: 1024 });
+  await accessible();
+});

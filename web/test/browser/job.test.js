@@ -1,0 +1,179 @@
+// A job: next step, iterations, changes, and what goes wrong.
+
+import assert from "node:assert/strict";
+import { browserTest } from "./harness.js";
+
+browserTest(
+  "iterations with their figures, and what is to be done next",
+  {},
+  async ({ page, open, job, iteration, call }) => {
+    const { id } = await job();
+    const first = await iteration(id);
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine", reason: "slope" });
+    await iteration(id, "flank_z52_remachined.json");
+    await open(`/jobs/${id}`);
+    await page.getByText("Decide on iteration 2").waitFor();
+    const rows = page.locator("tbody tr");
+    assert.equal(await rows.count(), 2);
+    const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+    const fit = iterations[0].fits[0];
+    const row = (await rows.nth(0).textContent()) ?? "";
+    assert.ok(first && row.includes(fit.rms.toFixed(1)), row);
+    assert.match(row, /machine again/);
+    assert.match(row, new RegExp(String(fit.condition.toPrecision(2)).split("e")[0] ?? "?"));
+  },
+);
+
+browserTest("a change by somebody else shows both versions", { statuses: [412] }, async ({ page, open, job, call }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}`);
+  await page.getByRole("button", { name: "Edit" }).click();
+  await page.getByLabel("Machine").fill("mine");
+  await call("PATCH", `/v1/jobs/${id}`, { machine: "theirs" });
+  await page.getByRole("button", { name: "Save" }).click();
+  await page.getByText("Somebody else has changed this job meanwhile. Both versions:").waitFor();
+  const row = page.getByRole("dialog").getByRole("row").nth(1);
+  assert.deepEqual(await row.locator(".cell").allTextContents(), ["Machine", "mine", "theirs"]);
+  assert.equal(await page.getByRole("dialog").getByRole("row").count(), 2, "only what differs");
+  await page.getByRole("button", { name: "Save mine over it" }).click();
+  await page.getByText("The job has been changed.").waitFor();
+  assert.equal((await call("GET", `/v1/jobs/${id}`)).machine, "mine");
+  await page.getByText("mine", { exact: true }).first().waitFor();
+});
+
+browserTest("a gear changes, and fields go away", {}, async ({ page, open, job, call }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}`);
+  await page.getByRole("button", { name: "Edit" }).click();
+  await page.getByLabel("Serial number").fill("");
+  await page.getByLabel("Face width").fill("16,5");
+  await page.getByRole("button", { name: "Save" }).click();
+  await page.getByText("The job has been changed.").waitFor();
+  const stored = await call("GET", `/v1/jobs/${id}`);
+  assert.deepEqual(
+    [stored.serial_number, stored.gear.face_width_mm, stored.gear.tip_diameter_mm],
+    [undefined, 16.5, 54.0219],
+  );
+});
+
+browserTest("only a job without iterations is deleted", {}, async ({ page, open, job, iteration }) => {
+  const kept = await job({ name: "kept" });
+  await iteration(kept.id);
+  await open(`/jobs/${kept.id}`);
+  assert.equal(await page.getByRole("button", { name: "Delete" }).count(), 0);
+  const { id } = await job({ name: "empty" });
+  await open(`/jobs/${id}`);
+  await page.getByRole("button", { name: "Delete" }).click();
+  await page.getByRole("dialog").getByRole("button", { name: "Delete" }).click();
+  await page.getByText("The job has been deleted.").waitFor();
+  await page.getByText("kept", { exact: true }).waitFor();
+  assert.equal(await page.getByText("empty", { exact: true }).count(), 0);
+});
+
+browserTest("a job that is not there has a way back", { statuses: [404] }, async ({ page, open }) => {
+  await open("/jobs/0190b0de-0000-7000-8000-000000000000");
+  await page.getByRole("heading", { name: "This is not there" }).waitFor();
+  assert.match((await page.getByRole("alert").textContent()) ?? "", /Request/);
+  await page.getByRole("link", { name: "Back to the jobs" }).click();
+  await page.getByRole("heading", { name: "Jobs" }).waitFor();
+});
+
+browserTest(
+  "a server that is busy is asked again when it says so",
+  { statuses: [503] },
+  async ({ page, open, job }) => {
+    const { id } = await job();
+    let refused = 0;
+    await page.clock.install();
+    await page.route(`**/v1/jobs/${id}`, async (route) => {
+      refused += 1;
+      if (refused > 1) return route.continue();
+      const body = {
+        type: "urn:flankfit:problem:overloaded",
+        title: "Busy",
+        status: 503,
+        code: "overloaded",
+        detail: "Every worker is busy.",
+      };
+      return route.fulfill({
+        status: 503,
+        headers: { "retry-after": "7" },
+        contentType: "application/problem+json",
+        body: JSON.stringify(body),
+      });
+    });
+    await open(`/jobs/${id}`);
+    await page.getByText("It will be asked again in 7 s.").waitFor();
+    await page.clock.runFor(6000);
+    assert.equal(refused, 1);
+    await page.clock.runFor(1500);
+    await page.getByRole("heading", { name: "Pump gear, finish grinding" }).waitFor();
+    assert.ok(refused >= 2);
+  },
+);
+
+browserTest(
+  "without a server what was loaded stays, and comes alive again",
+  { offline: true },
+  async ({ page, open, job, server }) => {
+    const { id } = await job({ name: "stays" });
+    await open("/jobs");
+    await page.getByText("stays", { exact: true }).waitFor();
+    await server.stop();
+    await page.getByRole("link", { name: "Settings" }).click();
+    await page.getByText(/Not live since \d\d:\d\d:\d\d/).waitFor();
+    await page.getByRole("link", { name: "Jobs", exact: true }).click();
+    await page.getByText("stays", { exact: true }).waitFor();
+    await server.start();
+    await page.getByRole("button", { name: "Ask now" }).click();
+    await page.getByText("Not live since").waitFor({ state: "detached" });
+    await page.getByRole("link", { name: "stays" }).click();
+    await page.waitForURL(`**/jobs/${id}`);
+    await page.getByText("Measure the flank").waitFor();
+  },
+);
+
+browserTest(
+  "what others do is shown as it happens, but not while somebody types",
+  {},
+  async ({ page, open, job, iteration, call }) => {
+    const { id } = await job();
+    const begun = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
+    await open(`/jobs/${id}`);
+    await begun;
+    await page.getByText("Measure the flank").waitFor();
+    await iteration(id);
+    await page.getByText("Decide on iteration 1").waitFor();
+    await page.getByRole("button", { name: "Edit" }).click();
+    await page.getByLabel("Machine").fill("mine");
+    const seen = page.waitForResponse((response) => response.url().includes(`/v1/jobs/${id}/trace`));
+    let asked = 0;
+    page.on("request", (request) => {
+      if (request.url().includes(`/v1/jobs/${id}/trace`)) asked += 1;
+    });
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" });
+    // what is asked for now is answered after the event has gone out
+    await page.evaluate((place) => fetch(place).then((answer) => answer.text()), `/v1/jobs/${id}`);
+    assert.equal(asked, 0);
+    await page.keyboard.press("Escape");
+    await seen;
+    await page.getByText("Iteration 1 is accepted").waitFor();
+  },
+);
+
+browserTest(
+  "after a restart the page follows again",
+  { offline: true },
+  async ({ page, open, job, iteration, server }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}`);
+    await page.getByText("Measure the flank").waitFor();
+    await server.stop();
+    await page.getByText("Not live since").waitFor();
+    await server.start();
+    await page.getByRole("button", { name: "Ask now" }).click();
+    await page.getByText("Not live since").waitFor({ state: "detached" });
+    await iteration(id);
+    await page.getByText("Decide on iteration 1").waitFor();
+  },
+);

@@ -1,0 +1,49 @@
+// Keys: asked for where the server wants one, kept in the tab, never in an address.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { browserTest } from "./harness.js";
+
+const KEY = "a-key-for-the-tests";
+const serve = [`--api-keys-sha256=${createHash("sha256").update(KEY).digest("hex")}`, "--auth=required"];
+
+browserTest(
+  "a key is asked for, tried, kept for the tab and forgotten",
+  { serve, statuses: [401] },
+  async ({ page, open, call }) => {
+    await call("POST", "/v1/jobs", { name: "guarded" }, { "x-api-key": KEY });
+    await open("/jobs");
+    const dialog = page.getByRole("dialog", { name: "API key" });
+    await dialog.getByLabel("Key", { exact: true }).fill("wrong");
+    await dialog.getByRole("button", { name: "Use this key" }).click();
+    await page.getByRole("heading", { name: "The API key cannot be used" }).waitFor();
+    await dialog.getByLabel("Key", { exact: true }).fill(KEY);
+    await dialog.getByRole("button", { name: "Use this key" }).click();
+    await page.getByText("guarded").waitFor();
+    assert.equal(await dialog.count(), 0);
+    assert.ok(!page.url().includes(KEY));
+    await page.reload();
+    await page.getByText("guarded").waitFor();
+    assert.equal(await page.evaluate(() => Object.keys(localStorage).filter((name) => name.includes("key")).length), 0);
+    await page.getByRole("link", { name: "Settings" }).click();
+    await page.getByText("engineer", { exact: true }).waitFor();
+    await page.getByRole("button", { name: "Forget the key" }).click();
+    await dialog.waitFor();
+  },
+);
+
+browserTest(
+  "a key that may not do something can be changed",
+  { serve: [...serve, "--api-keys-role=reader"], statuses: [401, 403] },
+  async ({ page, server }) => {
+    await page.goto(`${server.url}/settings`);
+    await page.evaluate((key) => sessionStorage.setItem("flankfit.key", key), KEY);
+    await page.goto(`${server.url}/jobs/new`);
+    await page.getByLabel("With gear data").uncheck();
+    await page.getByLabel("Name", { exact: true }).fill("not mine to make");
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByText("The present key may not do this.").waitFor();
+    await page.keyboard.press("Escape");
+    await page.getByRole("heading", { name: "This key may not do that" }).waitFor();
+  },
+);

@@ -1,0 +1,140 @@
+// The choice of λ*.
+
+import assert from "node:assert/strict";
+import { browserTest } from "./harness.js";
+import { formats } from "../../app/lib/format.js";
+
+const f = formats("en");
+
+browserTest("gcv is shown, kept and let stand: in the trace and the interface", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  const { fits } = await iteration(id);
+  await open(`/jobs/${id}/iterations/1/lambda`);
+  const [fit] = fits;
+  const labels = await page.locator(".choice-label").evaluateAll((all) =>
+    all.map((one) => {
+      const { left, right, top, bottom } = one.getBoundingClientRect();
+      return { left, right, top, bottom, text: one.textContent ?? "" };
+    }),
+  );
+  const names = fit.result.regularization.choices.flatMap((/** @type {any} */ one) =>
+    one.lambda_star ? [one.criterion] : [],
+  );
+  assert.deepEqual(labels.flatMap(({ text }) => text.split(", ")).sort(), names.sort());
+  for (const [i, a] of labels.entries())
+    for (const b of labels.slice(i + 1))
+      assert.ok(
+        a.right <= b.left || b.right <= a.left || a.bottom <= b.top || b.bottom <= a.top,
+        `${a.text} over ${b.text}`,
+      );
+  for (const choice of fit.result.regularization.choices) {
+    const row = page
+      .getByRole("table", { name: "What each criterion would choose" })
+      .getByRole("row")
+      .filter({ has: page.locator("code", { hasText: new RegExp(`^${choice.criterion}$`) }) });
+    const cells = await row.locator(".cell").allTextContents();
+    assert.deepEqual(cells.slice(1, 6), [
+      f.three(choice.lambda_star),
+      f.three(choice.predicted_mse),
+      f.condition(choice.condition),
+      f.three(choice.rms),
+      f.three(choice.bias_norm),
+    ]);
+  }
+  await page.getByRole("button", { name: "Show the refit by gcv" }).click();
+  await page.getByText("not stored").waitFor();
+  await stands();
+  await page.getByRole("button", { name: "Keep", exact: true }).click();
+  await page.getByRole("dialog").getByLabel("Reason").fill("GCV agrees with the error budget");
+  await page.getByRole("dialog").getByRole("button", { name: "Keep" }).click();
+  await page.getByText("The refit is kept.").waitFor();
+  await page.getByRole("button", { name: "Let it stand" }).click();
+  await page.getByRole("dialog").getByLabel("Reason").fill("as agreed");
+  await page.getByRole("dialog").getByRole("button", { name: "Let it stand" }).click();
+  await page.getByText("This fit stands now.").waitFor();
+  const trace = await call("GET", `/v1/jobs/${id}/trace`);
+  const [traced] = trace.iterations;
+  const kept = traced.fits.find((/** @type {any} */ one) => one.chosen);
+  assert.equal(kept.criterion, "gcv");
+  assert.equal(kept.reason, "GCV agrees with the error budget");
+  assert.equal(traced.choices.at(-1).fit_id, kept.id);
+  assert.equal(traced.choices.at(-1).reason, "as agreed");
+});
+
+browserTest("the slider shows the interface's own values; quick moves end in the last", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  const { fits } = await iteration(id);
+  await open(`/jobs/${id}/iterations/1/lambda`);
+  const slider = page.getByRole("slider", { name: "λ* by hand" });
+  let [running, most] = [0, 0];
+  const ours = (/** @type {any} */ request) => request.url().endsWith("/preview");
+  page.on("request", (request) => {
+    if (ours(request)) running += 1;
+    most = Math.max(most, running);
+  });
+  page.on("requestfinished", (request) => {
+    if (ours(request)) running -= 1;
+  });
+  await slider.focus();
+  for (let i = 0; i < 20; i += 1) await page.keyboard.press("ArrowRight");
+  const { spec, result } = fits[0];
+  const [low, high] = [result.spectrum.eigenvalues[0], result.spectrum.eigenvalues.at(-1)];
+  const from = Math.round((500 * Math.log(result.regularization.lambda_star / low)) / Math.log(high / low));
+  const value = Number((low * (high / low) ** ((from + 20) / 500)).toPrecision(6));
+  await page.waitForFunction((last) => Number(new URLSearchParams(location.search).get("lambda")) === last, value);
+  await stands();
+  assert.equal(most, 1, "one request under way");
+  const own = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
+    ...spec,
+    include: [],
+    regularization: { ...spec.regularization, lambda_star: { criterion: "fixed", value } },
+  });
+  assert.equal(Number(await slider.inputValue()), from + 20);
+  const facts = page.locator(".lambda-shown dd");
+  assert.equal(await facts.nth(0).textContent(), f.three(value));
+  assert.equal(await facts.nth(1).textContent(), `${f.three(own.residuals.rms)} µm`);
+  assert.equal(await facts.nth(2).textContent(), f.condition(own.spectrum.regularized.condition));
+  assert.equal(await facts.nth(4).textContent(), f.three(own.bias.norm));
+  const rows = page.getByRole("table", { name: "Coefficients" }).locator("tbody tr");
+  for (const [i, one] of own.coefficients.entries()) {
+    const cells = await rows.nth(i).locator(".cell").allTextContents();
+    assert.deepEqual(cells, [
+      one.term,
+      f.withError(one.least_squares, one.least_squares_std_error),
+      f.withError(fits[0].result.coefficients[i].value, fits[0].result.coefficients[i].std_error),
+      f.withError(one.value, one.std_error),
+      f.three(one.bias_bound),
+    ]);
+  }
+  // what is seen stands in the address
+  await page.reload();
+  await stands();
+  assert.equal(await facts.nth(1).textContent(), `${f.three(own.residuals.rms)} µm`);
+  await page.getByLabel("Exact value").fill("1e-4");
+  await page.getByRole("button", { name: "Show", exact: true }).first().click();
+  await page.waitForFunction(() => new URLSearchParams(location.search).get("lambda") === "0.0001");
+});
+
+browserTest("ridge has its trace, truncation its ranks", {}, async ({ page, open, stands, job, iteration, call }) => {
+  const { id } = await job();
+  const { fits } = await iteration(id);
+  const { spec } = fits[0];
+  const ridge = await call("POST", `/v1/jobs/${id}/iterations/1/fits`, { ...spec, regularization: { type: "ridge" } });
+  await open(`/jobs/${id}/iterations/1/lambda?fit=${ridge.id}`);
+  await page.getByRole("heading", { name: "Ridge trace" }).waitFor();
+  const svd = { ...spec, regularization: { type: "truncated_svd", rank: 8 } };
+  const truncated = await call("POST", `/v1/jobs/${id}/iterations/1/fits`, svd);
+  await open(`/jobs/${id}/iterations/1/lambda?fit=${truncated.id}`);
+  const slider = page.getByRole("slider", { name: "Directions kept" });
+  assert.equal(await slider.inputValue(), "8");
+  await slider.press("ArrowLeft");
+  await page.waitForFunction(() => new URLSearchParams(location.search).get("lambda") === "7");
+  await stands();
+  const own = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
+    ...svd,
+    regularization: { type: "truncated_svd", rank: 7 },
+  });
+  assert.equal(await page.locator(".lambda-shown dd").nth(1).textContent(), `${f.three(own.residuals.rms)} µm`);
+});

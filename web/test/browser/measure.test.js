@@ -1,0 +1,130 @@
+// Measuring: what is dropped becomes an iteration, and what is refused stands at its place.
+
+import assert from "node:assert/strict";
+import { browserTest, example } from "./harness.js";
+
+/** @param {string} name @param {string} text */
+const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
+const picker = "#measure-files";
+
+browserTest(
+  "a dropped file is seen, becomes an iteration, and its map is shown",
+  {},
+  async ({ page, open, job, call }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    const text = await example("flank_z52.json");
+    const data = await page.evaluateHandle((content) => {
+      const transfer = new DataTransfer();
+      transfer.items.add(new File([content], "flank_z52.json"));
+      return transfer;
+    }, text);
+    await page.dispatchEvent(".drop", "drop", { dataTransfer: data });
+    await page.getByText("Preview of flank_z52.json").or(page.locator(".queue-entry canvas")).first().waitFor();
+    await page.locator(".queue-entry", { hasText: "135" }).waitFor();
+    await page.getByLabel("Operator").fill("A. B.");
+    await page.getByRole("button", { name: "Store as iteration" }).click();
+    await page.waitForURL(`**/jobs/${id}/iterations/1`);
+    await page.locator('[data-extreme="least"]', { hasText: "row 1, column 15" }).waitFor();
+    await page.locator('[data-extreme="greatest"]', { hasText: "row 8, column 7" }).waitFor();
+    const made = await call("GET", `/v1/jobs/${id}/iterations/1`);
+    assert.deepEqual([made.operator, made.node_count, made.tooth], ["A. B.", 135, "1"]);
+  },
+);
+
+browserTest(
+  "a bad cell is marked by row and column; what was typed stays, over a reload too",
+  { statuses: [422] },
+  async ({ page, open, stands, job }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    const request = JSON.parse(await example("flank_z52.json"));
+    request.nodes.z[3][7] = "n/a";
+    await page.getByLabel("Note").fill("after the </script> first cut");
+    await page.setInputFiles(picker, file("bad.json", JSON.stringify(request)));
+    await page.getByText("One cell is no number:").waitFor();
+    await page.getByRole("button", { name: "Store as iteration" }).click();
+    await page.locator('[data-faults="nodes"]', { hasText: "row 4, column 8" }).waitFor();
+    assert.equal(await page.getByLabel("Note").inputValue(), "after the </script> first cut");
+    await page.reload();
+    await stands();
+    assert.equal(await page.getByLabel("Note").inputValue(), "after the </script> first cut");
+  },
+);
+
+browserTest(
+  "tables are posted beside their request; several files become several iterations",
+  {},
+  async ({ page, open, job, call }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    const rows = [1, 2, 3, 4].flatMap((u) => [1, 2, 3, 4, 5].map((v) => `${u},${v},${u * u - v * (u % 2)}`));
+    const csv = ["u,v,z", ...rows, ""].join("\n");
+    const again = await example("flank_z52_remachined.json");
+    await page.setInputFiles(picker, [file("table.csv", csv), file("second.json", again)]);
+    await page.locator(".queue-entry", { hasText: "4 × 5" }).waitFor();
+    await page.getByRole("button", { name: "Store 2 iterations" }).click();
+    await page.getByRole("link", { name: "Iteration 2" }).first().waitFor();
+    const { v, z } = await call("GET", `/v1/jobs/${id}/iterations/1/nodes`);
+    assert.equal(v.length, 20);
+    assert.equal(z[0], 0);
+    assert.equal((await call("GET", `/v1/jobs/${id}/iterations/2`)).node_count, 135);
+  },
+);
+
+browserTest("a lost answer is no second iteration", { offline: true }, async ({ page, open, job, call }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  await page.setInputFiles(picker, file("flank.json", await example("flank_z52.json")));
+  await page.locator(".queue-entry canvas").waitFor();
+  let lost = 0;
+  await page.route("**/v1/jobs/*/iterations", async (route) => {
+    if (route.request().method() === "POST" && lost === 0) {
+      lost += 1;
+      await route.fetch();
+      return route.abort("connectionreset");
+    }
+    return route.continue();
+  });
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.locator(".queue-entry").getByText("The server does not answer").waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+  assert.equal(iterations.length, 1);
+});
+
+browserTest(
+  "what is under way can be cancelled, and values only are no measurement",
+  { statuses: [422] },
+  async ({ page, open, job, call }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    await page.setInputFiles(picker, file("gear.mew", "no such file"));
+    await page.getByText("printed values only").waitFor();
+    assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
+    await page.getByRole("button", { name: "Remove" }).click();
+    await page.getByText("Paste text instead").click();
+    await page.getByLabel("JSON or CSV").fill(await example("flank_z52.json"));
+    await page.getByRole("button", { name: "Take this text" }).click();
+    await page.locator(".queue-entry canvas").waitFor();
+    await page.route("**/v1/jobs/*/iterations", () => {});
+    await page.getByRole("button", { name: "Store as iteration" }).click();
+    await page.locator(".queue-entry").getByRole("button", { name: "Cancel" }).click();
+    await page.getByText("Cancelled.").waitFor();
+    await page.locator(".queue-entry").getByText("not sent yet").waitFor();
+    const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+    assert.equal(iterations.length, 0);
+  },
+);
+
+browserTest("nothing for axe to find", { axe: true }, async ({ page, open, job, accessible }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  await page.setInputFiles(picker, file("flank.json", await example("flank_z52.json")));
+  await page.locator(".queue-entry canvas").waitFor();
+  await accessible();
+  await page.emulateMedia({ colorScheme: "dark" });
+  await page.setViewportSize({ width: 768, height: 1024 });
+  await accessible();
+});

@@ -1,0 +1,116 @@
+// A new job, with its gear.
+
+import assert from "node:assert/strict";
+import { browserTest } from "./harness.js";
+
+browserTest("a job with a gear, whose derived data are the server's", {}, async ({ page, open, stands, call }) => {
+  await open("/jobs");
+  await page.getByRole("link", { name: "New job" }).first().click();
+  await page.getByRole("heading", { name: "New job" }).waitFor();
+  await page.getByLabel("Name", { exact: true }).fill("Pump gear");
+  await page.getByLabel("Machine").fill("grinder 3");
+  await page.getByLabel("Tags").fill("cell = B\nshift = early");
+  await page.getByLabel("Teeth z").fill("52");
+  await page.getByLabel("Normal module").fill("1");
+  await page.getByLabel("Profile shift").fill("0,011");
+  await page.getByLabel("Face width").fill("15");
+  const gear = { teeth: 52, normal_module_mm: 1, profile_shift_coefficient: 0.011, face_width_mm: 15 };
+  const geometry = await call("POST", "/v1/gears/geometry", { gear });
+  const derived = page.getByRole("region", { name: "What follows from it" });
+  await derived.getByText(`${geometry.base_diameter_mm.toFixed(3)} mm`).waitFor();
+  await derived.getByText(`${geometry.tip_diameter_mm.toFixed(3)} mm`, { exact: true }).waitFor();
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("heading", { name: "Pump gear" }).waitFor();
+  await stands();
+  const { items } = await call("GET", "/v1/jobs");
+  assert.equal(items.length, 1);
+  assert.deepEqual(items[0].gear, gear);
+  assert.deepEqual(items[0].tags, { cell: "B", shift: "early" });
+  assert.equal(new URL(page.url()).pathname, `/jobs/${items[0].id}`);
+  await page.getByText("Measure the flank").waitFor();
+});
+
+browserTest("a plain job needs a name only", {}, async ({ page, open, call }) => {
+  await open("/jobs/new");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByText("This is needed.").waitFor();
+  assert.equal(
+    await page.evaluate(() => document.activeElement?.closest(".field")?.querySelector("label")?.textContent),
+    "Name",
+  );
+  await page.keyboard.type("A flank");
+  await page.keyboard.press("Enter");
+  await page.getByRole("heading", { name: "A flank" }).waitFor();
+  const { items } = await call("GET", "/v1/jobs");
+  assert.deepEqual([items[0].name, items[0].gear], ["A flank", undefined]);
+});
+
+browserTest("what the server refuses stands at its field", { statuses: [422] }, async ({ page, open }) => {
+  await open("/jobs/new");
+  await page.getByLabel("Name", { exact: true }).fill("Too steep");
+  await page.getByLabel("Teeth z").fill("20.5");
+  await page.getByText("This is no whole number.").waitFor();
+  await page.getByLabel("Teeth z").fill("20");
+  await page.getByLabel("Normal module").fill("2");
+  await page.getByLabel("Helix angle").fill("95");
+  await page.getByRole("button", { name: "Create the job" }).click();
+  const field = page.getByLabel("Helix angle");
+  await page.locator('[aria-invalid="true"]').waitFor();
+  assert.equal(await field.getAttribute("aria-invalid"), "true");
+  const told = await field.getAttribute("aria-describedby");
+  assert.match((await page.locator(`#${told?.split(" ")[0]}`).textContent()) ?? "", /89/);
+  await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).first().waitFor();
+});
+
+browserTest("a gear comes from a file", {}, async ({ page, open, call }) => {
+  await open("/jobs/new");
+  const gear = { teeth: 31, normal_module_mm: 2.5, helix_angle_deg: 12.5, tool: { tip_radius_mm: 0.7 } };
+  await page.route("**/v1/gears/read", async (route) => {
+    assert.match(route.request().headers()["content-type"] ?? "", /^multipart\/form-data; boundary=/);
+    assert.match(route.request().postData() ?? "", /name="file"; filename="gear.rexs"/);
+    await route.fulfill({
+      json: {
+        format: "rexs",
+        gears: [
+          { id: "1", missing: ["z"] },
+          { id: "2", name: "pinion", gear },
+        ],
+        warnings: [],
+      },
+    });
+  });
+  await page
+    .getByLabel("Gear from a file")
+    .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from("<x/>") });
+  await page.getByText("The file has 2 gears.").waitFor();
+  await page.getByText("Not complete there: z").waitFor();
+  await page.getByRole("button", { name: "Take over" }).click();
+  assert.equal(await page.getByLabel("Helix angle").inputValue(), "12.5");
+  assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "pinion");
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("heading", { name: "pinion" }).waitFor();
+  assert.deepEqual((await call("GET", "/v1/jobs")).items[0].gear, gear);
+});
+
+browserTest("a repeated click or a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
+  await open("/jobs/new");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByLabel("Name", { exact: true }).fill("Once");
+  /** @type {string[]} */
+  const keys = [];
+  await page.route("**/v1/jobs", async (route) => {
+    keys.push(route.request().headers()["idempotency-key"] ?? "");
+    // it is stored, but the answer is lost
+    await route.fetch();
+    if (keys.length === 1) return route.abort("connectionreset");
+    return route.continue();
+  });
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("alert").getByText("The server does not answer").waitFor();
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("heading", { name: "Once" }).waitFor();
+  assert.equal(keys.length, 2);
+  assert.ok(keys[0] && keys[0] === keys[1], "the same key");
+  assert.equal((await call("GET", "/v1/jobs")).items.length, 1);
+});

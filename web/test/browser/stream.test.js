@@ -1,0 +1,126 @@
+// A stream as it is measured: why there is no result yet, the estimate as others add nodes, its end.
+
+import assert from "node:assert/strict";
+import { browserTest, example } from "./harness.js";
+
+/** @typedef {import("./harness.js").World} World */
+
+/** Opens a stream of the flank's nodes. @param {World} world @param {object} [change] */
+async function opened({ job, call }, change = {}) {
+  const { id } = await job();
+  const { nodes, axes, model, regularization } = JSON.parse(await example("flank_z52.json"));
+  const spec = { model, regularization, axes, flank: "left", tooth: "1", ...change };
+  const stream = await call("POST", `/v1/jobs/${id}/streams`, spec);
+  let sequence = 0;
+  /** Sends rows of the flank as a block. @param {number[]} rows */
+  const send = (rows) => {
+    sequence += 1;
+    /** @type {{ type: string, u: number[], v: number[], z: number[] }} */
+    const block = { type: "scattered", u: [], v: [], z: [] };
+    for (const row of rows) {
+      for (const [column, z] of nodes.z[row].entries()) {
+        if (z === null) continue;
+        block.u.push(nodes.u[row]);
+        block.v.push(nodes.v[column]);
+        block.z.push(z);
+      }
+    }
+    return call("POST", `/v1/streams/${stream.id}/nodes`, { sequence, nodes: block });
+  };
+  return { id, stream, send, path: `/jobs/${id}/streams/${stream.id}` };
+}
+
+browserTest("a stream says why there is no result yet, and follows its blocks", {}, async (world) => {
+  const { page, open, stands } = world;
+  const { send, path } = await opened(world);
+  await open(path);
+  await page.getByRole("heading", { name: "Why there is no result yet" }).waitFor();
+  await page.getByText("no nodes so far").waitFor();
+  const first = await send([0]);
+  await page.locator('[data-sequence="1"]').waitFor();
+  await page.getByText(first.warnings[0].message).waitFor();
+  await send([2, 4]);
+  await page.getByRole("slider", { name: "Coefficient of 1" }).waitFor();
+  const last = await send([6, 8]);
+  await page.locator('[data-sequence="3"]').waitFor();
+  await stands();
+  assert.equal(await page.getByText("Why there is no result yet").count(), 0);
+  const { result, node_count: nodes } = last;
+  const rows = page.getByRole("region", { name: "Coefficients" }).locator("tbody tr");
+  assert.equal(await rows.count(), result.coefficients.length);
+  for (const [i, { value, std_error: error }] of result.coefficients.entries()) {
+    const place = 1 - Math.floor(Math.log10(Number(error.toPrecision(2))));
+    // the smallest are written by a power of ten
+    if (Math.max(Math.abs(value), error) < 1e-3) continue;
+    const text = (await rows.nth(i).textContent()) ?? "";
+    const words = `${value.toFixed(place)} ± ${error.toFixed(place)}`.replace("-", "−");
+    assert.ok(text.includes(words), `${text}: ${words}`);
+  }
+  const figure = page.locator("figure", { hasText: "Condition" }).last();
+  await figure.getByText(`after ${nodes} nodes`).waitFor();
+  const lambda = page.locator("figure", { hasText: "λ*" });
+  await lambda.getByRole("button", { name: "As table" }).click();
+  assert.equal(await lambda.locator("tbody tr").count(), 2, "both estimates that were seen");
+  await page.getByRole("group", { name: "Coefficients" }).getByRole("button", { name: "u²", exact: true }).click();
+  await page.waitForURL(/term=/);
+  await page.getByRole("slider", { name: "Coefficient of u² ±" }).waitFor();
+  // whoever has chosen goes on seeing news
+  await send([1]);
+  await page.locator('[data-sequence="4"]').waitFor();
+});
+
+browserTest("many blocks are asked for at most twice a second", {}, async (world) => {
+  const { page, open } = world;
+  const { send, path, stream } = await opened(world);
+  await open(path);
+  /** @type {number[]} */
+  const times = [];
+  page.on("request", (request) => {
+    if (request.url().endsWith(`/v1/streams/${stream.id}`)) times.push(performance.now());
+  });
+  for (let i = 0; i < 24; i += 1) await send([i % 9]);
+  await page.locator('[data-sequence="24"]').waitFor();
+  for (const [i, time] of times.entries()) {
+    const before = times[i - 2];
+    if (before !== undefined) assert.ok(time - before > 800, `${times}`);
+  }
+});
+
+browserTest("a stream is finished, here and by another client", {}, async (world) => {
+  const { page, open, stands, call } = world;
+  const { id, stream, send, path } = await opened(world, { regularization: { type: "none" } });
+  await send([0, 2, 4, 6, 8]);
+  await open(path);
+  await page.getByText("Nothing is regularised").waitFor();
+  await page.getByRole("button", { name: "Finish the stream" }).click();
+  const dialog = page.getByRole("dialog", { name: "Finish the stream" });
+  await dialog.getByLabel("Instrument").fill("P40");
+  await dialog.getByRole("button", { name: "Finish", exact: true }).click();
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  await stands();
+  const kept = await call("GET", `/v1/jobs/${id}/iterations/1`);
+  assert.deepEqual(
+    [kept.instrument, kept.node_count],
+    ["P40", (await call("GET", `/v1/streams/${stream.id}`)).node_count],
+  );
+  const other = await opened(world);
+  await other.send([0, 2, 4, 6, 8]);
+  await open(other.path);
+  await page.getByText("being measured").waitFor();
+  await call("POST", `/v1/streams/${other.stream.id}/finish`, {});
+  await page.getByText("finished", { exact: true }).waitFor();
+  await page.getByRole("link", { name: "To iteration 1" }).waitFor();
+});
+
+browserTest("the job's other pages lead to a stream that is being measured", {}, async (world) => {
+  const { page, open } = world;
+  const { id, send, path } = await opened(world);
+  const begun = page.waitForResponse((response) => response.url().endsWith("/events"));
+  await open(`/jobs/${id}`);
+  await begun;
+  await send([0, 2]);
+  await page.getByRole("link", { name: "Watch" }).click();
+  await page.waitForURL(`**${path}`);
+  await page.getByText("being measured").first().waitFor();
+  assert.equal(await page.getByRole("link", { name: "Watch" }).count(), 0);
+});

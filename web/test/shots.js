@@ -1,0 +1,30 @@
+// Pictures of every page, to be looked at: `SHOTS=folder node --test web/test/shots.js`.
+import path from "node:path";
+import { after, test } from "node:test";
+import { inBrowser, serve } from "./browser/harness.js";
+import { pageList } from "./browser/pages.js";
+
+const folder = process.env["SHOTS"] ?? "shots";
+const looks = /** @type {const} */ ([
+  ["light", { settings: { theme: "light" } }],
+  ["dark", { settings: { theme: "dark" } }],
+  ["tablet", { settings: { theme: "dark" }, context: { viewport: { width: 768, height: 1024 } } }],
+  ["narrow", { settings: { theme: "light" }, context: { viewport: { width: 360, height: 740 } } }],
+  ["german", { settings: { theme: "light", language: "de" } }],
+]);
+
+test("pictures", async () => {
+  const server = await serve();
+  after(() => server.stop());
+  /** @type {{ name: string, path: string }[] | undefined} */
+  let list;
+  for (const [look, options] of looks) {
+    await inBrowser(server, options, async (world) => {
+      list ??= await pageList(world);
+      for (const { name, path: place } of list) {
+        await world.open(place);
+        await world.page.screenshot({ path: path.join(folder, `${name}-${look}.png`), fullPage: true });
+      }
+    });
+  }
+});

@@ -1,0 +1,56 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { draftOf, emptyDraft, requestOf, settingsOf } from "../../app/lib/correction.js";
+
+const write = (/** @type {number | null | undefined} */ value) => (typeof value === "number" ? String(value) : "");
+
+test("a request becomes a draft and the same request again", () => {
+  /** @type {import("../../app/lib/correction.js").CorrectionRequest} */
+  const request = {
+    sensitivity: { machine: "form_grinding", flank: "left", profile_axis: "roll_length" },
+    limits: { profile_angle: { min: -20, max: 20, increment: 0.05 }, infeed: { fixed: true } },
+    noise_sigma_um: 0.5,
+    response_uncertainty: 0.02,
+    absolute: false,
+    target_um: [1, -2.5],
+  };
+  assert.deepEqual(requestOf(draftOf(request, write)), { request, faults: {} });
+  /** @type {import("../../app/lib/correction.js").CorrectionRequest} */
+  const matrix = {
+    sensitivity: {
+      settings: ["a", "b/c"],
+      units: ["µm", "′"],
+      matrix: [
+        [1, 0.5],
+        [-1, 2e-3],
+      ],
+    },
+  };
+  assert.deepEqual(requestOf(draftOf(matrix, write)), { request: matrix, faults: {} });
+});
+
+test("what is no number is found at its place", () => {
+  const draft = {
+    ...emptyDraft(false),
+    matrix: "a [µm];b [µm]\n1;0,5\n2;x",
+    target: "1,5 2 y",
+    noise: "a",
+    limits: {
+      a: { fixed: false, min: "?", max: "", increment: "0,5" },
+      gone: { fixed: true, min: "", max: "", increment: "" },
+    },
+  };
+  const { request, faults } = requestOf(draft);
+  assert.deepEqual(faults, {
+    "/limits/a/min": "number",
+    "/noise_sigma_um": "number",
+    "/target_um": "number",
+    "/sensitivity/matrix": "row",
+  });
+  assert.deepEqual(request.sensitivity.matrix?.[0], [1, 0.5], "commas are decimal beside semicolons");
+  assert.equal(request.limits?.["gone"], undefined, "limits of settings that are named no more stay unsaid");
+  assert.deepEqual(settingsOf(draft), [
+    { name: "a", unit: "µm" },
+    { name: "b", unit: "µm" },
+  ]);
+});

@@ -1,0 +1,33 @@
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { csv } from "../../app/lib/csv.js";
+
+/** @param {string | number | boolean | null | undefined} value */
+const one = (value) =>
+  csv([{ header: "x", value: () => value }], [0])
+    .split("\r\n")
+    .slice(1, -1)
+    .join("\r\n");
+
+test("lines end as RFC 4180 has them, units stand in the header", () => {
+  const columns = [
+    { header: "slope", unit: "µm", value: (/** @type {number[]} */ row) => row[0] },
+    { header: "a, b", value: (/** @type {number[]} */ row) => row[1] },
+  ];
+  assert.equal(csv(columns, [[0.1 + 0.2, -1e-9]]), 'slope [µm],"a, b"\r\n0.30000000000000004,-1e-9\r\n');
+  assert.equal(csv(columns, []), 'slope [µm],"a, b"\r\n');
+});
+
+test("quotes, absent values and what is no number", () => {
+  assert.equal(one('a "b", c'), '"a ""b"", c"');
+  assert.equal(one("two\nlines"), '"two\nlines"');
+  for (const value of [undefined, null, Number.NaN, Number.POSITIVE_INFINITY, ""]) assert.equal(one(value), "");
+  assert.equal(one(true), "true");
+});
+
+test("text that a spreadsheet would compute is none any more; numbers stay", () => {
+  for (const start of ["=", "+", "-", "@"]) assert.equal(one(`${start}1`), `'${start}1`);
+  assert.equal(one("=HYPERLINK(1,2)"), `"'=HYPERLINK(1,2)"`);
+  assert.equal(one(-1), "-1");
+  assert.equal(one("a=1"), "a=1");
+});

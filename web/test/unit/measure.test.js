@@ -1,0 +1,69 @@
+// Files of measurements before they are sent, and the request that becomes of the fields.
+
+import assert from "node:assert/strict";
+import { readFile as bytesOf } from "node:fs/promises";
+import { test } from "node:test";
+import { readFile } from "../../app/measure/read.js";
+import { EMPTY, importSpecOf, nodeOfPointer, specOf, wrongNumbers } from "../../app/measure/request.js";
+
+const read = (/** @type {string} */ name, /** @type {string} */ text) => readFile(name, new TextEncoder().encode(text));
+
+test("a request of examples/ is a grid with its counts, and keeps what it says of the fit", async () => {
+  const content = readFile("a.json", await bytesOf(new URL("../../../examples/flank_z52.json", import.meta.url)));
+  assert.deepEqual([content.kind, content.form, content.nodes, content.missing], ["json", "grid", 135, 3]);
+  const spec = specOf({ ...EMPTY, operator: " A. B. " }, content);
+  assert.deepEqual(spec["model"], content.request?.["model"]);
+  assert.deepEqual(spec["regularization"], content.request?.["regularization"]);
+  assert.equal(spec["operator"], "A. B.");
+  assert.ok(!("nodes" in spec));
+  const changed = specOf({ ...EMPTY, model: "other", degreeU: "3", degreeV: "1", regularization: "gcv" }, content);
+  assert.deepEqual(changed["model"], { type: "polynomial", degree: [3, 1] });
+  assert.deepEqual(changed["regularization"], { type: "spectral", lambda_star: { criterion: "gcv" } });
+});
+
+test("tables are grids where every u meets every v; bad cells are named by line and column", () => {
+  const content = read("a.csv", "u,v,z\n1,1,2\n1,2,abc\n2,1,\n2,2,4\n");
+  assert.deepEqual([content.kind, content.form, content.nodes, content.missing], ["csv", "grid", 4, 2]);
+  assert.deepEqual(content.doubts, [{ place: "3:3", found: "abc" }]);
+  assert.deepEqual([...(content.surface?.z ?? [])], [2, Number.NaN, Number.NaN, 4]);
+  assert.equal(read("b.csv", "u,v,z\n1,1,2\n1,2,3\n2,1.5,3\n").form, "scattered");
+  assert.equal(read("c.csv", "x,y\n1,2\n2,3\n").form, "curve");
+  assert.deepEqual(specOf(EMPTY, read("c.csv", "x,y\n1,2\n"))["model"], { type: "polynomial", degree: 2 });
+});
+
+test("other files are known by what is in them", () => {
+  assert.deepEqual(
+    [read("a.csv", "id,x,y,z\n1,2,3,4\n").kind, read("a.csv", "id,x,y,z\n1,2,3,4\n").nodes],
+    ["import", 1],
+  );
+  assert.equal(read("a.txt", "<?xml version='1.0'?><model/>").form, "rexs");
+  assert.equal(read("gear.mka", "HEADER").form, "mka");
+  assert.equal(read("gear.mew", "HEADER").kind, "values");
+  assert.equal(read("a.csv", "").fault, "empty");
+  assert.equal(read("a.json", "{").fault, "json");
+  assert.equal(read("a.json", '{"model": {}}').fault, "nodes");
+  assert.equal(read("a.csv", "a,b\n1,2").fault, "header");
+});
+
+test("a cell that is no number is marked by the pointer that the server will name", () => {
+  const { doubts } = read("a.json", '{"nodes":{"type":"grid","u":[1,2],"v":[1,2],"z":[[1,2],[null,"n/a"]]}}');
+  assert.deepEqual(doubts, [{ place: "/nodes/z/1/1", found: '"n/a"' }]);
+  assert.deepEqual(nodeOfPointer("/nodes/z/3/7"), { row: 3, column: 7 });
+  assert.equal(nodeOfPointer("/nodes/u/3"), undefined);
+});
+
+test("fields become filters, axes and what is said of an import; wrong numbers are found", () => {
+  const table = read("a.csv", "u,v,z\n1,1,2\n1,2,1\n2,1,0\n2,2,4\n");
+  const typed = { ...EMPTY, hampel: "on", gaussian: "u", cutoff: "0,8", axes: "roll_length", conditionLimit: "500" };
+  const spec = specOf(typed, table);
+  assert.deepEqual(spec["filters"], [{ type: "hampel" }, { type: "gaussian", cutoff: 0.8, axis: "u" }]);
+  assert.deepEqual(spec["regularization"], { type: "spectral", condition_limit: 500 });
+  assert.deepEqual(Object.keys(/** @type {object} */ (spec["axes"])), ["u", "v", "z"]);
+  assert.deepEqual(importSpecOf({ ...EMPTY, tooth: "7", flank: "right" }), { flank: "right", tooth: "7" });
+  assert.deepEqual(wrongNumbers({ ...EMPTY, gaussian: "u", conditionLimit: "x", measuredAt: "soon" }), {
+    conditionLimit: true,
+    cutoff: true,
+    measuredAt: true,
+  });
+  assert.deepEqual(wrongNumbers(EMPTY), {});
+});
