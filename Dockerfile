@@ -28,6 +28,9 @@ COPY examples examples
 COPY engine/src engine/src
 COPY engine/README.md engine/README.md
 COPY src src
+COPY web/index.html web/index.html
+COPY web/app web/app
+COPY web/vendor web/vendor
 RUN touch src/lib.rs src/main.rs engine/src/lib.rs \
  && cargo build --release --locked --bin flankfit \
  && mkdir -p /out/data \

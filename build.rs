@@ -1,11 +1,14 @@
-//! Migrations are embedded at compile time; a new file must lead to a new build. And tests that need a
-//! PostgreSQL server, or haproxy, are ignored where there is none, unless
+//! Migrations and the dashboard are embedded at compile time; a new file must lead to a new build.
+//! And tests that need a PostgreSQL server, or haproxy, are ignored where there is none, unless
 //! FLANKFIT_TEST_POSTGRES=required.
 
 use std::{env, fs, path::PathBuf};
 
 fn main() {
     println!("cargo:rerun-if-changed=migrations");
+    for embedded in ["index.html", "app", "vendor"] {
+        println!("cargo:rerun-if-changed=web/{embedded}");
+    }
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=FLANKFIT_TEST_POSTGRES");
     println!("cargo:rerun-if-env-changed=FLANKFIT_POSTGRES_BIN");

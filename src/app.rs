@@ -1,17 +1,26 @@
 //! Wiring: settings in, a running server out.
 
+mod seals;
+
 use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
 use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
+use seals::{SealError, SealKeeper};
+
 use crate::{
     config::{MigrateMode, PostgresArguments, ServeSettings},
     http::{
-        self, AppState, rates,
+        self, AppState,
+        dashboard::files::{Files, MissingFiles},
+        rates,
         server::{self, Service, Tls, TlsError},
     },
-    jobs::{JobService, OrderedIds, Store, SystemClock},
-    store::{Migrate, OpenError, PostgresError, PostgresSettings, PostgresStore, SqliteStore, StoreSettings},
+    jobs::{JobService, OrderedIds, Store, SystemClock, audit::Auditor},
+    store::{
+        Migrate, OpenError, PostgresAuditor, PostgresError, PostgresSettings, PostgresStore, SqliteAuditor,
+        SqliteStore, StoreSettings,
+    },
     telemetry,
 };
 
@@ -36,6 +45,7 @@ pub struct App {
     tls: Option<Arc<Tls>>,
     state: AppState,
     store: Arc<dyn Store>,
+    seals: Arc<SealKeeper>,
 }
 
 /// Why the server did not start.
@@ -53,6 +63,10 @@ pub enum StartError {
     Store(#[from] OpenError),
     #[error(transparent)]
     Postgres(#[from] PostgresError),
+    #[error(transparent)]
+    Dashboard(#[from] MissingFiles),
+    #[error(transparent)]
+    Seals(#[from] SealError),
     #[error("cannot start the fit workers: {0}")]
     Workers(io::Error),
 }
@@ -60,6 +74,7 @@ pub enum StartError {
 impl App {
     /// Binds the address and opens what the handlers need.
     pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
+        let seals = Arc::new(SealKeeper::load(&settings.audit)?);
         let tls = Tls::load(&settings.tls, Arc::new(SystemClock))?;
         let listener = bind(settings.bind, "--bind or FLANKFIT_BIND").await?;
         if settings.ops_bind.is_some_and(|address| address == settings.bind && address.port() != 0) {
@@ -73,8 +88,9 @@ impl App {
         let store = open_store(&settings, ids.clone()).await?;
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), ids);
         let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
+        state.dashboard.as_ref().map_or(Ok(()), Files::check)?;
         warn_if_open(&state).await;
-        Ok(App { listener, operation, tls, state, store })
+        Ok(App { listener, operation, tls, state, store, seals })
     }
 
     /// The address that was bound (its port is known even when 0 was asked for).
@@ -110,7 +126,9 @@ impl App {
         };
         let state = self.state.clone();
         // ends with this function
-        let _background = background(&state, self.tls.clone());
+        let _background = background(&state, self.tls.clone(), self.seals);
+        // ends by itself when the server stops
+        let operations = tokio::spawn(http::run_operations(state.clone()));
         let (operation_ends, operation_ended) = oneshot::channel::<()>();
         let operation = self.operation.map(|listener| {
             let service = Service { router: http::operation_router(state.clone()), state: state.clone(), tls: None };
@@ -137,6 +155,7 @@ impl App {
         let deadline = stopped.await.unwrap_or_else(|_| Instant::now()).min(Instant::now() + DRAIN_TIME);
         // WebSockets have left their connections; they were told to end at once
         let _late = tokio::time::timeout_at(deadline, state.shutdown.drained()).await;
+        let _late = tokio::time::timeout_at(deadline, operations).await;
         state.pool.stop();
         drop(operation_ends);
         if let Some(operation) = operation {
@@ -171,6 +190,14 @@ pub async fn open_store(settings: &ServeSettings, ids: Arc<OrderedIds>) -> Resul
     Ok(Arc::new(PostgresStore::open(store, ids, Arc::new(SystemClock)).await?))
 }
 
+/// The audit in the database that the URL names, which a server may use meanwhile.
+pub async fn open_auditor(url: &str) -> Result<Box<dyn Auditor>, StartError> {
+    if PostgresSettings::takes(url) {
+        return Ok(Box::new(PostgresAuditor::open(&PostgresSettings::of_url(url)?)));
+    }
+    Ok(Box::new(SqliteAuditor::open(&StoreSettings::of_url(url)?).await?))
+}
+
 /// How a PostgreSQL database is used.
 pub fn postgres_settings(url: &str, arguments: &PostgresArguments) -> Result<PostgresSettings, PostgresError> {
     let mut settings = PostgresSettings::of_url(url)?;
@@ -196,11 +223,13 @@ async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener,
 }
 
 /// What goes on beside the requests, until it is dropped.
-fn background(state: &AppState, tls: Option<Arc<Tls>>) -> JoinSet<()> {
+fn background(state: &AppState, tls: Option<Arc<Tls>>, seals: Arc<SealKeeper>) -> JoinSet<()> {
     let mut all = JoinSet::new();
     all.spawn(telemetry::upkeep());
     let jobs = state.clone();
     all.spawn(async move { jobs.jobs.upkeep(UPKEEP).await });
+    let jobs = state.clone();
+    all.spawn(async move { seals.run(&jobs.jobs).await });
     let jobs = state.clone();
     all.spawn(async move { jobs.jobs.follow_others().await });
     let keys = state.clone();

@@ -56,6 +56,8 @@ pub const AUTHENTICATIONS: &str = "flankfit_auth_total";
 pub const DRAINING: &str = "flankfit_draining";
 /// Seconds until the server's certificate ends.
 pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
+/// Seconds since all that there was to seal of the audit was sealed.
+pub const AUDIT_SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
 /// Bytes of bodies and answers that are held.
 pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
 /// Connections that are open.
@@ -130,6 +132,7 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_counter!(AUTHENTICATIONS, "Requests to /v1 by what their API key is");
         metrics::describe_gauge!(DRAINING, "1 from the signal to stop on");
         metrics::describe_gauge!(TLS_EXPIRY, metrics::Unit::Seconds, "Time until the server's certificate ends");
+        metrics::describe_gauge!(AUDIT_SEAL_AGE, metrics::Unit::Seconds, "Time since all of the audit was sealed");
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
         metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
         metrics::describe_counter!(STORE_RETRIES, "Transactions of the store that were tried again");
@@ -170,6 +173,11 @@ pub fn record_authentication(outcome: &'static str) {
 /// Notes that a stream in memory was behind the store.
 pub fn record_catch_up() {
     metrics::counter!(STREAM_CATCH_UPS).increment(1);
+}
+
+/// Notes how long ago all of the audit was sealed.
+pub fn record_seal_age(age: Duration) {
+    metrics::gauge!(AUDIT_SEAL_AGE).set(age.as_secs_f64());
 }
 
 /// Notes whether the store answers and can be written.

@@ -1,8 +1,10 @@
 //! The demonstration as a user sees it: the built program, a folder of its own, the printed tables.
 
 use std::{
+    io::{BufRead, BufReader, Read, Write},
+    net::TcpStream,
     path::Path,
-    process::{Command, Output},
+    process::{Command, Output, Stdio},
 };
 
 /// The generator, so that the committed grids can be made anew.
@@ -177,4 +179,31 @@ fn the_closed_loop_converges_where_least_squares_runs_away() {
         runaway.contains("correction 1: The measurement says nothing") && !runaway.contains("answered as predicted"),
         "{text}"
     );
+}
+
+/// Where it stays up it ends with the page of its job.
+#[test]
+fn the_last_line_leads_to_the_job_in_the_dashboard() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut server = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(["demo", "--bind", "127.0.0.1:0"])
+        .current_dir(folder.path())
+        .stdout(Stdio::piped())
+        .spawn()
+        .unwrap();
+    let lines = BufReader::new(server.stdout.take().unwrap()).lines().map(Result::unwrap);
+    let line = lines.map(|line| line.trim().to_owned()).find(|line| line.starts_with("dashboard"));
+    let address = line.as_deref().and_then(|line| line.split_once("http://")).map(|(_, address)| address);
+    let page = address.and_then(|address| address.split_once('/')).map(|(host, path)| {
+        let mut stream = TcpStream::connect(host).unwrap();
+        write!(stream, "GET /{path} HTTP/1.1\r\nHost: {host}\r\nConnection: close\r\n\r\n").unwrap();
+        let mut answer = String::new();
+        stream.read_to_string(&mut answer).unwrap();
+        (path, answer)
+    });
+    server.kill().unwrap();
+    server.wait().unwrap();
+    let (path, answer) = page.unwrap_or_else(|| panic!("{line:?}"));
+    assert!(path.starts_with("jobs/") && path.len() == "jobs/".len() + 36, "{path}");
+    assert!(answer.starts_with("HTTP/1.1 200 ") && answer.contains("<div id=\"app\">"), "{answer}");
 }

@@ -16,6 +16,7 @@ fn the_committed_figures_are_what_the_command_makes() {
     let output = study(&["--svg", folder.path().to_str().unwrap()]);
     let text = String::from_utf8(output.stdout).unwrap();
     assert!(output.status.success(), "{text}\n{}", String::from_utf8_lossy(&output.stderr));
+    assert!(output.stderr.is_empty(), "where there is no terminal there is no progress bar");
     for name in ["fig4.svg", "fig5.svg"] {
         let made = std::fs::read_to_string(folder.path().join(name)).unwrap();
         let committed = std::fs::read_to_string(root.join("docs/figures").join(name)).unwrap();

@@ -217,7 +217,7 @@ def mixture(server, clients, seconds):
             stream.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 4096)
             stream.connect(("127.0.0.1", server.port))
             body = export(draw.choice(["obj", "stl_text", "vtk"]))
-            head = f"POST /v1/surfaces/export HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
+            head = f"POST /v1/surfaces/export HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {len(body)}\r\n\r\n"
             stream.sendall(head.encode() + body)
             time.sleep(max(0.0, min(draw.uniform(1, 20), end - time.monotonic())))
         return "left"
@@ -226,7 +226,7 @@ def mixture(server, clients, seconds):
         """Declares much and sends it drop by drop."""
         with socket.socket() as stream:
             stream.connect(("127.0.0.1", server.port))
-            head = f"POST /v1/fits HTTP/1.1\r\nHost: x\r\nContent-Type: application/json\r\nContent-Length: {LIMIT}\r\n\r\n"
+            head = f"POST /v1/fits HTTP/1.1\r\nHost: localhost\r\nContent-Type: application/json\r\nContent-Length: {LIMIT}\r\n\r\n"
             stream.sendall(head.encode())
             stop = min(time.monotonic() + draw.uniform(1, 10), end)
             while time.monotonic() < stop:

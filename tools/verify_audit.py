@@ -1,13 +1,17 @@
 #!/usr/bin/env python3
 """Verifies a chain of the audit: entries as GET /v1/jobs/{job_id}/audit answers them (pages one after the other).
 
-    tools/verify_audit.py TENANT JOB_ID page1.json page2.json …      (JOB_ID "" for the chain of the tenant itself)
+    tools/verify_audit.py [--against SEALS] TENANT JOB_ID page1.json page2.json …
+                                                       (JOB_ID "" for the chain of the tenant itself)
 
-Prints the number of entries and the head, or the first number at fault. docs/audit.md has the layout.
+Prints the number of entries and the head, or the first number at fault. SEALS is a file of seals, kept elsewhere, as
+--audit-seal-file has them; what it has of the chain must agree. docs/audit.md has the layout. (Signatures are checked
+by `flankfit audit verify`.)
 """
 import hashlib
 import json
 import sys
+import uuid
 
 
 def field(value):
@@ -27,7 +31,43 @@ def contents(digests):
     return b"".join(bytes([len(name)]) + name + digest for name, digest in rows)
 
 
-def verify(tenant, job, entries):
+def root(leaves):
+    """The Merkle tree of RFC 6962 over leaves that are digested already."""
+    if len(leaves) < 2:
+        return leaves[0] if leaves else hashlib.sha256().digest()
+    left = 1 << (len(leaves) - 1).bit_length() - 1
+    return hashlib.sha256(b"\1" + root(leaves[:left]) + root(leaves[left:])).digest()
+
+
+def leaf(head):
+    data = uuid.UUID(head["chain"]).bytes + head["number"].to_bytes(8, "big") + bytes.fromhex(head["sha256"])
+    return hashlib.sha256(b"\0" + data).digest()
+
+
+def key_of_tenant(tenant):
+    """The id of the tenant's own chain, of version 8."""
+    data = bytearray(sha256("flankfit audit 1", tenant)[:16])
+    data[6], data[8] = data[6] & 0x0F | 0x80, data[8] & 0x3F | 0x80
+    return uuid.UUID(bytes=bytes(data))
+
+
+def sealed(tenant, job, seals):
+    """What the seals of a tenant have of a chain: digests by numbers."""
+    own = uuid.UUID(job) if job else key_of_tenant(tenant)
+    found, last = {}, (0, sha256("flankfit seals 1", tenant))
+    for seal in (seal for seal in seals if seal["tenant"] == tenant):
+        previous = bytes.fromhex(seal["previous"])
+        digest = sha256(previous, tenant, seal["number"], seal["at"], seal["heads"], bytes.fromhex(seal["root"]))
+        sound = digest.hex() == seal["sha256"] and root([leaf(head) for head in seal["chains"]]).hex() == seal["root"]
+        if not sound or (seal["number"] == last[0] + 1 and previous != last[1]):
+            sys.exit(f"seal {seal['number']} is not as it was made")
+        last = seal["number"], digest
+        found.update((head["number"], head["sha256"]) for head in seal["chains"] if uuid.UUID(head["chain"]) == own)
+    return found
+
+
+def verify(tenant, job, entries, seals=()):
+    told = sealed(tenant, job, seals)
     head = sha256("flankfit audit 1", tenant, job)
     for number, entry in enumerate(entries, 1):
         own = sha256(bytes.fromhex(entry["previous"]), number, entry["id"], entry["at"], entry["actor"],
@@ -37,11 +77,20 @@ def verify(tenant, job, entries):
             return f"{number} entry"
         if entry["previous"] != head.hex():
             return f"{number} link"
+        if told.pop(number, own.hex()) != own.hex():
+            return f"{number} seal"
         head = own
+    if told:
+        return f"{len(entries) + 1} entry"
     return f"intact {len(entries)} {head.hex() if entries else '-'}"
 
 
 if __name__ == "__main__":
-    found = verify(sys.argv[1], sys.argv[2], [entry for name in sys.argv[3:] for entry in json.load(open(name))["items"]])
+    arguments, seals = sys.argv[1:], []
+    if arguments[:1] == ["--against"]:
+        seals = [json.loads(line) for line in open(arguments[1])]
+        arguments = arguments[2:]
+    pages = [json.load(open(name)) for name in arguments[2:]]
+    found = verify(arguments[0], arguments[1], [entry for page in pages for entry in page["items"]], seals)
     print(found)
     sys.exit(not found.startswith("intact"))

@@ -143,6 +143,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),
     example!("create_iteration_fit", "refit_prior", "The same nodes with what the job's earlier iterations know"),
+    example!(
+        "preview_iteration_fit",
+        "preview",
+        "Whether a larger λ* would do, with the fitted heights; stores nothing"
+    ),
     example!("choose_fit", "chosen_fit", "Another fit stands from now on (put in the id of a stored fit)"),
     example!("create_stream", "stream", "A flank that is fitted while the probe moves, on a domain known beforehand"),
     example!("add_stream_nodes", "stream_block", "The first block of nodes"),

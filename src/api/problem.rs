@@ -79,6 +79,8 @@ pub enum ProblemCode {
     InvalidKey,
     /// 403: the caller may not do this.
     Forbidden,
+    /// 403: a web page of another site asks for a change.
+    CrossSite,
     /// 404.
     NotFound,
     /// 405.
@@ -91,12 +93,18 @@ pub enum ProblemCode {
     Conflict,
     /// 409: the first request with this idempotency key still runs.
     IdempotencyKeyInUse,
+    /// 409: the operation has not ended.
+    OperationRunning,
+    /// 410: the operation was cancelled.
+    OperationCancelled,
     /// 412: `If-Match` names another version.
     PreconditionFailed,
     /// 413.
     BodyTooLarge,
     /// 415.
     UnsupportedMediaType,
+    /// 421: the request names a host that this server is not.
+    UnknownHost,
     /// 422: faults in the request, each with a pointer.
     InvalidRequest,
     /// 422: dependent columns where the method needs independent ones.
@@ -109,6 +117,8 @@ pub enum ProblemCode {
     TooManyRequests,
     /// 500.
     Internal,
+    /// 500: an operation whose servers were lost, again and again.
+    Interrupted,
     /// 503: the queue of fits is full.
     Overloaded,
     /// 503: no answer within the time limit.
@@ -123,27 +133,32 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 25] = [
+    pub const ALL: [ProblemCode; 30] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
         Self::InvalidKey,
         Self::Forbidden,
+        Self::CrossSite,
         Self::NotFound,
         Self::MethodNotAllowed,
         Self::NotAcceptable,
         Self::BodyTimeout,
         Self::Conflict,
         Self::IdempotencyKeyInUse,
+        Self::OperationRunning,
+        Self::OperationCancelled,
         Self::PreconditionFailed,
         Self::BodyTooLarge,
         Self::UnsupportedMediaType,
+        Self::UnknownHost,
         Self::InvalidRequest,
         Self::RankDeficient,
         Self::NotConverged,
         Self::IdempotencyKeyReused,
         Self::TooManyRequests,
         Self::Internal,
+        Self::Interrupted,
         Self::Overloaded,
         Self::RequestTimeout,
         Self::StoreUnavailable,
@@ -159,6 +174,7 @@ impl ProblemCode {
             Self::Unauthorized => (401, "urn:flankfit:problem:unauthorized", "An API key is needed"),
             Self::InvalidKey => (401, "urn:flankfit:problem:invalid_key", "The API key cannot be used"),
             Self::Forbidden => (403, "urn:flankfit:problem:forbidden", "The caller may not do this"),
+            Self::CrossSite => (403, "urn:flankfit:problem:cross_site", "A web page of another site may not do this"),
             Self::NotFound => (404, "urn:flankfit:problem:not_found", "There is nothing here"),
             Self::MethodNotAllowed => {
                 (405, "urn:flankfit:problem:method_not_allowed", "The method is not offered here")
@@ -171,6 +187,12 @@ impl ProblemCode {
                 "urn:flankfit:problem:idempotency_key_in_use",
                 "The first request with this idempotency key is still running",
             ),
+            Self::OperationRunning => {
+                (409, "urn:flankfit:problem:operation_running", "The operation has not ended yet")
+            }
+            Self::OperationCancelled => {
+                (410, "urn:flankfit:problem:operation_cancelled", "The operation was cancelled")
+            }
             Self::PreconditionFailed => {
                 (412, "urn:flankfit:problem:precondition_failed", "The resource has changed meanwhile")
             }
@@ -178,6 +200,7 @@ impl ProblemCode {
             Self::UnsupportedMediaType => {
                 (415, "urn:flankfit:problem:unsupported_media_type", "The media type is not supported")
             }
+            Self::UnknownHost => (421, "urn:flankfit:problem:unknown_host", "The request is for another host"),
             Self::InvalidRequest => {
                 (422, "urn:flankfit:problem:invalid_request", "The request holds what cannot be accepted")
             }
@@ -190,6 +213,9 @@ impl ProblemCode {
             ),
             Self::TooManyRequests => (429, "urn:flankfit:problem:too_many_requests", "Too many requests"),
             Self::Internal => (500, "urn:flankfit:problem:internal", "Something went wrong inside the service"),
+            Self::Interrupted => {
+                (500, "urn:flankfit:problem:interrupted", "The operation was interrupted again and again")
+            }
             Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
             Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),
             Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),

@@ -31,7 +31,7 @@ use crate::{
         measurand::side::SideName,
         problem::Problem,
     },
-    cli::table::Table,
+    cli::{progress, table::Table},
 };
 use flankfit_engine::{
     fault::words::Shown,
@@ -64,7 +64,7 @@ pub struct EvaluateArguments {
 /// The table goes to standard output (exit code 0); what is wrong goes to standard error (exit code
 /// 1).
 pub fn run(arguments: &EvaluateArguments) -> ExitCode {
-    match text(arguments).and_then(|text| print(&text)) {
+    match progress::shown("evaluate", || text(arguments)).and_then(|text| print(&text)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(why) => {
             eprintln!("flankfit: {why}");

@@ -8,6 +8,7 @@ use std::{
 
 use clap::Args;
 
+use super::progress;
 use crate::api::{fits::service, problem::Problem};
 
 #[derive(Debug, Args)]
@@ -30,7 +31,7 @@ pub fn run(arguments: &FitArguments) -> ExitCode {
             return ExitCode::FAILURE;
         }
     };
-    let answer = service::fit_json(&text).and_then(|mut answer| {
+    let answer = progress::shown("fit", || service::fit_json(&text)).and_then(|mut answer| {
         answer.push(b'\n');
         std::io::stdout().write_all(&answer).map_err(|error| Problem::internal("cannot write").caused_by(error))
     });

@@ -1,5 +1,6 @@
 //! The command line: one file per subcommand, `serve` when none is given.
 
+pub mod audit;
 pub mod backup;
 pub mod demo;
 pub mod evaluate;
@@ -8,11 +9,12 @@ pub mod healthcheck;
 pub mod keys;
 pub mod migrate;
 pub mod openapi;
+mod progress;
 pub mod serve;
 pub mod study;
 mod table;
 
-use std::process::ExitCode;
+use std::{net::SocketAddr, process::ExitCode};
 
 use clap::{Parser, Subcommand};
 
@@ -49,6 +51,8 @@ enum Command {
     Migrate(migrate::MigrateArguments),
     /// Make API keys on the database.
     Keys(keys::KeysArguments),
+    /// Verify who changed what.
+    Audit(audit::AuditArguments),
     /// Check that a running server answers; exit code 0 if it does.
     Healthcheck(healthcheck::HealthcheckArguments),
 }
@@ -67,6 +71,7 @@ pub fn main() -> ExitCode {
         Command::Backup(arguments) => backup::run(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),
         Command::Keys(arguments) => keys::run(&arguments),
+        Command::Audit(arguments) => return audit::run(&arguments),
         Command::Healthcheck(arguments) => healthcheck::run(&arguments),
     };
     telemetry::flush_logs();
@@ -79,5 +84,28 @@ pub fn main() -> ExitCode {
     }
 }
 
+/// A server that listens everywhere is reached at this machine's own address.
+fn reachable(address: SocketAddr) -> SocketAddr {
+    let mut address = address;
+    if address.ip().is_unspecified() {
+        address.set_ip(match address {
+            SocketAddr::V4(_) => std::net::Ipv4Addr::LOCALHOST.into(),
+            SocketAddr::V6(_) => std::net::Ipv6Addr::LOCALHOST.into(),
+        });
+    }
+    address
+}
+
 /// What a subcommand failed with, ready for a person to read.
 pub type CommandError = Box<dyn std::error::Error + Send + Sync>;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_unspecified_address_is_reached_locally() {
+        assert_eq!(reachable("0.0.0.0:80".parse().unwrap()).to_string(), "127.0.0.1:80");
+        assert_eq!(reachable("10.0.0.1:80".parse().unwrap()).to_string(), "10.0.0.1:80");
+    }
+}

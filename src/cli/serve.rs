@@ -12,8 +12,13 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
         let app = App::start(settings).await?;
         let address = app.address()?;
         let scheme = if app.has_tls() { "https" } else { "http" };
-        tracing::info!(%address, engine = crate::api::ENGINE, "listening on {scheme}://{address}, documentation at \
-            {scheme}://{address}/docs");
+        tracing::info!(%address, engine = crate::api::ENGINE, "listening on {scheme}://{address}");
+        if app.state().dashboard.is_some() {
+            tracing::info!("dashboard at {scheme}://{}/", super::reachable(address));
+        }
+        if app.state().settings.docs {
+            tracing::info!("documentation at {scheme}://{}/docs", super::reachable(address));
+        }
         if let Some(operation) = app.operation_address() {
             let operation = operation?;
             tracing::info!(address = %operation, "readiness and metrics at http://{operation}/readyz and /metrics");

@@ -2,22 +2,26 @@
 //! them all.
 
 mod address;
+mod audit;
 mod auth;
 mod count;
 mod digest;
+mod host;
 mod network;
 mod origin;
 mod store;
 mod tls;
 
-use std::{net::SocketAddr, num::NonZeroU32, time::Duration};
+use std::{net::SocketAddr, num::NonZeroU32, path::PathBuf, time::Duration};
 
 use clap::{Args, ValueEnum};
 
 pub use address::parse_address;
+pub use audit::AuditSettings;
 pub use auth::{Authentication, KeysRole};
 pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
+pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
 pub use origin::{Origin, Origins, parse_origins};
 pub use store::{MigrateMode, PostgresArguments};
@@ -98,6 +102,14 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120,
         value_parser = clap::value_parser!(u64).range(1..))]
     pub request_timeout: u64,
+    /// Seconds within which an operation (`Prefer: respond-async`) must end, else it fails.
+    #[arg(long, env = "FLANKFIT_OPERATION_TIMEOUT", default_value_t = 3600,
+        value_parser = clap::value_parser!(u64).range(1..))]
+    pub operation_timeout: u64,
+    /// Bytes that the operations of a tenant may take in the database, compressed requests and
+    /// results together; beyond it new ones are refused (429).
+    #[arg(long, env = "FLANKFIT_OPERATION_BYTES", default_value_t = 1 << 30)]
+    pub operation_bytes: u64,
     /// Seconds from the signal to end until no connection is taken any more: until then the server
     /// answers as ever, but says that it is not ready and lets connections end.
     #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0)]
@@ -122,6 +134,8 @@ pub struct ServeSettings {
     /// Role of these keys, in the tenant `default`.
     #[arg(long, env = "FLANKFIT_API_KEYS_ROLE", value_enum, default_value_t = KeysRole::Engineer)]
     pub api_keys_role: KeysRole,
+    #[command(flatten)]
+    pub audit: AuditSettings,
     /// Origins (such as `https://cell.example`, comma-separated) whose web pages may call this
     /// server; if empty, only its own.
     #[arg(
@@ -132,6 +146,17 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub cors_origins: Origins,
+    /// Hosts (such as `cell.example` or `cell.example:8080`, comma-separated) that requests may
+    /// name, or `*`; if empty, those of this machine where it listens to no other and asks for no
+    /// key, else all.
+    #[arg(
+        long,
+        env = "FLANKFIT_ALLOWED_HOSTS",
+        default_value = "",
+        value_parser = parse_hosts,
+        hide_default_value = true
+    )]
+    pub allowed_hosts: Hosts,
     /// Format of the log lines on standard error.
     #[arg(long, env = "FLANKFIT_LOG_FORMAT", value_enum, default_value_t = LogFormat::Pretty)]
     pub log_format: LogFormat,
@@ -141,6 +166,13 @@ pub struct ServeSettings {
     /// Serve the interactive documentation at /docs.
     #[arg(long, env = "FLANKFIT_DOCS", default_value_t = true, action = clap::ArgAction::Set)]
     pub docs: bool,
+    /// Serve the dashboard at /; without it / leads to /docs.
+    #[arg(long, env = "FLANKFIT_DASHBOARD", default_value_t = true, action = clap::ArgAction::Set)]
+    pub dashboard: bool,
+    /// Folder (such as web/) whose files are served as the dashboard instead of those in the
+    /// program, for those who change it.
+    #[arg(long, env = "FLANKFIT_DASHBOARD_DIR", value_name = "DIR")]
+    pub dashboard_dir: Option<PathBuf>,
 }
 
 impl ServeSettings {
@@ -188,6 +220,8 @@ impl Default for ServeSettings {
             write_timeout: 30,
             max_connections: 4096,
             request_timeout: 120,
+            operation_timeout: 3600,
+            operation_bytes: 1 << 30,
             drain_delay: 0,
             ops_bind: None,
             tls: TlsSettings::default(),
@@ -198,10 +232,14 @@ impl Default for ServeSettings {
             auth: Authentication::default(),
             api_keys_sha256: Vec::new(),
             api_keys_role: KeysRole::default(),
+            audit: AuditSettings::default(),
             cors_origins: Vec::new(),
+            allowed_hosts: Hosts::default(),
             log_format: LogFormat::Pretty,
             log: "info".into(),
             docs: true,
+            dashboard: true,
+            dashboard_dir: None,
         }
     }
 }

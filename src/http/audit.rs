@@ -12,14 +12,18 @@ use super::{
 };
 use crate::{
     api::{
-        jobs::audit::{AuditPageBody, VerdictBody},
+        jobs::audit::{AuditPageBody, SealPageBody, VerdictBody},
         problem::Problem,
     },
     jobs::{List, audit::Chain},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(list_job_audit)).routes(routes!(verify_job_audit)).routes(routes!(list_audit))
+    OpenApiRouter::new()
+        .routes(routes!(list_job_audit))
+        .routes(routes!(verify_job_audit))
+        .routes(routes!(list_audit))
+        .routes(routes!(list_audit_seals))
 }
 
 /// Every change of a job, oldest first.
@@ -50,12 +54,13 @@ async fn list_job_audit(
     responses((status = 200, description = "Whether anything was changed, and where.", body = VerdictBody))
 )]
 async fn verify_job_audit(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Json<VerdictBody>, Problem> {
-    Ok(Json(state.jobs.verify_audit(job).await?.into()))
+    Ok(Json(state.jobs.verify_audit(Chain::Job(job)).await?.into()))
 }
 
 /// Changes of the tenant that are of no job, oldest first.
 ///
-/// The chain of a tenant tells of its keys. Changes of jobs are in the chains of these.
+/// The chain of a tenant tells of its keys and of itself; changes of jobs are in the chains of
+/// these.
 #[utoipa::path(
     get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
     params(PageQuery),
@@ -63,4 +68,20 @@ async fn verify_job_audit(state: CallerState, PathOf(job): PathOf<Uuid>) -> Resu
 )]
 async fn list_audit(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<Json<AuditPageBody>, Problem> {
     Ok(Json(state.jobs.audit(Chain::Tenant, query.check(List::Audit)?).await?.into()))
+}
+
+/// The tenant's seals, oldest first.
+///
+/// About once a minute a server seals what the chains that grew meanwhile end with. Keep seals
+/// where nobody who owns the database can change them: they convict whoever writes a chain anew.
+#[utoipa::path(
+    get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
+    params(PageQuery),
+    responses((status = 200, description = "Some seals, and where the next page begins.", body = SealPageBody))
+)]
+async fn list_audit_seals(
+    state: CallerState,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Json<SealPageBody>, Problem> {
+    Ok(Json(state.jobs.seals(query.check(List::Seals)?).await?.into()))
 }

@@ -89,6 +89,15 @@ impl Callers {
         }
     }
 
+    /// The same as far as it is known without asking the store.
+    pub fn need_a_key(&self) -> bool {
+        match self.demand {
+            Demand::Always => true,
+            Demand::Never => false,
+            Demand::OnceThereIsAKey => self.kept.were_seen(),
+        }
+    }
+
     /// Makes out the caller of a request to the versioned interface, and refuses one who is not let
     /// in. Outside of that interface nobody is asked, and there is no caller; nor is somebody who
     /// only asks which methods there are (`OPTIONS`).

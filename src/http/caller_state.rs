@@ -7,7 +7,7 @@ use axum::{extract::FromRequestParts, http::request::Parts};
 use super::{auth::Principal, observe::RequestId, server::Peer, state::AppState};
 use crate::{
     api::problem::Problem,
-    jobs::{Jobs, Origin, TenantKeys},
+    jobs::{Jobs, Lease, Origin, TenantKeys},
 };
 
 /// The state of the service, with the jobs of the tenant whose caller is answered.
@@ -17,6 +17,8 @@ pub struct CallerState {
     pub jobs: Jobs,
     /// Who asks.
     pub principal: Principal,
+    /// The task whose request it is, where it is answered later.
+    pub lease: Option<Lease>,
 }
 
 impl CallerState {
@@ -48,7 +50,8 @@ impl FromRequestParts<AppState> for CallerState {
             request_id: parts.extensions.get::<RequestId>().map(|id| id.as_str().into()),
             peer: parts.extensions.get::<Peer>().map(|peer| peer.0),
         };
-        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller), principal })
+        let lease = parts.extensions.get::<Lease>().copied();
+        Ok(CallerState { app: state.clone(), jobs: state.jobs.of(&principal.caller), principal, lease })
     }
 }
 

@@ -43,6 +43,7 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             header::ALLOW,
             header::CONTENT_DISPOSITION,
             REPLAYED.clone(),
+            name("preference-applied"),
             REQUEST_ID.clone(),
         ])
         .vary([header::ORIGIN])

@@ -12,7 +12,7 @@ use axum::{
 };
 use utoipa_swagger_ui::Config;
 
-use super::{conditional::content_tag, extract::PathOf, state::AppState};
+use super::{conditional::content_tag, extract::PathOf, headers::takes_gzip, state::AppState};
 use crate::api::problem::{Problem, ProblemCode};
 
 pub fn routes() -> Router<AppState> {
@@ -20,13 +20,17 @@ pub fn routes() -> Router<AppState> {
     let config = Arc::new(Config::from("/openapi.json").validator_url("none").display_operation_id(true));
     let index = Arc::clone(&config);
     Router::new()
-        .route("/", get(|| async { Redirect::temporary("/docs/") }))
         .route("/docs", get(|| async { Redirect::permanent("/docs/") }))
         .route("/docs/", get(|headers: HeaderMap| async move { file("", &headers, index) }))
         .route(
             "/docs/{*file}",
             get(|PathOf(name): PathOf<String>, headers: HeaderMap| async move { file(&name, &headers, config) }),
         )
+}
+
+/// Where there is no dashboard, the documentation is what a browser finds first.
+pub fn at_root() -> Router<AppState> {
+    Router::new().route("/", get(|| async { Redirect::temporary("/docs/") }))
 }
 
 /// The files lie in the program as gzip, and go out so to clients that take it.
@@ -55,12 +59,6 @@ fn file(name: &str, headers: &HeaderMap, config: Arc<Config<'static>>) -> Result
         headers.insert(header::VARY, HeaderValue::from_static("accept-encoding"));
     }
     Ok(response)
-}
-
-/// Of the encodings a layer has left those that are offered and taken.
-fn takes_gzip(headers: &HeaderMap) -> bool {
-    let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
-    values.flat_map(|value| value.split(',')).any(|one| one.trim().to_ascii_lowercase().contains("gzip"))
 }
 
 fn unpacked(bytes: &[u8]) -> std::io::Result<Vec<u8>> {

@@ -10,12 +10,14 @@ use axum::{
 const NO_STORE: HeaderValue = HeaderValue::from_static("no-store");
 /// Answers with a tag: kept by the client alone, and asked about before each use.
 const PRIVATE_NO_CACHE: HeaderValue = HeaderValue::from_static("private, no-cache");
-/// Pages load nothing from elsewhere and stand in no frame. The documentation sets styles from its
-/// script, and has pictures in them.
+/// Pages load nothing from elsewhere and stand in no frame; the dashboard has a policy of its own.
+/// The documentation sets styles from its script, and has pictures in them.
 const PAGE_POLICY: HeaderValue = HeaderValue::from_static(
     "default-src 'none'; script-src 'self'; style-src 'self' 'unsafe-inline'; img-src 'self' data:; \
      connect-src 'self'; font-src 'self'; base-uri 'none'; form-action 'none'; frame-ancestors 'none'",
 );
+/// All else is no page, whatever a browser is made to take it for.
+const DATA_POLICY: HeaderValue = HeaderValue::from_static("default-src 'none'; frame-ancestors 'none'");
 static REFERRER_POLICY: HeaderName = HeaderName::from_static("referrer-policy");
 
 /// Adds them where the answer has not its own.
@@ -34,8 +36,8 @@ fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
         headers.insert(header::CACHE_CONTROL, if tagged { PRIVATE_NO_CACHE } else { NO_STORE });
     }
     let page = headers.get(header::CONTENT_TYPE).is_some_and(|media| media.as_bytes().starts_with(b"text/html"));
-    if page {
-        headers.insert(header::CONTENT_SECURITY_POLICY, PAGE_POLICY);
+    if !headers.contains_key(header::CONTENT_SECURITY_POLICY) && status != StatusCode::SWITCHING_PROTOCOLS {
+        headers.insert(header::CONTENT_SECURITY_POLICY, if page { PAGE_POLICY } else { DATA_POLICY });
     }
 }
 
@@ -51,6 +53,12 @@ pub fn offered_encodings(mut request: Request) -> Request {
     headers.remove(header::ACCEPT_ENCODING);
     headers.extend(taken.map(|taken| (header::ACCEPT_ENCODING, taken)));
     request
+}
+
+/// Whether, of the encodings that [`offered_encodings`] has left, there is gzip.
+pub fn takes_gzip(headers: &HeaderMap) -> bool {
+    let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());
+    values.flat_map(|value| value.split(',')).any(|one| one.trim().to_ascii_lowercase().contains("gzip"))
 }
 
 fn is_offered(coding: &str) -> bool {
@@ -87,9 +95,12 @@ mod tests {
     }
 
     #[test]
-    fn pages_have_a_policy() {
-        let policy = |media| of(true, 200, &[(header::CONTENT_TYPE, media)]).contains_key("content-security-policy");
-        assert!(policy("text/html; charset=utf-8"));
-        assert!(!policy("application/json"));
+    fn everything_has_a_policy() {
+        let policy = |given: &[(HeaderName, &'static str)]| of(true, 200, given)["content-security-policy"].clone();
+        assert_eq!(policy(&[(header::CONTENT_TYPE, "text/html; charset=utf-8")]), PAGE_POLICY);
+        assert_eq!(policy(&[(header::CONTENT_TYPE, "application/json")]), DATA_POLICY);
+        assert_eq!(policy(&[]), DATA_POLICY);
+        let own = [(header::CONTENT_TYPE, "text/html"), (header::CONTENT_SECURITY_POLICY, "default-src 'self'")];
+        assert_eq!(policy(&own), "default-src 'self'");
     }
 }

@@ -21,12 +21,13 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{Answer, KeyClaim, Keyed, KeyedRequest, Stored},
+    jobs::{Answer, KeyClaim, Keyed, KeyedRequest, Lease, Stored},
 };
 
 /// Says that an answer is given again.
 pub static REPLAYED: HeaderName = HeaderName::from_static("idempotency-replayed");
-static KEY: HeaderName = HeaderName::from_static("idempotency-key");
+/// Carries the key.
+pub static KEY: HeaderName = HeaderName::from_static("idempotency-key");
 /// Longest key taken.
 const LONGEST: usize = 255;
 
@@ -61,6 +62,13 @@ impl FromRequestParts<AppState> for IdempotencyKey {
     }
 }
 
+impl IdempotencyKey {
+    /// The key, where there is one.
+    pub fn given(self) -> Option<String> {
+        self.0
+    }
+}
+
 /// A key claimed for a request whose body is still to be read.
 pub struct ClaimedKey {
     key: String,
@@ -68,15 +76,17 @@ pub struct ClaimedKey {
     /// Noted when the body was read.
     digest: BodyDigest,
     claim: KeyClaim,
+    /// The task whose request it is, if it is one.
+    lease: Option<Lease>,
 }
 
 impl ClaimedKey {
     /// The key with the digest of its request. To be asked once the body has been read.
     pub fn request(self) -> KeyedRequest {
-        let ClaimedKey { key, scope, digest, claim } = self;
+        let ClaimedKey { key, scope, digest, claim, lease } = self;
         // a body that was never read is like none that could come again
         let request_sha256 = digest.get().copied().unwrap_or_default();
-        KeyedRequest { key, scope, request_sha256, claim: Some(Arc::new(claim)) }
+        KeyedRequest { key, scope, request_sha256, lease, claim: Some(Arc::new(claim)) }
     }
 
     /// What is kept under the key: the answer that `answer` writes.
@@ -112,7 +122,8 @@ where
         return replayed(kept, &again);
     }
     let (payload, digest) = payload.digested();
-    let claimed = ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim };
+    let claimed =
+        ClaimedKey { key: key.clone(), scope: scope.clone(), digest: digest.clone(), claim, lease: state.lease };
     match work(state.clone(), payload, Some(claimed)).await {
         // Another server stored the answer to this key while this one worked.
         Err(problem) if problem.is(ProblemCode::IdempotencyKeyInUse) => {
@@ -128,14 +139,17 @@ where
 /// The first answer again, if the request is the first one again.
 fn replayed((first, answer): ([u8; 32], Answer), again: &[u8; 32]) -> Result<Response, Problem> {
     if *again != first {
-        return Err(Problem::new(
-            ProblemCode::IdempotencyKeyReused,
-            "This Idempotency-Key was used for a request with another body; take a new key for a new request.",
-        ));
+        return Err(reused());
     }
     let mut response = respond(answer);
     response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
     Ok(response)
+}
+
+/// What is said of a key that was used for another request.
+pub fn reused() -> Problem {
+    let detail = "This Idempotency-Key was used for a request with another body; take a new key for a new request.";
+    Problem::new(ProblemCode::IdempotencyKeyReused, detail)
 }
 
 /// An answer as a response.

@@ -16,7 +16,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
     conditional::content_tag,
-    docs,
+    dashboard, docs,
     extract::QueryOf,
     openapi::{openapi_3_0_json, openapi_json},
     state::AppState,
@@ -46,7 +46,12 @@ pub fn undocumented(state: &AppState) -> Router<AppState> {
     let router = Router::new()
         .route("/openapi.json", get(|| async { document(openapi_json(), &TAG) }))
         .route("/openapi-3.0.json", get(|| async { document(openapi_3_0_json(), &TAG_3_0) }));
-    if state.settings.docs { router.merge(docs::routes()) } else { router }
+    let documented = state.settings.docs.then(docs::routes);
+    let root = match &state.dashboard {
+        Some(files) => Some(dashboard::routes(files)),
+        None => state.settings.docs.then(docs::at_root),
+    };
+    documented.into_iter().chain(root).fold(router, Router::merge)
 }
 
 /// The state of the process.
@@ -58,23 +63,33 @@ pub struct Health {
     /// Engine name and version.
     #[schema(example = "flankfit 0.1.0")]
     pub engine: String,
+    /// Longest body of a request in bytes, after decompression.
+    pub body_limit_bytes: u64,
+    /// Whether requests to `/v1/…` need an API key.
+    pub key_required: bool,
 }
 
 impl Health {
-    fn ok() -> Self {
-        Health { status: "ok".into(), engine: crate::api::ENGINE.into() }
+    fn of(state: &AppState) -> Self {
+        Health {
+            status: "ok".into(),
+            engine: crate::api::ENGINE.into(),
+            body_limit_bytes: state.settings.body_limit as u64,
+            key_required: state.callers.need_a_key(),
+        }
     }
 }
 
 /// Whether the process is up.
 ///
-/// For a supervisor that starts the process anew when it does not answer.
+/// For a supervisor that starts the process anew when it does not answer, and for a client that
+/// wants to know what it may send. The store is not asked.
 #[utoipa::path(
     get, path = "/healthz", operation_id = "get_health", tag = "operation",
     responses((status = 200, description = "The process is up.", body = Health))
 )]
-async fn get_health() -> axum::Json<Health> {
-    axum::Json(Health::ok())
+async fn get_health(State(state): State<AppState>) -> axum::Json<Health> {
+    axum::Json(Health::of(&state))
 }
 
 /// What a process is to be ready for.
@@ -123,10 +138,10 @@ async fn get_readiness(
         return Err(Problem::new(ProblemCode::Draining, "The process is about to end; ask another.").retry_after(1));
     }
     if purpose.is_some() {
-        return Ok(axum::Json(Health::ok()));
+        return Ok(axum::Json(Health::of(&state)));
     }
     match state.readiness.check(&state.jobs).await {
-        Ok(()) => Ok(axum::Json(Health::ok())),
+        Ok(()) => Ok(axum::Json(Health::of(&state))),
         Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer, or cannot write.")
             .caused_by(cause)
             .retry_after(1)),

@@ -18,6 +18,7 @@ use super::{
     auth::{self, Principal},
     headers,
     server::Peer,
+    sites,
     state::AppState,
 };
 use crate::{
@@ -105,6 +106,7 @@ pub async fn observe(
 /// Whether the caller is known and has requests left, where that is asked for.
 async fn admit(state: &AppState, request: &mut Request, peer: Option<Peer>) -> Result<Option<Principal>, Problem> {
     let (method, path) = (request.method(), request.uri().path());
+    sites::check(state, method, request.headers()).await?;
     let identified = state.callers.identify(method, path, request.headers(), request.extensions()).await;
     auth::forget(request.headers_mut());
     match identified {
@@ -209,10 +211,11 @@ fn new_id() -> HeaderValue {
     HeaderValue::from_str(text).unwrap_or(HeaderValue::from_static("unknown"))
 }
 
-struct Panicked;
+/// A future that panicked.
+pub struct Panicked;
 
 /// Turns a panic of the future into an error (what happened has gone to the panic hook).
-async fn catch_panic<F: Future>(future: F) -> Result<F::Output, Panicked> {
+pub async fn catch_panic<F: Future>(future: F) -> Result<F::Output, Panicked> {
     let mut future = std::pin::pin!(future);
     std::future::poll_fn(move |cx| match std::panic::catch_unwind(AssertUnwindSafe(|| future.as_mut().poll(cx))) {
         Ok(Poll::Ready(output)) => Poll::Ready(Ok(output)),

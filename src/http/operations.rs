@@ -1,7 +1,7 @@
 //! What the contract says of each operation, held against every request before its handler sees it:
-//! which scope its caller must have, which query parameters there are, and in which media types it
-//! answers. Handlers read the values of parameters; where there are several media types they
-//! choose.
+//! which scope its caller must have, which query parameters there are, in which media types it
+//! answers, and whether it may be answered later. Handlers read the values of parameters; where
+//! there are several media types they choose.
 
 use std::{collections::HashMap, sync::Arc};
 
@@ -22,7 +22,13 @@ use crate::{
         json::{location::escape, wording::alternatives},
         problem::{Problem, ProblemCode},
     },
-    http::{accept, auth::Principal, openapi::scopes},
+    http::{
+        accept,
+        auth::Principal,
+        long::{self, Preference},
+        openapi::{long::is_offered, scopes},
+        state::AppState,
+    },
     jobs::Scope,
     telemetry,
 };
@@ -39,18 +45,26 @@ struct Operation {
     parameters: Vec<String>,
     /// What it answers where nothing is wrong; none where that has no body.
     media: Vec<String>,
+    /// Whether it may be answered later.
+    long: bool,
 }
 
 /// Who may ask for an operation.
 #[derive(Clone, Copy, Debug)]
 enum Access {
     Everybody,
+    /// Whoever has the scope of an earlier request, which the handler knows.
+    OfRequest,
     /// Whoever has the scope; nobody where the document names none.
     Scope(Option<Scope>),
 }
 
 /// Refuses a caller who may not ask for the operation, and then what the operation has not got.
-pub async fn check(State(operations): State<Operations>, request: Request, next: Next) -> Response {
+pub async fn check(
+    State((operations, state)): State<(Operations, AppState)>,
+    request: Request,
+    next: Next,
+) -> Response {
     let path = request.extensions().get::<MatchedPath>();
     let operation = path.and_then(|path| operations.get(path.as_str(), request.method()));
     if let Some(operation) = operation
@@ -61,7 +75,10 @@ pub async fn check(State(operations): State<Operations>, request: Request, next:
     }
     let checked = operation.map_or(Ok(()), |operation| operation.check(request.uri(), request.headers()));
     match checked {
-        Ok(()) => next.run(request).await,
+        Ok(()) => match operation.and_then(|operation| operation.later(request.headers())) {
+            Some((scope, preference)) => long::respond_async(state, scope, preference, request, next).await,
+            None => next.run(request).await,
+        },
         Err(problem) => problem.into_response(),
     }
 }
@@ -95,14 +112,14 @@ impl Operations {
 impl Access {
     fn check(self, principal: Option<&Principal>) -> Result<(), Problem> {
         let detail = match (self, principal) {
-            (Access::Everybody, _) => return Ok(()),
+            (Access::Everybody, _) | (Access::OfRequest, Some(_)) => return Ok(()),
             (Access::Scope(Some(scope)), Some(principal)) if principal.scopes.contains(scope) => return Ok(()),
             (Access::Scope(Some(scope)), Some(principal)) => format!(
                 "This asks for the scope `{}`; this caller has {}.",
                 scope.name(),
                 principal.scopes.iter().map(|scope| format!("`{}`", scope.name())).collect::<Vec<_>>().join(", ")
             ),
-            (Access::Scope(_), _) => "Nobody may ask for this.".to_owned(),
+            (Access::Scope(_) | Access::OfRequest, _) => "Nobody may ask for this.".to_owned(),
         };
         Err(Problem::lacking_scope(detail))
     }
@@ -114,14 +131,31 @@ impl Operation {
             RefOr::T(parameter) if parameter.parameter_in == ParameterIn::Query => Some(parameter.name.clone()),
             _ => None,
         });
-        let good = declared.responses.responses.iter().filter(|(status, _)| status.starts_with('2'));
+        let responses = declared.responses.responses.iter();
+        // 202 tells of an answer
+        let good = responses.filter(|(status, _)| status.starts_with('2') && *status != "202");
         let media = good.flat_map(|(_, response)| match response {
             RefOr::T(response) => response.content.keys().cloned().collect(),
             RefOr::Ref(_) => Vec::new(),
         });
         let versioned = path.starts_with("/v1/");
-        let access = if versioned { Access::Scope(scopes::of(declared)) } else { Access::Everybody };
-        Operation { access, parameters: parameters.collect(), media: media.collect() }
+        let access = match versioned {
+            true if scopes::is_of_request(declared) => Access::OfRequest,
+            true => Access::Scope(scopes::of(declared)),
+            false => Access::Everybody,
+        };
+        let long = is_offered(declared);
+        Operation { access, parameters: parameters.collect(), media: media.collect(), long }
+    }
+
+    /// What a client would like that has no need of its answer at once; and the scope that it had
+    /// to have.
+    fn later(&self, headers: &HeaderMap) -> Option<(Scope, Preference)> {
+        let preference = Preference::of(headers);
+        match self.access {
+            Access::Scope(Some(scope)) if self.long && preference.respond_async => Some((scope, preference)),
+            _ => None,
+        }
     }
 
     fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {

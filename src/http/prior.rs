@@ -21,7 +21,7 @@ use crate::{
     jobs::{Computed, FitRecord, Measurand, Predecessor, Predecessors, Record, RecordKind, RepositoryError, Resource},
 };
 use flankfit_engine::estimation::{
-    FitSpec, Nodes,
+    FitSpec, Nodes, Plans,
     spec::{Chain, Corrected, Earlier, Prior, Which},
 };
 
@@ -201,8 +201,20 @@ pub async fn compute(
     job: Uuid,
     before: Option<u32>,
     of: &Measurand,
-    (nodes, spec): (WithPermit<Nodes>, FitSpec),
+    fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
+    compute_by(state, job, before, of, fitted, fits::compute).await
+}
+
+/// The same by `work`.
+pub async fn compute_by<T: Send + 'static>(
+    state: &CallerState,
+    job: Uuid,
+    before: Option<u32>,
+    of: &Measurand,
+    (nodes, spec): (WithPermit<Nodes>, FitSpec),
+    work: impl FnOnce(&Nodes, &FitSpec, &Plans) -> Result<T, Problem> + Send + 'static,
+) -> Result<(T, WithPermit<Nodes>), Problem> {
     let spec = representative::resolved(state, job, spec).await?;
     let gathered = match asked(&spec) {
         Some(chain) => gather(state, job, before, of, chain).await?,
@@ -211,7 +223,7 @@ pub async fn compute(
     let plans = state.plans.clone();
     let work = move || {
         let spec = spec.with_earlier(Arc::clone(&gathered.earlier));
-        let computed = fits::compute(&nodes, &spec, &plans)?;
+        let computed = work(&nodes, &spec, &plans)?;
         // the nodes of the prior are held until now
         drop(gathered.permits);
         Ok((computed, nodes))

@@ -9,10 +9,10 @@ use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     audit, conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs,
-    keys, meta, observe,
-    openapi::{Contract, scopes},
+    keys, long, meta, observe,
+    openapi::{self, Contract, scopes},
     operations::{self, Operations},
-    records, shapes, simulations,
+    previews, records, shapes, simulations,
     state::AppState,
     stream_socket, streams, studies, surfaces, tenants, trace, unsent,
 };
@@ -33,6 +33,7 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(jobs::group())
         .merge(iterations::group())
         .merge(job_fits::group())
+        .merge(previews::group())
         .merge(gears::group())
         .merge(gear_records::group())
         .merge(imports::group())
@@ -44,10 +45,17 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(events::group())
         .merge(streams::group())
         .merge(stream_socket::group())
+        .merge(long::group())
         .merge(keys::group())
         .merge(tenants::group());
     scopes::declare(all.get_openapi_mut());
+    openapi::long::declare(all.get_openapi_mut());
     all
+}
+
+/// The handlers of the versioned interface alone, for requests that have passed every layer before.
+pub fn handlers(state: AppState) -> Router {
+    versioned().split_for_parts().0.with_state(state)
 }
 
 /// The service: documented groups, documentation, fallbacks and the layers around every request.
@@ -76,7 +84,7 @@ fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: Ap
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn_with_state(state.clone(), unsent::charge))
         .layer(middleware::from_fn(conditional::not_modified))
-        .layer(middleware::from_fn_with_state(Operations::of(&document), operations::check));
+        .layer(middleware::from_fn_with_state((Operations::of(&document), state.clone()), operations::check));
     documented
         .merge(beside)
         .fallback(|| async { Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.") })

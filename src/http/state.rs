@@ -4,7 +4,10 @@ use std::{ops::Deref, sync::Arc};
 
 use metrics_exporter_prometheus::PrometheusHandle;
 
-use super::{auth::Callers, budget::Budget, rates::Rates, readiness::Readiness, shutdown::Shutdown};
+use super::{
+    auth::Callers, budget::Budget, dashboard::files::Files, long::Running, rates::Rates, readiness::Readiness,
+    shutdown::Shutdown,
+};
 use crate::{
     config::ServeSettings,
     jobs::{JobService, RunningKeys},
@@ -26,6 +29,8 @@ pub struct Shared {
     /// What grids and specs decide before a height is seen.
     pub plans: Plans,
     pub metrics: &'static PrometheusHandle,
+    /// What `/` shows; none where that is the documentation.
+    pub dashboard: Option<Files>,
     /// Jobs of every tenant; a handler has those of its caller's (`CallerState`).
     pub jobs: Arc<JobService>,
     /// Who may call.
@@ -38,6 +43,8 @@ pub struct Shared {
     pub rates: Rates,
     /// For connections that stay open.
     pub shutdown: Shutdown,
+    /// What is done of requests that are answered later.
+    pub long: Running,
 }
 
 impl AppState {
@@ -46,18 +53,21 @@ impl AppState {
         let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
         let callers = Callers::of(&settings, &jobs);
+        let dashboard = settings.dashboard.then(|| Files::of(settings.dashboard_dir.as_deref()));
         Ok(AppState(Arc::new(Shared {
             settings,
             pool,
             budget,
             plans: Plans::default(),
             metrics: telemetry::metrics(),
+            dashboard,
             jobs,
             callers,
             keys: RunningKeys::default(),
             readiness: Readiness::default(),
             rates,
             shutdown: Shutdown::default(),
+            long: Running::default(),
         })))
     }
 }

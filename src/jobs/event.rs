@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::{callers::Owned, iteration::Decision};
+use super::{callers::Owned, iteration::Decision, tasks::TaskState};
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]
@@ -47,6 +47,11 @@ pub enum EventKind {
         sequence: u64,
         node_count: u64,
         iteration: Option<u32>,
+    },
+    /// A task of the job was begun, or has ended.
+    Task {
+        id: Uuid,
+        state: TaskState,
     },
 }
 

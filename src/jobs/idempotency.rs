@@ -12,7 +12,7 @@ use std::{
 
 use jiff::SignedDuration;
 
-use super::{callers::Tenant, outcome::Stored};
+use super::{callers::Tenant, outcome::Stored, tasks::Lease};
 
 /// How long an answer is kept.
 pub const ANSWERS_KEPT: SignedDuration = SignedDuration::from_hours(30 * 24);
@@ -33,6 +33,9 @@ pub struct KeyedRequest {
     /// Method and path.
     pub scope: String,
     pub request_sha256: [u8; 32],
+    /// The task that asks for it, if it is one: the write is refused when another does the task by
+    /// now, and ends it.
+    pub lease: Option<Lease>,
     /// Given back when the write has ended, one way or the other: until then the key is being
     /// worked on, also when the client has left meanwhile.
     pub claim: Option<Arc<KeyClaim>>,

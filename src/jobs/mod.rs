@@ -42,6 +42,7 @@ mod repository;
 mod runs;
 mod service;
 mod streams;
+mod tasks;
 mod wake;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
@@ -72,5 +73,9 @@ pub use repository::{Repository, Store, Upkeep, Wakes};
 pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,
+};
+pub use tasks::{
+    Begun, ClaimedTask, EndedTask, KEPT_FOR, LEASE, Lease, MOST_ATTEMPTS, NewTask, Task, TaskAnswer, TaskDraft,
+    TaskQuery, TaskResult, TaskState, Tasks,
 };
 pub use wake::Wake;

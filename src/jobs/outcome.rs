@@ -14,6 +14,7 @@ pub enum Resource {
     Record,
     Key,
     Tenant,
+    Task,
 }
 
 /// Why the store did not do what it was asked.
@@ -51,6 +52,12 @@ pub enum RepositoryError {
     /// An answer is already kept under this idempotency key.
     #[error("the idempotency key is taken")]
     KeyTaken,
+    /// A task is done by another now, or was cancelled; nothing is stored for it.
+    #[error("the task is not this process's any more")]
+    LeaseLost,
+    /// The tasks of the tenant take as much as they may.
+    #[error("the tasks of the tenant take {held} bytes")]
+    TasksFull { held: u64 },
     /// A revoked key is not changed any more.
     #[error("the key is revoked")]
     KeyRevoked,

@@ -13,11 +13,22 @@ pub enum List {
     Keys,
     Tenants,
     Audit,
+    Seals,
+    Tasks,
 }
 
 impl List {
-    const ALL: [List; 7] =
-        [List::Jobs, List::Iterations, List::Fits, List::Records, List::Keys, List::Tenants, List::Audit];
+    const ALL: [List; 9] = [
+        List::Jobs,
+        List::Iterations,
+        List::Fits,
+        List::Records,
+        List::Keys,
+        List::Tenants,
+        List::Audit,
+        List::Seals,
+        List::Tasks,
+    ];
 
     /// What its cursors begin with.
     fn kind(self) -> u8 {
@@ -29,6 +40,8 @@ impl List {
             List::Keys => 5,
             List::Tenants => 6,
             List::Audit => 8,
+            List::Seals => 10,
+            List::Tasks => 9,
         }
     }
 
@@ -42,6 +55,8 @@ impl List {
             List::Keys => "keys",
             List::Tenants => "tenants",
             List::Audit => "entries of the audit",
+            List::Seals => "seals",
+            List::Tasks => "operations",
         }
     }
 }

@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    audit::{Chain, Entry, Verdict},
+    audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
     callers::{Caller, Credentials, Keys},
     event::JobEvent,
     fit::{FitRecord, NewFit},
@@ -22,6 +22,7 @@ use super::{
     prior::{Predecessor, Predecessors},
     record::{Record, RecordKind, RecordSummary},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
+    tasks::{NewTask, Task, TaskQuery, TaskResult, Tasks},
     wake::Wake,
 };
 use flankfit_engine::estimation::Nodes;
@@ -36,6 +37,12 @@ pub trait Store: Upkeep {
 
     /// The keys of all tenants, for whoever must find out who asks.
     fn credentials(&self) -> Arc<dyn Credentials>;
+
+    /// The audit of all tenants.
+    fn auditor(&self) -> Arc<dyn Auditor>;
+
+    /// The tasks of all tenants, for whoever does them.
+    fn tasks(&self) -> Arc<dyn Tasks>;
 
     /// How the processes that use the store wake each other; `None` where it is one process's
     /// alone.
@@ -61,6 +68,10 @@ pub trait Upkeep: Send + Sync + 'static {
     /// Forgets kept answers from before a time, the oldest first, at most so many; answers how
     /// many.
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
+
+    /// Seals the chains of every tenant that grew, if no process has done so since then; the new
+    /// seals, or none where another process is at it.
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>>;
 
     /// Whether anything can be written: writes something small, and answers once it is synced.
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()>;
@@ -127,9 +138,19 @@ macro_rules! repository_operations {
 
                 /// Entries of a chain, oldest first.
                 GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;
-                /// Whether the chain of a job and the rows that it tells of are as they were
-                /// written.
-                VerifyAudit = verify_audit(job: Uuid) -> Verdict;
+                /// Whether a chain and the rows that it tells of are as they were written.
+                VerifyAudit = verify_audit(chain: Chain) -> Verdict;
+
+                /// Seals of the tenant, oldest first.
+                GetSeals = seals(page: PageRequest) -> Page<Seal>;
+
+                GetTask = task(id: Uuid) -> Task;
+                /// Newest first, those that ask for one of these scopes.
+                ListTasks = tasks(of: TaskQuery, page: PageRequest) -> Page<Task>;
+                /// A task, with its result where it has one.
+                GetTaskResult = task_result(id: Uuid) -> (Task, Option<TaskResult>);
+                /// The task begun with an idempotency key, with the digest of its request.
+                GetTaskOfKey = task_of_key(key: String, scope: String) -> Option<(Task, [u8; 32])>;
 
                 /// The answer kept under an idempotency key, with the digest of its request.
                 GetAnswer = answer(key: String, scope: String) -> Option<([u8; 32], Answer)>;
@@ -161,6 +182,13 @@ macro_rules! repository_operations {
                 FinishStream = finish_stream(finished: FinishedStream, receipt: Option<Receipt>) -> Stored;
                 /// Deletes the stream with its blocks. An iteration that it has become stays.
                 DeleteStream = delete_stream(id: Uuid, precondition: Precondition, now: Timestamp) -> ();
+
+                /// Keeps a task, unless its key has one, or those of the tenant would take more
+                /// bytes than so many.
+                InsertTask = insert_task(task: Arc<NewTask>, most: u64) -> Task;
+                /// Cancels a task of a job, or of none, and frees its key; one that has ended is
+                /// taken away.
+                CancelTask = cancel_task(id: Uuid, job: Option<Uuid>, now: Timestamp) -> ();
             }
         }
     };

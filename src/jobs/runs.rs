@@ -55,6 +55,9 @@ impl JobService {
             if let Err(error) = self.forget_old_answers().await {
                 tracing::warn!(%error, "expired idempotency keys could not be deleted");
             }
+            if let Err(error) = self.forget_old_tasks().await {
+                tracing::warn!(%error, "operations that ended long ago could not be deleted");
+            }
         }
     }
 }

@@ -2,13 +2,13 @@
 
 use std::sync::Arc;
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use tokio::sync::watch;
 use uuid::Uuid;
 
 use super::{
     ambient::{Clock, Ids},
-    audit::{Chain, Entry, Verdict},
+    audit::{Chain, Entry, Seal, Sealing, SigningKey, Verdict, WholeSeal},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
     event::{JobEvent, JobNotifier},
@@ -20,6 +20,7 @@ use super::{
     page::{Page, PageRequest},
     repository::{Repository, Store, Wakes},
     streams::StreamCache,
+    tasks::Tasks,
 };
 
 /// What the use cases of all callers share.
@@ -32,6 +33,10 @@ pub struct JobService {
     pub(super) notifier: JobNotifier,
     /// Told when some key was changed, here or by another process.
     pub(super) key_changes: watch::Sender<u64>,
+    /// The tasks of all tenants.
+    pub(super) tasks: Arc<dyn Tasks>,
+    /// Told when something happened to a task, here or at another process.
+    pub(super) task_changes: watch::Sender<u64>,
     /// How other processes are woken that use the store.
     pub(super) wakes: Option<Arc<dyn Wakes>>,
 }
@@ -40,8 +45,9 @@ impl JobService {
     pub fn new(store: Arc<dyn Store>, clock: Arc<dyn Clock>, ids: Arc<dyn Ids>) -> Arc<Self> {
         let (known, cache, notifier) = Default::default();
         let wakes = store.wakes();
-        let key_changes = watch::channel(0).0;
-        Arc::new(JobService { store, clock, ids, known, cache, notifier, key_changes, wakes })
+        let (key_changes, task_changes) = (watch::channel(0).0, watch::channel(0).0);
+        let tasks = store.tasks();
+        Arc::new(JobService { store, clock, ids, known, cache, notifier, key_changes, tasks, task_changes, wakes })
     }
 
     /// The jobs of a caller's tenant.
@@ -54,13 +60,30 @@ impl JobService {
         self.wakes.is_some()
     }
 
-    pub(super) fn fresh_id(&self, now: Timestamp) -> Uuid {
+    /// An id that nothing has yet.
+    pub fn fresh_id(&self, now: Timestamp) -> Uuid {
         self.ids.fresh(now)
+    }
+
+    /// The tasks of all tenants, for whoever does them.
+    pub fn tasks(&self) -> &dyn Tasks {
+        &*self.tasks
     }
 
     /// The time that whatever is written now carries.
     pub fn now(&self) -> Timestamp {
         self.clock.now()
+    }
+
+    /// Seals the chains that grew, unless some process has done so within that time; the new seals,
+    /// or none where another process is at it.
+    pub async fn seal_audit(
+        &self,
+        key: Option<Arc<SigningKey>>,
+        unless_within: SignedDuration,
+    ) -> Result<Option<Vec<WholeSeal>>, RepositoryError> {
+        let at = self.now();
+        self.store.seal_audit(Sealing { at, key, unless_since: at - unless_within }).await
     }
 
     /// Whether the store answers.
@@ -170,9 +193,14 @@ impl Jobs {
         self.repository.audit(chain, page).await
     }
 
-    /// Whether the chain of a job and the rows that it tells of are as they were written.
-    pub async fn verify_audit(&self, job: Uuid) -> Result<Verdict, RepositoryError> {
-        self.repository.verify_audit(job).await
+    /// Whether a chain and the rows that it tells of are as they were written.
+    pub async fn verify_audit(&self, chain: Chain) -> Result<Verdict, RepositoryError> {
+        self.repository.verify_audit(chain).await
+    }
+
+    /// Seals of the tenant, oldest first.
+    pub async fn seals(&self, page: PageRequest) -> Result<Page<Seal>, RepositoryError> {
+        self.repository.seals(page).await
     }
 
     /// Some events of a job after the one numbered `after`, in order.

@@ -9,7 +9,7 @@
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
 //! the future is dropped, which is what happens when a client leaves or a request's time is over;
 //! that of [`WorkPool::run_with`] belongs to the caller. All of them are cancelled when the pool
-//! stops.
+//! stops. What is awaited [`under`] a handle has all its work done under that one.
 
 use std::{
     collections::VecDeque,
@@ -43,7 +43,8 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
             Ok(result) => answer.send(Ok(result)).is_ok(),
             Err(_cancelled) => {
                 let _gone = answer.send(Err(PoolError::Cancelled));
-                false
+                // what was checked has come to the end that was wanted
+                !handle.is_cancelled()
             }
         }
     }
@@ -177,12 +178,23 @@ impl Drop for WorkerSlot<'_> {
     }
 }
 
-/// Cancels when dropped.
-struct CancelOnDrop(Handle);
+tokio::task_local! {
+    /// Under which the work of a future is done, wherever it puts it.
+    static UNDER: Handle;
+}
+
+/// A future of which all work on pools is done under one handle: so it can be watched and
+/// cancelled as one, and it ends where computing begins if the handle is for checks.
+pub fn under<F: Future>(handle: Handle, future: F) -> impl Future<Output = F::Output> {
+    UNDER.scope(handle, future)
+}
+
+/// Cancels when dropped before the end.
+struct CancelOnDrop(Option<Handle>);
 
 impl Drop for CancelOnDrop {
     fn drop(&mut self) {
-        self.0.cancel();
+        self.0.iter().for_each(Handle::cancel);
     }
 }
 
@@ -214,9 +226,11 @@ impl WorkPool {
         T: Send + 'static,
         F: FnOnce() -> T + Send + 'static,
     {
-        let handle = Handle::new();
-        let _cancel = CancelOnDrop(handle.clone());
-        self.run_with(handle, work).await
+        let handle = UNDER.try_with(Handle::clone).unwrap_or_default();
+        let mut cancel = CancelOnDrop(Some(handle.clone()));
+        let outcome = self.run_with(handle, work).await;
+        cancel.0 = None;
+        outcome
     }
 
     /// Runs `work` on a worker until it is done or `handle` is cancelled, whether or not somebody

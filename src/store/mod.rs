@@ -9,5 +9,7 @@ mod postgres;
 mod shared;
 mod sqlite;
 
-pub use postgres::{Migrate, PostgresError, PostgresSettings, PostgresStore, migrate, postgres_migrations};
-pub use sqlite::{BackupError, OpenError, SqliteStore, StoreSettings, backup, migrations};
+pub use postgres::{
+    Migrate, PostgresAuditor, PostgresError, PostgresSettings, PostgresStore, migrate, postgres_migrations,
+};
+pub use sqlite::{BackupError, OpenError, SqliteAuditor, SqliteStore, StoreSettings, backup, migrations};

@@ -118,7 +118,7 @@ async fn the_limit_counts_decompressed_bytes() {
     // Without a declared length.
     let chunk = format!("3e8\r\n{}\r\n", " ".repeat(1000));
     let head =
-        "POST /v1/fits HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ntransfer-encoding: chunked\r\n\r\n";
+        "POST /v1/fits HTTP/1.1\r\nhost: [::1]\r\ncontent-type: application/json\r\ntransfer-encoding: chunked\r\n\r\n";
     assert_eq!(raw(&app, &format!("{head}{}", chunk.repeat(20))).await, "HTTP/1.1 413");
 }
 
@@ -134,6 +134,6 @@ async fn raw(app: &TestApp, text: &str) -> String {
 #[tokio::test]
 async fn a_body_that_does_not_come_is_408() {
     let app = TestApp::start_with(|settings| settings.body_timeout = 1).await;
-    let head = "POST /v1/fits HTTP/1.1\r\nhost: x\r\ncontent-type: application/json\r\ncontent-length: 100\r\n\r\n{";
+    let head = "POST /v1/fits HTTP/1.1\r\nhost: [::1]\r\ncontent-type: application/json\r\ncontent-length: 99\r\n\r\n{";
     assert_eq!(raw(&app, head).await, "HTTP/1.1 408");
 }

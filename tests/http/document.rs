@@ -149,7 +149,7 @@ async fn the_documents_are_served_as_committed() {
 #[tokio::test]
 async fn the_page_needs_no_internet() {
     let app = TestApp::start().await;
-    let answer = send(app.get("/")).await;
+    let answer = send(app.get("/docs")).await;
     assert_eq!(answer.status, 200, "redirected to the page");
     assert!(answer.text.contains("swagger-ui"));
     for file in ["/docs/", "/docs/swagger-initializer.js", "/docs/index.css"] {

@@ -1,5 +1,6 @@
 //! The service over real HTTP: one binary, one harness, one file per subject.
 
+mod dashboard;
 mod database;
 mod harness;
 mod influence;

@@ -25,6 +25,8 @@ const RELEASED: &[(i64, &str)] = &[
     (12, "d754e3ab5a82d11c5d71424d831ceb47"),
     (13, "ce4aa2e66021ccef44f17579fe41b3f3"),
     (14, "7eed85c8183e415a9d0ae653a3635926"),
+    (15, "b1bce72581b590bc6d55e35e08819e3b"),
+    (16, "14a014fb760339d5ab065f859cf87ab1"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

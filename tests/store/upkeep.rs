@@ -57,6 +57,7 @@ fn keyed(key: &str) -> Keyed<Job> {
             key: key.to_owned(),
             scope: "POST /v1/jobs".to_owned(),
             request_sha256: [0; 32],
+            lease: None,
             claim: None,
         },
         answer: Box::new(|_, _| Answer { status: 201, location: None, etag: None, body: Vec::new() }),

@@ -19,9 +19,11 @@ pub fn example(status: &str) -> Option<Value> {
         "406" => (Code::NotAcceptable, "The answer comes as application/json or text/csv."),
         "408" => (Code::BodyTimeout, "The body did not arrive within 30 s."),
         "409" => (Code::Conflict, "The job has iterations, which are kept for good."),
+        "410" => (Code::OperationCancelled, "The operation was cancelled; nothing is kept of it."),
         "412" => (Code::PreconditionFailed, "The resource is at version \"3\"; read it again before changing it."),
         "413" => (Code::BodyTooLarge, "The body has more than 268435456 bytes."),
         "415" => (Code::UnsupportedMediaType, "The media type is text/plain; send application/json."),
+        "421" => (Code::UnknownHost, "The header `Host` names a host that this server does not serve."),
         "422" => {
             let faults = Faults::one("/nodes/z/3/7", "expected a number, found the string \"n/a\"");
             return shown(Problem::invalid(faults));

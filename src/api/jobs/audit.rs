@@ -8,7 +8,7 @@ use uuid::Uuid;
 
 use crate::jobs::{
     List, Page,
-    audit::{Entry, Sha256Digest, Verdict, What, time_text},
+    audit::{Entry, Seal, Verdict, What, time_text},
 };
 
 /// A change: who made it, when, and digests of what was stored. SHA-256 is always in 64 lower-case
@@ -57,6 +57,47 @@ pub struct AuditPageBody {
     pub next_cursor: Option<String>,
 }
 
+/// What the chains of a tenant ended with: those that grew since the seal before. All digits are
+/// lower-case hexadecimal.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditSeal)]
+pub struct SealBody {
+    /// The tenant whose chains they are.
+    pub tenant: String,
+    /// 1, 2, 3 … within the tenant, without gaps.
+    #[schema(minimum = 1)]
+    pub number: u64,
+    /// When it was made, always with six decimals.
+    #[schema(value_type = String, format = DateTime)]
+    pub at: String,
+    /// How many chains grew.
+    #[schema(minimum = 1)]
+    pub heads: u64,
+    /// Root of the Merkle tree (RFC 6962) of their last entries.
+    pub root: String,
+    /// `sha256` of the seal before it; of the first, a digest of the tenant.
+    pub previous: String,
+    /// SHA-256 of all before.
+    pub sha256: String,
+    /// Ed25519 signature of the 32 bytes of `sha256`. Absent where the server has no key for it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub signature: Option<String>,
+    /// The key that the signature is checked by.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub public_key: Option<String>,
+}
+
+/// Some seals, oldest first.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = AuditSealPage)]
+pub struct SealPageBody {
+    /// The seals of this page.
+    pub items: Vec<SealBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
 /// What is not as it was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -94,9 +135,9 @@ pub struct VerdictBody {
     pub what: Option<WhatName>,
 }
 
-/// A digest in hexadecimal digits.
-fn hex(digest: &Sha256Digest) -> String {
-    digest.iter().fold(String::with_capacity(64), |mut text, byte| {
+/// Bytes in hexadecimal digits.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().fold(String::with_capacity(2 * bytes.len()), |mut text, byte| {
         // Writing to a string cannot fail.
         let _ = write!(text, "{byte:02x}");
         text
@@ -131,6 +172,31 @@ impl From<Page<Entry>> for AuditPageBody {
     }
 }
 
+impl From<&Seal> for SealBody {
+    fn from(seal: &Seal) -> Self {
+        SealBody {
+            tenant: seal.tenant.as_str().to_owned(),
+            number: seal.number,
+            at: time_text(seal.at),
+            heads: seal.heads,
+            root: hex(&seal.root),
+            previous: hex(&seal.previous),
+            sha256: hex(&seal.sha256),
+            signature: seal.signed.map(|signed| hex(&signed.signature)),
+            public_key: seal.signed.map(|signed| hex(&signed.public_key)),
+        }
+    }
+}
+
+impl From<Page<Seal>> for SealPageBody {
+    fn from(page: Page<Seal>) -> Self {
+        SealPageBody {
+            items: page.items.iter().map(Into::into).collect(),
+            next_cursor: page.next.map(|next| next.encode(List::Seals)),
+        }
+    }
+}
+
 impl From<What> for WhatName {
     fn from(what: What) -> Self {
         match what {
@@ -147,7 +213,7 @@ impl From<Verdict> for VerdictBody {
         let none = VerdictBody { intact: false, entries: None, head: None, number: None, what: None };
         match verdict {
             Verdict::Intact { entries, head } => {
-                VerdictBody { intact: true, entries: Some(entries), head: head.as_ref().map(hex), ..none }
+                VerdictBody { intact: true, entries: Some(entries), head: head.map(|head| hex(&head)), ..none }
             }
             Verdict::Broken { number, what } => VerdictBody { number: Some(number), what: Some(what.into()), ..none },
         }

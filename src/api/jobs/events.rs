@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::iteration_requests::DecisionName;
+use super::{iteration_requests::DecisionName, operation::OperationStateName};
 use crate::{
     api::json::{text::Moment, writer::text_of},
     jobs::{Decision, EventKind, JobEvent},
@@ -53,6 +53,12 @@ pub struct JobEventBody {
     /// Nodes of a stream so far.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_count: Option<u64>,
+    /// Of the operation (`Prefer: respond-async`) that was begun or has ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operation_id: Option<Uuid>,
+    /// `queued` for an operation that was begun, else how it has ended.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operation_state: Option<OperationStateName>,
 }
 
 /// What an event is about.
@@ -63,6 +69,7 @@ pub enum EventName {
     Fit,
     Decision,
     Stream,
+    Operation,
 }
 
 impl EventName {
@@ -72,6 +79,7 @@ impl EventName {
             EventName::Fit => "fit",
             EventName::Decision => "decision",
             EventName::Stream => "stream",
+            EventName::Operation => "operation",
         }
     }
 }
@@ -114,6 +122,8 @@ impl From<JobEvent> for JobEventBody {
             state: None,
             sequence: None,
             node_count: None,
+            operation_id: None,
+            operation_state: None,
         };
         match event.kind {
             EventKind::Iteration { number, id, fit_id } => {
@@ -145,6 +155,11 @@ impl From<JobEvent> for JobEventBody {
                 body.sequence = Some(sequence);
                 body.node_count = Some(node_count);
                 body.iteration_number = iteration;
+            }
+            EventKind::Task { id, state } => {
+                body.kind = EventName::Operation;
+                body.operation_id = Some(id);
+                body.operation_state = Some(state.into());
             }
         }
         body

@@ -107,6 +107,15 @@ pub struct RefitRequest {
     pub why: Why,
 }
 
+/// A fit request without nodes: what a fit of the stored ones would be.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = PreviewRequest)]
+pub struct PreviewRequest {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub spec: FitSpecBody,
+}
+
 request! {
     /// Why something is done.
     #[derive(Default)]

@@ -7,6 +7,8 @@ pub mod import;
 pub mod iteration_requests;
 pub mod iterations;
 pub mod job;
+pub mod operation;
 pub mod problem;
 pub mod records;
+pub mod seals;
 pub mod trace;

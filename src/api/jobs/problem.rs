@@ -12,18 +12,7 @@ use flankfit_engine::fault::words::counted;
 impl From<RepositoryError> for Problem {
     fn from(error: RepositoryError) -> Self {
         match error {
-            RepositoryError::NotFound(what) => Problem::new(
-                ProblemCode::NotFound,
-                match what {
-                    Resource::Job => "There is no such job.",
-                    Resource::Iteration => "The job has no such iteration.",
-                    Resource::Fit => "The iteration has no such fit.",
-                    Resource::Record => "The iteration has no such record.",
-                    Resource::Stream => "There is no such stream.",
-                    Resource::Key => "There is no such key.",
-                    Resource::Tenant => "There is no such tenant.",
-                },
-            ),
+            RepositoryError::NotFound(what) => Problem::new(ProblemCode::NotFound, missing(what)),
             RepositoryError::HasIterations(count) => Problem::new(
                 ProblemCode::Conflict,
                 format!(
@@ -85,6 +74,18 @@ impl From<RepositoryError> for Problem {
                 "Another request with this idempotency key has just been stored; send it again to get its answer.",
             )
             .retry_after(1),
+            // nobody hears it: whoever does the operation now answers
+            RepositoryError::LeaseLost => {
+                Problem::new(ProblemCode::Conflict, "The operation was cancelled, or another server does it now.")
+            }
+            RepositoryError::TasksFull { held } => Problem::new(
+                ProblemCode::TooManyRequests,
+                format!(
+                    "The operations of this tenant hold {held} bytes with their results, as much as they may; delete \
+                     some, or wait until they are."
+                ),
+            )
+            .retry_after(10),
             RepositoryError::Overloaded => Problem::new(
                 ProblemCode::Overloaded,
                 "Too many writes are waiting; nothing was stored. Try again in a moment.",
@@ -104,6 +105,20 @@ impl From<RepositoryError> for Problem {
             .retry_after(2),
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
+    }
+}
+
+/// What is said of what is not there.
+fn missing(what: Resource) -> &'static str {
+    match what {
+        Resource::Job => "There is no such job.",
+        Resource::Iteration => "The job has no such iteration.",
+        Resource::Fit => "The iteration has no such fit.",
+        Resource::Record => "The iteration has no such record.",
+        Resource::Stream => "There is no such stream.",
+        Resource::Key => "There is no such key.",
+        Resource::Tenant => "There is no such tenant.",
+        Resource::Task => "There is no such operation; what has ended is kept for an hour.",
     }
 }
 

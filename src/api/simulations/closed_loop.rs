@@ -30,6 +30,7 @@ use flankfit_engine::{
         correction::{Correction, DEFAULT_RESPONSE_UNCERTAINTY, Damping, fault::CorrectionField},
         simulation::{MachineSpec, Simulation, Strategy, closed_loop},
     },
+    numerics::cancel,
 };
 
 /// Most corrections of a run.
@@ -72,10 +73,12 @@ pub fn simulate(text: &[u8], plans: &Plans) -> Result<Simulated, Problem> {
     }
     let uncertainty = body.response_uncertainty.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY);
     let drawn = Simulation::new(machine.clone()).map_err(Problem::invalid)?;
-    let condition = condition(&machine)?;
+    let condition = cancel::reading(|| condition(&machine))?;
+    let all = cancel::parts(strategies.len());
+    let run = |strategy| simulate_run(drawn.clone(), grid, strategy, uncertainty, corrections, store, plans);
     let runs = strategies
         .iter()
-        .map(|strategy| simulate_run(drawn.clone(), grid, strategy, uncertainty, corrections, store, plans))
+        .map(|strategy| all.run(1, || run(strategy)))
         .collect::<Result<Vec<SimulatedRun>, Problem>>()?;
     Ok(Simulated { seed: machine.seed, condition, runs })
 }
@@ -119,6 +122,7 @@ fn simulate_run(
     let machine = simulation.asked().clone();
     let mut rounds = Vec::with_capacity(corrections + 1);
     let mut draft = Vec::with_capacity(corrections + 1);
+    let told = cancel::parts(corrections + 1);
     for number in 0..=corrections {
         let measured = simulation.measure();
         let true_rms = simulation.true_rms();
@@ -164,6 +168,7 @@ fn simulate_run(
             draft.push(iteration(nodes, strategy, number, record, plans)?);
         }
         rounds.push(round);
+        told.run(1, || ());
     }
     let run = ClosedLoopRunBody { strategy: strategy.name.clone(), job_id: None, rounds };
     let job = JobDraft {

@@ -15,7 +15,7 @@ use crate::api::{
 };
 use flankfit_engine::{
     estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField},
-    numerics::Rows,
+    numerics::{Rows, cancel},
 };
 
 /// A request read and checked.
@@ -125,7 +125,7 @@ fn measured(nodes: RawNodes<'_>, spec: &FitSpecMembers<'_>) -> Result<Material, 
     let spec = spec::read(spec, &mut faults);
     let (Some(nodes), Some(spec)) = (nodes, spec) else { return Err(Problem::invalid(faults)) };
     faults.into_result(()).map_err(Problem::invalid)?;
-    let measured = Measured::new(&nodes, &spec)?;
+    let measured = cancel::reading(|| Measured::new(&nodes, &spec))?;
     Ok(Material {
         x: measured.x,
         terms: measured.labels,

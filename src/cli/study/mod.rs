@@ -12,7 +12,7 @@ use std::{
 
 use clap::Args;
 
-use super::CommandError;
+use super::{CommandError, progress};
 use crate::api::{problem::Problem, studies::result};
 
 /// An involute section, described in docs/paper-figures.md.
@@ -36,7 +36,7 @@ pub fn run(arguments: &StudyArguments) -> Result<(), CommandError> {
         None => DEFAULT.as_bytes().to_vec(),
         Some(file) => read(file)?,
     };
-    let result = result::answer(&text).map_err(|problem| explain(&problem))?;
+    let result = progress::shown("study", || result::answer(&text)).map_err(|problem| explain(&problem))?;
     let mut shown = if arguments.json { result.to_json()? } else { tables::text(&result).into_bytes() };
     if arguments.json {
         shown.push(b'\n');

@@ -8,6 +8,7 @@
 //! `api::contract`.
 
 mod forms;
+pub mod long;
 mod nullable;
 mod refusals;
 pub mod scopes;
@@ -56,6 +57,7 @@ use crate::api::{
             them all."),
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
             iteration in the end."),
+        (name = "operations", description = "Requests that are answered later: `Prefer: respond-async`."),
         (name = "audit", description = "Who changed what, and whether it is still as it was written."),
         (name = "keys", description = "Keys of the caller's tenant, and who the caller is."),
         (name = "tenants", description = "Tenants, each a plant with its jobs and keys."),
@@ -146,6 +148,7 @@ fn segment(name: &str) -> Option<&'static str> {
         "key_id" => "The key, by its 16 hexadecimal digits.",
         "tenant" => "The tenant, by its name.",
         "stream_id" => "The stream, by its UUID.",
+        "operation_id" => "The operation, by its UUID.",
         _ => return None,
     })
 }

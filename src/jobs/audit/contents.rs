@@ -1,54 +1,69 @@
 //! What an entry says of the rows of its change: the digest of each, by a name.
 
+use std::{iter, sync::Arc};
+
 use super::layout::Sha256Digest;
 
-/// Digests by names, in the order of these.
+/// Digests by names, in the order of these, as they are stored and digested: of each one byte for
+/// the length of its name, the name, and the 32 bytes of the digest. A copy is the same bytes.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Contents(Vec<(String, Sha256Digest)>);
+pub struct Contents(Arc<[u8]>);
 
 impl Contents {
     /// Of some rows. Names are at most 255 bytes, and no two are the same.
-    pub fn of(mut rows: Vec<(String, Sha256Digest)>) -> Self {
-        rows.sort_unstable();
-        Contents(rows)
+    pub fn of<N: AsRef<str>>(mut rows: Vec<(N, Sha256Digest)>) -> Self {
+        rows.sort_unstable_by(|(one, _), (other, _)| one.as_ref().cmp(other.as_ref()));
+        let mut bytes = Vec::with_capacity(rows.iter().map(|(name, _)| name.as_ref().len() + 33).sum());
+        for (name, digest) in &rows {
+            bytes.push(name.as_ref().len() as u8);
+            bytes.extend_from_slice(name.as_ref().as_bytes());
+            bytes.extend_from_slice(digest);
+        }
+        Contents(bytes.into())
     }
 
     pub fn one(name: &str, digest: Sha256Digest) -> Self {
-        Contents(vec![(name.to_owned(), digest)])
+        Contents::of(vec![(name, digest)])
     }
 
     pub fn iter(&self) -> impl Iterator<Item = (&str, &Sha256Digest)> {
-        self.0.iter().map(|(name, digest)| (name.as_str(), digest))
+        let mut rest = self.bytes();
+        iter::from_fn(move || {
+            let (name, digest, behind) = first(rest)?;
+            rest = behind;
+            Some((name, digest))
+        })
     }
 
     pub fn get(&self, wanted: &str) -> Option<&Sha256Digest> {
         self.iter().find(|(name, _)| *name == wanted).map(|(_, digest)| digest)
     }
 
-    /// As they are stored, and digested: of each one byte for the length of its name, the name, and
-    /// the 32 bytes of the digest.
-    pub fn bytes(&self) -> Vec<u8> {
-        let mut bytes = Vec::with_capacity(self.0.iter().map(|(name, _)| name.len() + 33).sum());
-        for (name, digest) in &self.0 {
-            bytes.push(name.len() as u8);
-            bytes.extend_from_slice(name.as_bytes());
-            bytes.extend_from_slice(digest);
-        }
-        bytes
+    /// As they are stored, and digested.
+    pub fn bytes(&self) -> &[u8] {
+        &self.0
     }
 
     /// Those of [`Contents::bytes`]; `None` for other bytes.
-    pub fn read(mut bytes: &[u8]) -> Option<Self> {
-        let mut rows = Vec::new();
-        while let Some((length, rest)) = bytes.split_first() {
-            let (name, rest) = rest.split_at_checked(usize::from(*length))?;
-            let (digest, rest) = rest.split_first_chunk::<32>()?;
-            rows.push((String::from_utf8(name.to_vec()).ok()?, *digest));
-            bytes = rest;
+    pub fn read(bytes: &[u8]) -> Option<Self> {
+        let (mut rest, mut last) = (bytes, None);
+        while !rest.is_empty() {
+            let (name, _, behind) = first(rest)?;
+            if last.is_some_and(|last| last >= name) {
+                return None;
+            }
+            (rest, last) = (behind, Some(name));
         }
-        let ascending = rows.windows(2).all(|pair| pair[0].0 < pair[1].0);
-        ascending.then_some(Contents(rows))
+        Some(Contents(bytes.into()))
     }
+}
+
+/// Name and digest of the first row, and what stands behind it.
+fn first(bytes: &[u8]) -> Option<(&str, &Sha256Digest, &[u8])> {
+    let (length, rest) = bytes.split_first()?;
+    let (name, rest) = rest.split_at_checked(usize::from(*length))?;
+    let (digest, behind) = rest.split_first_chunk::<32>()?;
+    Some((str::from_utf8(name).ok()?, digest, behind))
 }
 
 #[cfg(test)]
@@ -61,7 +76,7 @@ mod tests {
         let contents = Contents::of(vec![row("nodes", 2), row("fit", 1)]);
         assert_eq!(contents.iter().map(|(name, _)| name).collect::<Vec<_>>(), ["fit", "nodes"]);
         assert_eq!(contents.get("nodes"), Some(&[2; 32]));
-        let bytes = contents.bytes();
+        let bytes = contents.bytes().to_vec();
         assert_eq!(bytes.len(), 3 + 5 + 2 * 33);
         assert_eq!(Contents::read(&bytes), Some(contents));
         assert_eq!(Contents::read(&[]), Some(Contents::default()));

@@ -1,6 +1,8 @@
 //! The digest of each kind of row. None has the row's number or position in it: where a row stands
 //! is said by the entry. So all of them are known before a change waits for its turn.
 
+use std::borrow::Cow;
+
 use jiff::Timestamp;
 use uuid::Uuid;
 
@@ -9,6 +11,7 @@ use super::{
     layout::{Fields, Sha256Digest},
 };
 use crate::jobs::{
+    callers::{NewKey, Plant, San},
     fit::{Figures, NewFit},
     iteration::{Choice, DecisionEvent, Event, NewIteration},
     job::Job,
@@ -111,6 +114,37 @@ pub fn block_digest(sequence: u64, sha256: &Sha256Digest, count: u64, bytes: &[u
     Fields::default().number(sequence).bytes(sha256).number(count).bytes(bytes).digest()
 }
 
+/// Of a key, with the digest of its secret: whoever exchanges that is found, and nobody comes from
+/// here to 256 random bits. When it was used last is not in it.
+pub fn key_digest(NewKey { key, sha256 }: &NewKey) -> Sha256Digest {
+    let fields = Fields::default()
+        .text(&key.id.to_string())
+        .text(key.tenant.as_str())
+        .text(&key.name)
+        .maybe(key.role.map(|role| role.name()))
+        .text(&key.scopes.to_string())
+        .maybe(key.san.as_ref().map(San::as_str));
+    let fields = match sha256 {
+        Some(digest) => fields.bytes(digest),
+        None => fields.maybe(None),
+    };
+    let ends = [key.expires_at, key.revoked_at].map(|time| time.map(super::time_text));
+    let fields = fields.number(key.version).time(key.created_at);
+    ends.iter().fold(fields, |fields, end| fields.maybe(end.as_deref())).digest()
+}
+
+/// Of a tenant.
+pub fn plant_digest(plant: &Plant) -> Sha256Digest {
+    of(plant.id)
+        .text(plant.name.as_str())
+        .maybe(plant.description.as_deref())
+        .text(if plant.suspended { "suspended" } else { "let in" })
+        .number(plant.version)
+        .time(plant.created_at)
+        .time(plant.updated_at)
+        .digest()
+}
+
 impl NewFit {
     /// Digest of the row.
     pub fn digest(&self) -> Sha256Digest {
@@ -130,9 +164,10 @@ pub fn new_iteration(iteration: &NewIteration) -> Contents {
         ("fit", fit.digest()),
         ("choice", choice_digest(&first)),
     ];
-    let rows = rows.into_iter().map(|(name, digest)| (name.to_owned(), digest));
+    let rows = rows.map(|(name, digest)| (Cow::Borrowed(name), digest));
     // as many digits as the greatest has, so that their order is that of their names
     let width = records.len().to_string().len();
-    let records = records.iter().zip(1..).map(|(record, k)| (format!("record.{k:0width$}"), record_digest(record)));
-    Contents::of(rows.chain(records).collect())
+    let records =
+        records.iter().zip(1..).map(|(record, k)| (format!("record.{k:0width$}").into(), record_digest(record)));
+    Contents::of(rows.into_iter().chain(records).collect())
 }

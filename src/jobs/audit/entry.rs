@@ -1,6 +1,6 @@
 //! Entries, and the chain that they are.
 
-use std::sync::Arc;
+use std::{borrow::Cow, sync::Arc};
 
 use jiff::Timestamp;
 use uuid::Uuid;
@@ -18,7 +18,7 @@ const GENESIS: &str = "flankfit audit 1";
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Chain {
     Job(Uuid),
-    /// Changes of the tenant that are of no job: of keys, and what was purged.
+    /// Changes of the tenant that are of no job: of its keys, and of itself.
     Tenant,
 }
 
@@ -64,6 +64,12 @@ pub enum Action {
     AddBlock,
     FinishStream,
     DeleteStream,
+    CreateKey,
+    ChangeKey,
+    RotateKey,
+    RevokeKey,
+    CreateTenant,
+    ChangeTenant,
 }
 
 impl Action {
@@ -82,6 +88,12 @@ impl Action {
             Action::AddBlock => "stream.block",
             Action::FinishStream => "stream.finish",
             Action::DeleteStream => "stream.delete",
+            Action::CreateKey => "key.create",
+            Action::ChangeKey => "key.change",
+            Action::RotateKey => "key.rotate",
+            Action::RevokeKey => "key.revoke",
+            Action::CreateTenant => "tenant.create",
+            Action::ChangeTenant => "tenant.change",
         }
     }
 
@@ -89,7 +101,7 @@ impl Action {
     fn outcome(self) -> &'static str {
         match self {
             Action::Begin => "found",
-            Action::ChangeJob => "changed",
+            Action::ChangeJob | Action::ChangeKey | Action::RevokeKey | Action::ChangeTenant => "changed",
             Action::DeleteJob | Action::DeleteStream => "deleted",
             _ => "stored",
         }
@@ -111,9 +123,9 @@ pub struct Prepared {
 }
 
 impl Prepared {
-    /// The beginning of the chain of a job that is older than the entries.
-    pub fn begin(job: Uuid, contents: Contents) -> Self {
-        Prepared { id: derived(Fields::default().text(GENESIS).text(&job.to_string()).digest()), contents }
+    /// The beginning of the chain of a job, or of a tenant's keys, that are older than the entries.
+    pub fn begin(chain: Uuid, contents: Contents) -> Self {
+        Prepared { id: derived(Fields::default().text(GENESIS).text(&chain.to_string()).digest()), contents }
     }
 }
 
@@ -125,13 +137,13 @@ pub struct Entry {
     pub id: Uuid,
     pub at: Timestamp,
     pub actor: Arc<str>,
-    pub action: Arc<str>,
+    pub action: Cow<'static, str>,
     /// The path of what was changed.
     pub target: String,
     pub request_id: Option<Arc<str>>,
     pub peer: Option<Arc<str>>,
     pub contents: Contents,
-    pub outcome: Arc<str>,
+    pub outcome: Cow<'static, str>,
     /// Digest of the entry before it.
     pub previous: Sha256Digest,
     pub sha256: Sha256Digest,
@@ -150,7 +162,7 @@ impl Entry {
             .text(&self.target)
             .maybe(self.request_id.as_deref())
             .maybe(self.peer.as_deref())
-            .bytes(&self.contents.bytes())
+            .bytes(self.contents.bytes())
             .text(&self.outcome)
             .digest()
     }

@@ -25,7 +25,7 @@ pub struct FoundStream {
     pub open: bool,
 }
 
-/// Digests of the rows of a job.
+/// Digests of the rows of a job, or of a tenant.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// The job's own; none of one that was deleted.
@@ -34,6 +34,9 @@ pub struct Found {
     rows: BTreeMap<(u64, Kind), Vec<Sha256Digest>>,
     pub streams: BTreeMap<Uuid, FoundStream>,
     pub blocks: BTreeMap<(Uuid, u64), Sha256Digest>,
+    /// Of a tenant: its own, and those of its keys by the names that entries give them.
+    pub tenant: Option<Sha256Digest>,
+    pub keys: BTreeMap<String, Sha256Digest>,
 }
 
 impl Found {

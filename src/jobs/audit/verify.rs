@@ -64,6 +64,9 @@ pub struct Verifier {
     rows: BTreeMap<(u64, Kind), Vec<Told>>,
     streams: BTreeMap<Uuid, Told>,
     blocks: BTreeMap<(Uuid, u64), Told>,
+    /// Of a tenant: its own row, and its keys by their names.
+    tenant: Option<Told>,
+    keys: BTreeMap<String, Told>,
     /// The rows that are older than the chain.
     older: Option<Told>,
     fault: Option<(u64, What)>,
@@ -81,6 +84,8 @@ impl Verifier {
             rows: BTreeMap::new(),
             streams: BTreeMap::new(),
             blocks: BTreeMap::new(),
+            tenant: None,
+            keys: BTreeMap::new(),
             older: None,
             fault: None,
             torn: false,
@@ -129,6 +134,14 @@ impl Verifier {
                 }
                 "found" => {
                     self.older = Some(told);
+                    continue;
+                }
+                "tenant" => {
+                    self.tenant = Some(told);
+                    continue;
+                }
+                key if key.starts_with("key.") => {
+                    self.keys.insert(key.to_owned(), told);
                     continue;
                 }
                 "stream" => {
@@ -202,10 +215,20 @@ impl Verifier {
             faults.extend(job.filter(|told| found.job != Some(told.digest)).map(|told| told.by));
             faults.extend((job.is_none() && found.job.is_some()).then_some(next));
             self.compare_streams(found, &mut faults, next);
+            self.compare_keys(found, &mut faults, next);
         }
         if let Some(first) = faults.into_iter().min() {
             self.note(first, What::Content);
         }
+    }
+
+    /// A tenant may be older than its chain; its keys begin that.
+    fn compare_keys(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
+        faults.extend(self.tenant.filter(|told| found.tenant != Some(told.digest)).map(|told| told.by));
+        let differs = |(name, told): &(&String, &Told)| found.keys.get(*name) != Some(&told.digest);
+        faults.extend(self.keys.iter().filter(differs).map(|(_, told)| told.by));
+        let untold = found.keys.keys().any(|name| !self.keys.contains_key(name));
+        faults.extend(untold.then_some(next));
     }
 
     /// Streams may be older than the chain; blocks are there as long as their stream is open.

@@ -10,7 +10,7 @@ use crate::jobs::origin::Origin;
 const ROOT: &str = "@root";
 
 /// A plant. Each job belongs to one, and for callers of another it does not exist.
-#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Tenant(Arc<str>);
 
 impl Tenant {

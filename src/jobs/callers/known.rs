@@ -141,6 +141,11 @@ impl KnownKeys {
         Ok(self.exist.load(Ordering::Acquire))
     }
 
+    /// Whether it is known that there is a key.
+    pub fn were_seen(&self) -> bool {
+        self.exist.load(Ordering::Acquire)
+    }
+
     /// Notes that a key has let somebody in.
     pub fn note_use(&self, id: KeyId) {
         self.used.lock().unwrap_or_else(PoisonError::into_inner).insert(id, self.clock.now());

@@ -5,18 +5,32 @@ use sqlx::{PgConnection, PgPool};
 
 use super::{locate::signed, session::Session, time::stamp};
 use crate::{
-    jobs::{ApiKey, Caller, KeyId, KnownKey, NewKey, Page, RepositoryError, Resource, San, Stored, Tenant},
+    jobs::{
+        ApiKey, Caller, KeyId, KnownKey, NewKey, Page, RepositoryError, Resource, San, Stored, Tenant, audit::Action,
+    },
     store::shared::{
-        Asked, FindCertificate, FindKey, GetKey, HasKeys, InsertKey, KeyRow, KnownKeyRow, ListKeys, NoteUses, Outcome,
-        PatchKey, Read, RevokeKey, RotateKey, Run, StoreError, Write, behind, key_columns, place,
+        Asked, FindCertificate, FindKey, GetKey, HasKeys, InsertKey, KeptKeyRow, KeyRow, KnownKeyRow, ListKeys,
+        NoteUses, Outcome, PatchKey, Read, RevokeKey, RotateKey, Run, StoreError, Write, behind, key_columns, of_keys,
+        place, target,
     },
 };
 
-/// A key of a tenant that is about to be changed: nobody else changes it until the transaction
-/// ends.
-async fn locked(db: &mut PgConnection, tenant: &Tenant, id: KeyId) -> Outcome<ApiKey> {
+/// A key of a tenant that is about to be changed, with the digest of its secret: nobody else
+/// changes it until the transaction ends.
+async fn locked(session: &mut Session, tenant: &Tenant, id: KeyId) -> Outcome<NewKey> {
+    session.lock_tenant(tenant).await?;
+    let db = &mut session.db;
     sqlx::query("SELECT FROM api_keys WHERE id = $1 FOR NO KEY UPDATE").bind(id.to_string()).execute(&mut *db).await?;
-    located(db, tenant, id).await
+    let row: Option<KeptKeyRow> = sqlx::query_as(concat!(
+        "SELECT ",
+        key_columns!(),
+        ", k.sha256 AS sha256 FROM api_keys k WHERE k.id = $1 AND k.tenant = $2"
+    ))
+    .bind(id.to_string())
+    .bind(tenant.as_str())
+    .fetch_optional(db)
+    .await?;
+    Ok(row.ok_or(RepositoryError::NotFound(Resource::Key))?.into())
 }
 
 /// A key of a tenant.
@@ -136,8 +150,10 @@ impl Write<Session> for InsertKey {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
         let (InsertKey { key: new, receipt }, tenant) = (&asked.write, asked.tenant());
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
-        let db = &mut session.db;
-        insert(db, tenant, new).await?;
+        session.lock_tenant(tenant).await?;
+        insert(&mut session.db, tenant, new).await?;
+        let chain = session.tenant_chain(asked.by(), tenant, Some(new.key.id)).await.map_err(StoreError::too_late)?;
+        asked.enter(chain, Action::CreateKey, target::key(new.key.id));
         let stored = Stored { number: 0, version: new.key.version };
         session.keys.keep(tenant, receipt.as_ref(), stored, new.key.created_at, None);
         Ok(stored)
@@ -145,14 +161,17 @@ impl Write<Session> for InsertKey {
 }
 
 impl Write<Session> for PatchKey {
-    async fn write(asked: &Asked<Self>, Session { db, .. }: &mut Session) -> Outcome<ApiKey> {
-        let before = locked(db, asked.tenant(), asked.write.id).await?;
-        asked.write.precondition.check(before.version)?;
-        let after = before.patched(asked.write.patch.clone())?;
-        if after.version != before.version {
-            update(db, &after).await?;
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<ApiKey> {
+        let (PatchKey { id, patch, precondition }, tenant) = (&asked.write, asked.tenant());
+        let NewKey { key: before, sha256 } = locked(session, tenant, *id).await?;
+        precondition.check(before.version)?;
+        let after = NewKey { key: before.patched(patch.clone())?, sha256 };
+        if after.key.version != before.version {
+            let chain = session.tenant_chain(asked.by(), tenant, None).await?;
+            asked.enter_found(chain, of_keys([&after], None), Action::ChangeKey, target::key(*id));
+            update(&mut session.db, &after.key).await?;
         }
-        Ok(after)
+        Ok(after.key)
     }
 }
 
@@ -160,10 +179,13 @@ impl Write<Session> for RotateKey {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
         let (RotateKey { rotation, receipt }, tenant) = (&asked.write, asked.tenant());
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
-        let db = &mut session.db;
-        let old = locked(db, tenant, rotation.of).await?.rotated(rotation.old_ends)?;
-        update(db, &old).await?;
-        insert(db, tenant, &rotation.new).await.map_err(StoreError::too_late)?;
+        let NewKey { key: old, sha256 } = locked(session, tenant, rotation.of).await?;
+        let old = NewKey { key: old.rotated(rotation.old_ends)?, sha256 };
+        let chain = session.tenant_chain(asked.by(), tenant, None).await?;
+        let contents = of_keys([&old, &rotation.new], None);
+        asked.enter_found(chain, contents, Action::RotateKey, target::key(rotation.of));
+        update(&mut session.db, &old.key).await?;
+        insert(&mut session.db, tenant, &rotation.new).await.map_err(StoreError::too_late)?;
         let new = &rotation.new.key;
         let stored = Stored { number: 0, version: new.version };
         session.keys.keep(tenant, receipt.as_ref(), stored, new.created_at, None);
@@ -172,12 +194,16 @@ impl Write<Session> for RotateKey {
 }
 
 impl Write<Session> for RevokeKey {
-    async fn write(asked: &Asked<Self>, Session { db, .. }: &mut Session) -> Outcome<()> {
-        let key = locked(db, asked.tenant(), asked.write.id).await?;
-        match key.revoked_at {
-            Some(_) => Ok(()),
-            None => update(db, &key.revoked(asked.write.now)).await,
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<()> {
+        let (RevokeKey { id, now }, tenant) = (&asked.write, asked.tenant());
+        let NewKey { key, sha256 } = locked(session, tenant, *id).await?;
+        if key.revoked_at.is_none() {
+            let revoked = NewKey { key: key.revoked(*now), sha256 };
+            let chain = session.tenant_chain(asked.by(), tenant, None).await?;
+            asked.enter_found(chain, of_keys([&revoked], None), Action::RevokeKey, target::key(*id));
+            update(&mut session.db, &revoked.key).await?;
         }
+        Ok(())
     }
 }
 

@@ -14,7 +14,7 @@ impl Read<PgPool> for GetEvents {
         let rows: Vec<EventRow> = sqlx::query_as(
             "SELECT e.number, e.created_at, e.kind, e.iteration, i.id AS iteration_id, f.id AS fit_id,
                     c.position AS choice, c.reason AS choice_reason, d.decision, d.reason AS decision_reason,
-                    e.stream AS stream_id, e.state, e.sequence, e.node_count
+                    e.stream AS stream_id, e.state, e.sequence, e.node_count, e.operation, e.operation_state
              FROM jobs j JOIN events e ON e.job = j.id
                   LEFT JOIN iterations i ON i.job = e.job AND i.number = e.iteration
                   LEFT JOIN fits f ON f.job = e.job AND f.number = e.iteration AND f.position = coalesce(e.fit, 1)

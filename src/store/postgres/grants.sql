@@ -7,9 +7,10 @@ BEGIN
     IF EXISTS (SELECT FROM pg_roles WHERE rolname = 'flankfit_app') THEN
         GRANT SELECT ON ALL TABLES IN SCHEMA public TO flankfit_app;
         GRANT INSERT ON audit, audit_seals, audit_sealed, jobs, iterations, nodes, fits, fit_choices, decisions, records, streams, stream_blocks,
-            stream_states, events, idempotency_keys, probe, api_keys, tenants TO flankfit_app;
-        GRANT UPDATE ON jobs, streams, stream_states, idempotency_keys, probe, api_keys, tenants TO flankfit_app;
-        GRANT DELETE ON jobs, streams, stream_blocks, stream_states, events, idempotency_keys TO flankfit_app;
+            stream_states, events, idempotency_keys, probe, api_keys, tenants,
+            operations TO flankfit_app;
+        GRANT UPDATE ON jobs, streams, stream_states, idempotency_keys, probe, api_keys, tenants, operations TO flankfit_app;
+        GRANT DELETE ON jobs, streams, stream_blocks, stream_states, events, idempotency_keys, operations TO flankfit_app;
     END IF;
 END
 $$;

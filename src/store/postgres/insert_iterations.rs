@@ -109,6 +109,7 @@ fn number<'a>(
 ) -> Result<u32, RepositoryError> {
     let job = last.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant().as_str());
     let job = job.ok_or(RepositoryError::NotFound(Resource::Job))?;
+    keys.refuse_lost(new.lease())?;
     if new.key().is_some_and(|key| !keys.is_free(key) || used.contains(&key)) {
         return Err(RepositoryError::KeyTaken);
     }

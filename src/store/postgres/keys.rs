@@ -7,15 +7,15 @@
 //! The answer to a new iteration or fit has the result of that fit in it, which is stored anyway:
 //! of such an answer the fit is named, and what stands around its result is kept.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use jiff::Timestamp;
 use sqlx::PgConnection;
 use uuid::Uuid;
 
-use super::time::stamp;
+use super::{leases, time::stamp};
 use crate::{
-    jobs::{Answer, Receipt, RepositoryError, Stored, Tenant},
+    jobs::{Answer, Lease, Receipt, RepositoryError, Stored, Tenant},
     store::shared::{Key, Outcome, around, key_of},
 };
 
@@ -27,6 +27,10 @@ pub type OwnedKey = (String, String, String);
 pub struct Keys {
     /// Those that were free, with the answers that are to be kept.
     claimed: HashMap<OwnedKey, Option<Kept>>,
+    /// The leases that hold, of those under which tasks ask for something.
+    held: HashSet<Lease>,
+    /// Tasks that end with what is stored for them, with the status of their answer.
+    ended: Vec<(Lease, u16, Timestamp)>,
 }
 
 /// An answer on its way into the database.
@@ -90,21 +94,38 @@ impl Keys {
         Ok(())
     }
 
+    /// Locks the tasks that ask for something. Those of an earlier transaction are forgotten.
+    pub async fn hold(&mut self, db: &mut PgConnection, leases: &[Lease]) -> Result<(), sqlx::Error> {
+        self.ended.clear();
+        self.held = leases::hold(db, leases).await?;
+        Ok(())
+    }
+
+    /// Refuses a task that another does by now, or that was cancelled.
+    pub fn refuse_lost(&self, lease: Option<Lease>) -> Result<(), RepositoryError> {
+        match lease {
+            Some(lease) if !self.held.contains(&lease) => Err(RepositoryError::LeaseLost),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether no answer is kept under a key that was to be claimed.
     pub fn is_free(&self, key: Key<'_>) -> bool {
         matches!(self.claimed.get(&owned(key)), Some(None))
     }
 
     /// Refuses a request whose key has an answer already (its client asked twice, and the other one
-    /// was first).
+    /// was first), and one of a task that another does by now.
     pub fn refuse_taken(&self, tenant: &Tenant, receipt: Option<&Receipt>) -> Outcome<()> {
+        self.refuse_lost(receipt.and_then(|receipt| receipt.request.lease))?;
         match receipt {
             Some(receipt) if !self.is_free(key_of(tenant, receipt)) => Err(RepositoryError::KeyTaken.into()),
             _ => Ok(()),
         }
     }
 
-    /// Keeps the answer in the transaction of what it tells of.
+    /// Keeps the answer in the transaction of what it tells of, and ends the task that asked for
+    /// it.
     pub fn keep(
         &mut self,
         tenant: &Tenant,
@@ -123,12 +144,14 @@ impl Keys {
             answer.body = before;
             fit
         });
+        self.ended.extend(receipt.request.lease.map(|lease| (lease, answer.status, now)));
         let kept = Kept { request_sha256: receipt.request.request_sha256, answer, fit, now };
         self.claimed.insert(owned(key_of(tenant, receipt)), Some(kept));
     }
 
     /// Writes the answers down and gives the other claims back.
     pub async fn write(&mut self, db: &mut PgConnection) -> Result<(), sqlx::Error> {
+        leases::end_kept(db, &std::mem::take(&mut self.ended)).await?;
         let claimed = std::mem::take(&mut self.claimed);
         let (answered, unused): (Vec<_>, Vec<_>) = claimed.into_iter().partition(|(_, kept)| kept.is_some());
         if !unused.is_empty() {

@@ -5,9 +5,10 @@ use uuid::Uuid;
 
 use super::{api_keys, locate::signed, session::Session, time::stamp};
 use crate::{
-    jobs::{Caller, Cursor, Page, Plant, RepositoryError, Resource, Stored, Tenant},
+    jobs::{Caller, Cursor, Page, Plant, RepositoryError, Resource, Stored, Tenant, audit::Action},
     store::shared::{
-        Asked, GetPlant, InsertPlant, ListPlants, Outcome, PatchPlant, PlantRow, Read, StoreError, Write, plant_columns,
+        Asked, GetPlant, InsertPlant, ListPlants, Outcome, PatchPlant, PlantRow, Read, StoreError, Write, of_keys,
+        plant_columns, target,
     },
 };
 
@@ -46,8 +47,8 @@ impl Write<Session> for InsertPlant {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
         let (InsertPlant { plant: new, receipt }, tenant) = (&asked.write, asked.tenant());
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
-        let db = &mut session.db;
         let plant = &new.plant;
+        session.lock_tenant(&plant.name).await?;
         let inserted = sqlx::query(
             "INSERT INTO tenants (id, name, description, suspended, version, created_at, updated_at)
              VALUES ($1, $2, $3, $4, $5, $6, $7) ON CONFLICT DO NOTHING",
@@ -59,12 +60,14 @@ impl Write<Session> for InsertPlant {
         .bind(signed(plant.version))
         .bind(stamp(plant.created_at))
         .bind(stamp(plant.updated_at))
-        .execute(&mut *db)
+        .execute(&mut session.db)
         .await?;
         if inserted.rows_affected() == 0 {
             return Err(RepositoryError::TenantExists.into());
         }
-        api_keys::insert(db, &plant.name, &new.key).await.map_err(StoreError::too_late)?;
+        let chain = session.tenant_chain(asked.by(), &plant.name, None).await.map_err(StoreError::too_late)?;
+        asked.enter(chain, Action::CreateTenant, target::tenant(&plant.name));
+        api_keys::insert(&mut session.db, &plant.name, &new.key).await.map_err(StoreError::too_late)?;
         let stored = Stored { number: 0, version: plant.version };
         session.keys.keep(tenant, receipt.as_ref(), stored, plant.created_at, None);
         Ok(stored)
@@ -72,13 +75,17 @@ impl Write<Session> for InsertPlant {
 }
 
 impl Write<Session> for PatchPlant {
-    async fn write(asked: &Asked<Self>, Session { db, .. }: &mut Session) -> Outcome<Plant> {
+    async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Plant> {
+        session.lock_tenant(&asked.write.name).await?;
         let lock = sqlx::query("SELECT FROM tenants WHERE name = $1 FOR NO KEY UPDATE").bind(asked.write.name.as_str());
-        lock.execute(&mut *db).await?;
-        let before = located(db, &asked.write.name).await?;
+        lock.execute(&mut session.db).await?;
+        let before = located(&mut session.db, &asked.write.name).await?;
         asked.write.precondition.check(before.version)?;
         let after = before.patched(asked.write.patch.clone(), asked.write.now);
         if after.version != before.version {
+            let chain = session.tenant_chain(asked.by(), &after.name, None).await?;
+            let contents = of_keys([], Some(&after));
+            asked.enter_found(chain, contents, Action::ChangeTenant, target::tenant(&after.name));
             sqlx::query(
                 "UPDATE tenants SET description = $1, suspended = $2, version = $3, updated_at = $4 WHERE name = $5",
             )
@@ -87,7 +94,7 @@ impl Write<Session> for PatchPlant {
             .bind(signed(after.version))
             .bind(stamp(after.updated_at))
             .bind(after.name.as_str())
-            .execute(db)
+            .execute(&mut session.db)
             .await?;
         }
         Ok(after)

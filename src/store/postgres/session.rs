@@ -6,15 +6,15 @@ use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection};
 use uuid::Uuid;
 
 use super::{
-    audit,
+    audit, audit_keys,
     keys::{Keys, OwnedKey, owned},
 };
 use crate::{
     jobs::{
-        Tenant,
+        KeyId, Lease, Tenant,
         audit::{Action, By, Chain, Head},
     },
-    store::shared::{Asked, Growing, NewEntry, Operation, Outcome, Queued, Subject},
+    store::shared::{Asked, Growing, NewEntry, Operation, Outcome, Queued, Subject, of_keys},
 };
 
 pub struct Session {
@@ -42,6 +42,7 @@ pub struct Wanted {
     jobs: Vec<Uuid>,
     streams: Vec<Uuid>,
     keys: Vec<OwnedKey>,
+    leases: Vec<Lease>,
 }
 
 impl Wanted {
@@ -54,6 +55,7 @@ impl Wanted {
                 Subject::Nothing => {}
             }
             wanted.keys.extend(write.key().map(owned));
+            wanted.leases.extend(write.lease());
         }
         wanted
     }
@@ -81,8 +83,9 @@ impl Session {
         }
     }
 
-    /// Locks the jobs and claims the idempotency keys of a group, both in ascending order.
-    pub async fn lock(&mut self, Wanted { mut jobs, streams, keys }: Wanted) -> Result<(), sqlx::Error> {
+    /// Locks the jobs, claims the idempotency keys and locks the tasks of a group, each in
+    /// ascending order.
+    pub async fn lock(&mut self, Wanted { mut jobs, streams, keys, leases }: Wanted) -> Result<(), sqlx::Error> {
         if !streams.is_empty() {
             // the job of a stream stays
             let of: Vec<Uuid> = sqlx::query_scalar("SELECT job FROM streams WHERE id = ANY($1)")
@@ -104,7 +107,8 @@ impl Session {
             let heads = audit::heads(&mut self.db, &jobs).await?;
             self.heads = heads.into_iter().map(|(chain, head)| (chain, head.into())).collect();
         }
-        self.keys.claim(&mut self.db, keys).await
+        self.keys.claim(&mut self.db, keys).await?;
+        self.keys.hold(&mut self.db, &leases).await
     }
 
     /// Writes the answers down that are to be kept.
@@ -138,16 +142,28 @@ impl Session {
         self.chains.get_mut(&job).ok_or_else(|| sqlx::Error::RowNotFound.into())
     }
 
-    /// The chain of a tenant, to add to it: of changes that are of no job. Until the transaction
-    /// ends no other adds to it.
-    #[expect(dead_code, reason = "changes of keys are about to be entered by it")]
-    pub async fn tenant_chain(&mut self, tenant: &Tenant) -> Outcome<&mut Growing> {
+    /// Waits until no other transaction changes keys of a tenant, or the tenant, and lets none do
+    /// so until this one has ended. First of all, so that none waits for what another holds.
+    pub async fn lock_tenant(&mut self, tenant: &Tenant) -> Outcome<()> {
+        let lock = Chain::Tenant.id(tenant).as_u64_pair().1.cast_signed();
+        sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(lock).execute(&mut self.db).await?;
+        Ok(())
+    }
+
+    /// The chain of a tenant that is locked, to add to it: of changes that are of no job. It is
+    /// asked for before anything is changed, but for the key that is new: one that has no entry
+    /// yet begins with the keys that are found now.
+    pub async fn tenant_chain(&mut self, by: By<'_>, tenant: &Tenant, new: Option<KeyId>) -> Outcome<&mut Growing> {
         let id = Chain::Tenant.id(tenant);
         if !self.chains.contains_key(&id) {
-            let lock = id.as_u64_pair().1.cast_signed();
-            sqlx::query("SELECT pg_advisory_xact_lock($1)").bind(lock).execute(&mut self.db).await?;
-            let head = audit::heads(&mut self.db, &[id]).await?.pop().map(|(_, head)| head.into());
-            self.chains.insert(id, Growing::from(tenant, Chain::Tenant, head));
+            let chain = match audit::heads(&mut self.db, &[id]).await?.pop() {
+                Some((_, head)) => Growing::from(tenant, Chain::Tenant, Some(head.into())),
+                None => {
+                    let keys = audit_keys::keys(&mut self.db, tenant, new).await?;
+                    Growing::begin_tenant(by, tenant, of_keys(&keys, None))
+                }
+            };
+            self.chains.insert(id, chain);
         }
         self.chains.get_mut(&id).ok_or_else(|| sqlx::Error::RowNotFound.into())
     }

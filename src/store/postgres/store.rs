@@ -7,6 +7,7 @@ use jiff::Timestamp;
 use sqlx::PgPool;
 
 use super::{
+    auditor::PostgresAuditor,
     error::{Class, PostgresError, class, failure},
     migrate::migrate,
     open,
@@ -17,8 +18,12 @@ use super::{
     writer::Writer,
 };
 use crate::{
-    jobs::{self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Upkeep, Wakes},
-    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Subject, queue},
+    jobs::{
+        self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Tasks, Upkeep,
+        Wakes,
+        audit::{Auditor, Sealing, WholeSeal},
+    },
+    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, SealAudit, Subject, queue},
     telemetry,
 };
 
@@ -112,7 +117,15 @@ impl jobs::Store for PostgresStore {
         Arc::new(Handle::new(self.0.clone(), caller.clone()))
     }
 
+    fn auditor(&self) -> Arc<dyn Auditor> {
+        Arc::new(PostgresAuditor(self.0.readers.clone()))
+    }
+
     fn credentials(&self) -> Arc<dyn Credentials> {
+        Arc::new(Handle::of_nobody(self.0.clone()))
+    }
+
+    fn tasks(&self) -> Arc<dyn Tasks> {
         Arc::new(Handle::of_nobody(self.0.clone()))
     }
 
@@ -124,6 +137,10 @@ impl jobs::Store for PostgresStore {
 impl Upkeep for PostgresStore {
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         Box::pin(self.0.queue(Subject::Nothing).write(ForgetAnswers { before, most }))
+    }
+
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+        Box::pin(self.0.queue(Subject::Nothing).write(SealAudit(sealing)))
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

@@ -5,16 +5,17 @@ use uuid::Uuid;
 
 use super::{
     operation::{
-        Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit, InsertIteration, InsertJob,
-        InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, PatchJob, PatchKey, PatchPlant, RevokeKey,
-        RotateKey,
+        CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit, InsertIteration,
+        InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, PatchJob, PatchKey,
+        PatchPlant, RevokeKey, RotateKey,
     },
     subject::{About, Subject},
 };
 use crate::jobs::{
-    Job, NewRun,
+    Job, NewKey, NewRun, Plant,
     audit::{
-        Contents, block_digest, choice_digest, decision_digest, job_digest, new_iteration, record_digest, stream_digest,
+        Contents, block_digest, choice_digest, decision_digest, job_digest, key_digest, new_iteration, plant_digest,
+        record_digest, stream_digest,
     },
 };
 
@@ -48,12 +49,24 @@ about! {
     InsertBlock: write => Subject::Stream(write.block.stream), vec![of_block(write)];
     FinishStream: write => Subject::Stream(write.finished.stream), vec![new_iteration(&write.finished.iteration)];
     DeleteStream: write => Subject::Stream(write.id);
-    InsertKey: _write => Subject::Nothing;
+    InsertTask: write => write.task.job.map_or(Subject::Nothing, Subject::Job);
+    CancelTask: write => write.job.map_or(Subject::Nothing, Subject::Job);
+    InsertKey: write => no_job(write), vec![of_keys([&*write.key], None)];
     PatchKey: _write => Subject::Nothing;
     RotateKey: _write => Subject::Nothing;
     RevokeKey: _write => Subject::Nothing;
-    InsertPlant: _write => Subject::Nothing;
+    InsertPlant: write => no_job(write), vec![of_keys([&write.plant.key], Some(&write.plant.plant))];
     PatchPlant: _write => Subject::Nothing;
+}
+
+fn no_job<W>(_of: &W) -> Subject {
+    Subject::Nothing
+}
+
+/// Of keys, each by its id since an entry may tell of two, and of a tenant.
+pub fn of_keys<'a>(keys: impl IntoIterator<Item = &'a NewKey>, plant: Option<&Plant>) -> Contents {
+    let keys = keys.into_iter().map(|new| (format!("key.{}", new.key.id), key_digest(new)));
+    Contents::of(keys.chain(plant.map(|plant| ("tenant".to_owned(), plant_digest(plant)))).collect())
 }
 
 pub fn of_job(job: &Job) -> Contents {

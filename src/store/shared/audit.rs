@@ -44,6 +44,17 @@ impl Growing {
         chain
     }
 
+    /// The chain of a tenant some of whose keys are older than the entries: it begins with what was
+    /// found of each.
+    pub fn begin_tenant(by: By<'_>, tenant: &Tenant, found: Contents) -> Self {
+        let mut chain = Growing::from(tenant, Chain::Tenant, None);
+        if found.iter().next().is_some() {
+            let prepared = Prepared::begin(chain.chain, found);
+            chain.add(by, prepared, Action::Begin, target::tenant(tenant));
+        }
+        chain
+    }
+
     /// Adds an entry, which is stored with others.
     pub fn enter(&mut self, by: By<'_>, prepared: Prepared, action: Action, target: String) -> NewEntry {
         let entry = self.head.append(by, prepared, action, target);
@@ -71,6 +82,11 @@ impl<O: Operation> Asked<O> {
         self.prepared[0].clone()
     }
 
+    /// Its only entry, with what was found out only now.
+    pub fn enter_found(&self, chain: &mut Growing, contents: Contents, action: Action, target: String) {
+        chain.add(self.by(), Prepared { contents, ..self.prepared() }, action, target);
+    }
+
     /// Its only entry, with what was known of it before.
     pub fn enter(&self, chain: &mut Growing, action: Action, target: String) {
         chain.add(self.by(), self.prepared(), action, target);
@@ -80,6 +96,8 @@ impl<O: Operation> Asked<O> {
 /// The paths of what is changed.
 pub mod target {
     use uuid::Uuid;
+
+    use crate::jobs::{KeyId, Tenant};
 
     pub fn job(job: Uuid) -> String {
         format!("/v1/jobs/{job}")
@@ -95,6 +113,14 @@ pub mod target {
 
     pub fn record(job: Uuid, number: u32, record: Uuid) -> String {
         format!("/v1/jobs/{job}/iterations/{number}/records/{record}")
+    }
+
+    pub fn key(key: KeyId) -> String {
+        format!("/v1/keys/{key}")
+    }
+
+    pub fn tenant(name: &Tenant) -> String {
+        format!("/v1/tenants/{}", name.as_str())
     }
 
     pub fn stream(stream: Uuid) -> String {

@@ -8,7 +8,8 @@ use sqlx::{Database, Decode, Type, error::BoxDynError};
 
 use super::error::damaged;
 use crate::jobs::{
-    Decision, Figures, KeyId, RecordKind, Role, San, Scopes, StreamEvent, Tenant, nodes_codec, side_named,
+    Decision, Figures, KeyId, RecordKind, Role, San, Scope, Scopes, StreamEvent, TaskState, Tenant, nodes_codec,
+    side_named,
 };
 use flankfit_engine::{estimation::Nodes, gear::Side};
 
@@ -121,6 +122,8 @@ name_column!(KeyId, "a key's id", KeyId::named);
 name_column!(Tenant, "a tenant", Tenant::kept);
 name_column!(Role, "a role", Role::named);
 name_column!(Scopes, "scopes", Scopes::named);
+name_column!(Scope, "a scope", Scope::named);
+name_column!(TaskState, "a state", TaskState::named);
 name_column!(San, "a name of certificates", San::named);
 name_column!(Flank, "a flank", |name| side_named(name).map(Flank));
 name_column!(CriterionName, "a figure's name", |name| Figures::criterion_named(name).map(CriterionName));

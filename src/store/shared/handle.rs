@@ -3,19 +3,22 @@
 
 use std::{sync::Arc, time::Instant};
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use uuid::Uuid;
 
 use super::{
     access::{Read, Write},
     error::StoreError,
-    maintenance::{FindCertificate, FindKey, HasKeys, NoteUses},
+    maintenance::{
+        ClaimTask, EndTask, FindCertificate, FindKey, ForgetTasks, GiveTaskBack, HasKeys, NoteUses, RenewTasks,
+    },
     operation::{
-        Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
-        GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes,
-        GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace,
-        InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns,
-        InsertStream, ListFits, ListJobs, ListKeys, ListPlants, ListRecords, PatchJob, PatchKey, PatchPlant, RevokeKey,
+        Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256,
+        GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand,
+        GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetSeals, GetStream, GetStreamState,
+        GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock, InsertFit, InsertIteration,
+        InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, ListFits, ListJobs,
+        ListKeys, ListPlants, ListRecords, ListTasks, Operation as _, PatchJob, PatchKey, PatchPlant, RevokeKey,
         RotateKey, VerifyAudit,
     },
     queue::{Queue, Run},
@@ -23,12 +26,13 @@ use super::{
 };
 use crate::{
     jobs::{
-        Answer, ApiKey, Block, Caller, Choice, Clock, Credentials, DecisionEvent, FinishedStream, FitRecord,
-        FitSummary, Ids, Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys, KnownKey, Measurand, NewBlock,
-        NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, Page, PageRequest, Plant, PlantPatch, Precondition,
-        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
-        RepositoryFuture, Rotation, San, Stored, Stream, StreamState, Successors, Tenant, Trace,
-        audit::{Chain, Entry, Prepared, Verdict},
+        Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Clock, Credentials, DecisionEvent, EndedTask,
+        FinishedStream, FitRecord, FitSummary, Ids, Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys,
+        KnownKey, Lease, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page,
+        PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind,
+        RecordSummary, Repository, RepositoryError, RepositoryFuture, Rotation, San, Stored, Stream, StreamState,
+        Successors, Task, TaskQuery, TaskResult, Tasks, Tenant, Trace,
+        audit::{Chain, Entry, Prepared, Seal, Verdict},
     },
     key_operations, repository_operations,
 };
@@ -147,5 +151,40 @@ where
 
     fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
         Box::pin(self.backend.queue(Subject::Nothing).write(NoteUses { uses }))
+    }
+}
+
+impl<B: Backend> Tasks for Handle<B>
+where
+    ClaimTask: Run<B::Connection>,
+    RenewTasks: Run<B::Connection>,
+    EndTask: Run<B::Connection>,
+    GiveTaskBack: Run<B::Connection>,
+    ForgetTasks: Run<B::Connection>,
+{
+    fn claim(&self, lease: Uuid, now: Timestamp, lasting: SignedDuration) -> RepositoryFuture<'_, Option<ClaimedTask>> {
+        Box::pin(self.backend.queue(Subject::Nothing).write(ClaimTask { lease, now, lasting }))
+    }
+
+    fn renew(
+        &self,
+        leases: Vec<(Lease, f64)>,
+        now: Timestamp,
+        lasting: SignedDuration,
+    ) -> RepositoryFuture<'_, Vec<Lease>> {
+        Box::pin(self.backend.queue(Subject::Nothing).write(RenewTasks { leases, now, lasting }))
+    }
+
+    fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool> {
+        let write = EndTask { ended };
+        Box::pin(self.backend.queue(write.subject()).write(write))
+    }
+
+    fn give_back(&self, lease: Lease, until: Timestamp, counts: bool) -> RepositoryFuture<'_, ()> {
+        Box::pin(self.backend.queue(Subject::Nothing).write(GiveTaskBack { lease, until, counts }))
+    }
+
+    fn forget_tasks(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        Box::pin(self.backend.queue(Subject::Nothing).write(ForgetTasks { before, most }))
     }
 }

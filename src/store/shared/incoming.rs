@@ -7,7 +7,7 @@ use super::{
     operation::{Asked, InsertIteration, InsertRuns, Key, key_of},
 };
 use crate::jobs::{
-    NewIteration, NewRun, Receipt, Tenant,
+    Lease, NewIteration, NewRun, Receipt, Tenant,
     audit::{Action, By, Prepared},
 };
 
@@ -35,6 +35,11 @@ impl<'a> Incoming<'a> {
 
     pub fn key(&self) -> Option<Key<'a>> {
         self.receipt.map(|receipt| key_of(self.tenant(), receipt))
+    }
+
+    /// Under which lease, where a task asks for it.
+    pub fn lease(&self) -> Option<Lease> {
+        self.receipt.and_then(|receipt| receipt.request.lease)
     }
 
     /// What is done, and to what.

@@ -1,9 +1,15 @@
 //! What is done for no caller, as data.
 
-use jiff::Timestamp;
+use std::sync::Arc;
 
-use super::operation::Operation;
-use crate::jobs::{KeyId, KnownKey, San};
+use jiff::{SignedDuration, Timestamp};
+use uuid::Uuid;
+
+use super::{operation::Operation, subject::Subject};
+use crate::jobs::{
+    ClaimedTask, EndedTask, KeyId, KnownKey, Lease, San,
+    audit::{Sealing, WholeSeal},
+};
 
 /// Forgets kept answers from before a time, the oldest first, at most so many; answers how many.
 pub struct ForgetAnswers {
@@ -56,4 +62,72 @@ pub struct NoteUses {
 
 impl Operation for NoteUses {
     type Reply = ();
+}
+
+/// Seals the chains that grew; answers the seals, or none where another process is at it.
+pub struct SealAudit(pub Sealing);
+
+impl Operation for SealAudit {
+    type Reply = Option<Vec<WholeSeal>>;
+}
+
+/// Takes the task that is next.
+pub struct ClaimTask {
+    pub lease: Uuid,
+    pub now: Timestamp,
+    pub lasting: SignedDuration,
+}
+
+impl Operation for ClaimTask {
+    type Reply = Option<ClaimedTask>;
+}
+
+/// Prolongs leases, each with how far its task is; answers those that hold.
+pub struct RenewTasks {
+    pub leases: Vec<(Lease, f64)>,
+    pub now: Timestamp,
+    pub lasting: SignedDuration,
+}
+
+impl Operation for RenewTasks {
+    type Reply = Vec<Lease>;
+}
+
+/// Writes down the end of a task; answers whether its lease held.
+pub struct EndTask {
+    pub ended: Arc<EndedTask>,
+}
+
+impl Operation for EndTask {
+    type Reply = bool;
+
+    fn bytes(&self) -> usize {
+        self.ended.answer.body.len()
+    }
+
+    /// It is an event of the job.
+    fn subject(&self) -> Subject {
+        self.ended.job.map_or(Subject::Nothing, Subject::Job)
+    }
+}
+
+/// Gives a task back to whoever takes it after a time.
+pub struct GiveTaskBack {
+    pub lease: Lease,
+    pub until: Timestamp,
+    pub counts: bool,
+}
+
+impl Operation for GiveTaskBack {
+    type Reply = ();
+}
+
+/// Forgets tasks that ended before a time, at most so many; answers how many.
+pub struct ForgetTasks {
+    pub before: Timestamp,
+    pub most: u32,
+}
+
+impl Operation for ForgetTasks {
+    type Reply = u64;
 }

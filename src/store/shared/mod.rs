@@ -20,7 +20,7 @@ mod row;
 mod subject;
 mod weight;
 
-pub use about::of_job;
+pub use about::{of_job, of_keys};
 pub use access::{Read, Write};
 pub use around::around;
 pub use audit::{Growing, NewEntry, target};
@@ -31,22 +31,29 @@ pub use handle::{Backend, Handle};
 pub use incoming::Incoming;
 pub use keyed::{behind, place};
 pub use lists::{Counted, Listed, in_order, page, told};
-pub use maintenance::{FindCertificate, FindKey, ForgetAnswers, HasKeys, NoteUses, Probe};
+pub use maintenance::{
+    ClaimTask, EndTask, FindCertificate, FindKey, ForgetAnswers, ForgetTasks, GiveTaskBack, HasKeys, NoteUses, Probe,
+    RenewTasks, SealAudit,
+};
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
-    Asked, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256, GetBlocks,
-    GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes,
-    GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetStream, GetStreamState, GetSuccessors, GetTrace,
-    InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream,
-    Key, ListFits, ListJobs, ListKeys, ListPlants, ListRecords, Operation, PatchJob, PatchKey, PatchPlant, RevokeKey,
-    RotateKey, VerifyAudit, key_of,
+    Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256,
+    GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes,
+    GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask,
+    GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant,
+    InsertRecord, InsertRuns, InsertStream, InsertTask, Key, ListFits, ListJobs, ListKeys, ListPlants, ListRecords,
+    ListTasks, Operation, PatchJob, PatchKey, PatchPlant, RevokeKey, RotateKey, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock, FoundFit,
-    FoundIteration, FoundNodes, FoundRow, FoundStreamRow, HeadRow, IterationRow, JobRow, KeyRow, KnownKeyRow, Latest,
-    MeasurandRow, MeasuredTooth, NodesRow, PlantRow, RecordRow, RecordSummaryRow, StateRow, StreamRow, TracedFitRow,
-    TracedIterationRow, entries,
+    AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock,
+    FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, GrownRow, HeadRow, IterationRow, JobRow,
+    KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow, Latest, MeasurandRow, MeasuredTooth, NewestSealRow,
+    NodesRow, PlantRow, RecordRow, RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StreamRow, TaskResultRow,
+    TaskRow, TracedFitRow, TracedIterationRow, entries, grown, last_seals, page_of_seals,
 };
-pub(in crate::store) use row::{entry_columns, figure_columns, job_columns, key_columns, plant_columns};
+pub(in crate::store) use row::{
+    claimed_task_columns, entry_columns, figure_columns, job_columns, key_columns, plant_columns, seal_columns,
+    task_columns,
+};
 pub use subject::Subject;

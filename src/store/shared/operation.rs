@@ -12,10 +12,11 @@ use super::{
 use crate::{
     jobs::{
         Answer, ApiKey, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job,
-        JobEvent, JobPatch, KeyId, KeyPatch, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun,
-        NewStream, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record,
-        RecordKind, RecordSummary, Rotation, Stored, Stream, StreamState, Successors, Tenant, Trace,
-        audit::{Chain, Contents, Entry, Prepared, Verdict},
+        JobEvent, JobPatch, KeyId, KeyPatch, Lease, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant,
+        NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors,
+        Receipt, Record, RecordKind, RecordSummary, Rotation, Stored, Stream, StreamState, Successors, Task, TaskQuery,
+        TaskResult, Tenant, Trace,
+        audit::{Chain, Contents, Entry, Prepared, Seal, Verdict},
     },
     key_operations, repository_operations,
 };
@@ -47,6 +48,11 @@ pub trait Operation: Send + Sync + 'static {
 
     /// The idempotency key that it uses, once it is known whose.
     fn key(&self) -> Option<Key<'_>> {
+        None
+    }
+
+    /// The lease under which a task asks for it.
+    fn lease(&self) -> Option<Lease> {
         None
     }
 }
@@ -82,6 +88,10 @@ impl<O: Operation> Operation for Asked<O> {
 
     fn key(&self) -> Option<Key<'_>> {
         self.write.receipt().map(|receipt| key_of(&self.caller.tenant, receipt))
+    }
+
+    fn lease(&self) -> Option<Lease> {
+        self.write.receipt().and_then(|receipt| receipt.request.lease)
     }
 }
 

@@ -14,7 +14,7 @@ use super::{
     operation::{Asked, InsertIteration, Key, Operation},
     subject::Subject,
 };
-use crate::jobs::RepositoryError;
+use crate::jobs::{Lease, RepositoryError};
 
 /// Writes in one transaction.
 const MOST_WRITES: usize = 128;
@@ -66,6 +66,7 @@ pub trait AnyPending<C>: Send {
     fn bytes(&self) -> usize;
     fn subject(&self) -> Subject;
     fn key(&self) -> Option<Key<'_>>;
+    fn lease(&self) -> Option<Lease>;
     fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a>;
     fn end(self: Box<Self>, failure: Option<RepositoryError>);
 }
@@ -81,6 +82,10 @@ impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
 
     fn key(&self) -> Option<Key<'_>> {
         self.operation.key()
+    }
+
+    fn lease(&self) -> Option<Lease> {
+        self.operation.lease()
     }
 
     fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a> {
@@ -128,6 +133,14 @@ impl<C> Queued<C> {
         match self {
             Queued::Iteration(pending) => pending.operation.key(),
             Queued::Single(pending) => pending.key(),
+        }
+    }
+
+    /// The lease under which a task asks for it.
+    pub fn lease(&self) -> Option<Lease> {
+        match self {
+            Queued::Iteration(pending) => pending.operation.lease(),
+            Queued::Single(pending) => pending.lease(),
         }
     }
 

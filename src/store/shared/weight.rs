@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use crate::jobs::{
     Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeyId, KeyPatch, NewBlock, NewFit, NewIteration, NewKey,
-    NewPlant, NewRun, NewStream, PlantPatch, Precondition, Receipt, Record, Rotation, Tenant,
+    NewPlant, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record, Rotation, Tenant,
 };
 
 /// Part of a write.
@@ -46,8 +46,17 @@ light!(
     Tenant,
     Timestamp,
     Uuid,
-    u32
+    u32,
+    u64
 );
+
+impl Weight for Option<Uuid> {}
+
+impl Weight for NewTask {
+    fn bytes(&self) -> usize {
+        NewTask::bytes(self)
+    }
+}
 
 impl Weight for Option<Receipt> {
     fn receipt(&self) -> Option<&Receipt> {

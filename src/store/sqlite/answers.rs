@@ -6,7 +6,7 @@
 use jiff::Timestamp;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use super::time;
+use super::{tasks, time};
 use crate::{
     jobs::{Answer, Caller, Receipt, RepositoryError, Stored, Tenant},
     store::shared::{AnswerRow, ForgetAnswers, GetAnswer, Outcome, Read, Run, around},
@@ -24,9 +24,10 @@ pub async fn is_taken(db: &mut SqliteConnection, tenant: &Tenant, receipt: &Rece
 }
 
 /// Refuses a request whose key has an answer already (its client asked twice, and the other one was
-/// first).
+/// first), and one of a task that another does by now.
 pub async fn refuse_taken(db: &mut SqliteConnection, tenant: &Tenant, receipt: Option<&Receipt>) -> Outcome<()> {
     match receipt {
+        Some(receipt) if !tasks::holds(db, receipt).await? => Err(RepositoryError::LeaseLost.into()),
         Some(receipt) if is_taken(db, tenant, receipt).await? => Err(RepositoryError::KeyTaken.into()),
         _ => Ok(()),
     }
@@ -38,7 +39,7 @@ pub struct StoredFit<'a> {
     pub result: &'a str,
 }
 
-/// Keeps the answer in the transaction of what it tells of.
+/// Keeps the answer in the transaction of what it tells of, and ends the task that asked for it.
 pub async fn keep(
     db: &mut SqliteConnection,
     tenant: &Tenant,
@@ -72,7 +73,10 @@ pub async fn keep(
     .bind(time::to_text(now))
     .execute(&mut *db)
     .await?;
-    Ok(())
+    match receipt.request.lease {
+        Some(lease) => tasks::end_kept(db, lease, status, now).await,
+        None => Ok(()),
+    }
 }
 
 impl Read<SqlitePool> for GetAnswer {

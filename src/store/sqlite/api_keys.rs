@@ -3,12 +3,15 @@
 use jiff::Timestamp;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use super::{answers, locate::signed, time};
+use super::{answers, audit, audit_keys::of_tenant, locate::signed, time};
 use crate::{
-    jobs::{ApiKey, Caller, KeyId, KnownKey, NewKey, Page, RepositoryError, Resource, San, Stored, Tenant},
+    jobs::{
+        ApiKey, Caller, KeyId, KnownKey, NewKey, Page, RepositoryError, Resource, San, Stored, Tenant, audit::Action,
+    },
     store::shared::{
-        Asked, FindCertificate, FindKey, GetKey, HasKeys, InsertKey, KeyRow, KnownKeyRow, ListKeys, NoteUses, Outcome,
-        PatchKey, Read, RevokeKey, RotateKey, Run, Write, behind, key_columns, place,
+        Asked, FindCertificate, FindKey, GetKey, HasKeys, InsertKey, KeptKeyRow, KeyRow, KnownKeyRow, ListKeys,
+        NoteUses, Outcome, PatchKey, Read, RevokeKey, RotateKey, Run, Write, behind, key_columns, of_keys, place,
+        target,
     },
 };
 
@@ -131,12 +134,29 @@ async fn update(db: &mut SqliteConnection, key: &ApiKey) -> Outcome<()> {
     Ok(())
 }
 
+/// A key of a tenant with the digest of its secret.
+async fn kept(db: &mut SqliteConnection, tenant: &Tenant, id: KeyId) -> Outcome<NewKey> {
+    let row: Option<KeptKeyRow> = sqlx::query_as(concat!(
+        "SELECT ",
+        key_columns!(),
+        ", k.sha256 AS sha256 FROM api_keys k WHERE k.id = ? AND k.tenant = ?"
+    ))
+    .bind(id.to_string())
+    .bind(tenant.as_str())
+    .fetch_optional(db)
+    .await?;
+    Ok(row.ok_or(RepositoryError::NotFound(Resource::Key))?.into())
+}
+
 impl Write<SqliteConnection> for InsertKey {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
         let (InsertKey { key: new, receipt }, tenant) = (&asked.write, asked.tenant());
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         refuse_taken(db, new.key.san.as_ref()).await?;
+        let mut chain = of_tenant(db, asked.by(), tenant).await?;
         insert(db, tenant, new).await?;
+        asked.enter(&mut chain, Action::CreateKey, target::key(new.key.id));
+        audit::store(db, chain).await?;
         let stored = Stored { number: 0, version: new.key.version };
         answers::keep(db, tenant, receipt.as_ref(), stored, new.key.created_at, None).await?;
         Ok(stored)
@@ -145,13 +165,17 @@ impl Write<SqliteConnection> for InsertKey {
 
 impl Write<SqliteConnection> for PatchKey {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<ApiKey> {
-        let before = located(db, asked.tenant(), asked.write.id).await?;
-        asked.write.precondition.check(before.version)?;
-        let after = before.patched(asked.write.patch.clone())?;
-        if after.version != before.version {
-            update(db, &after).await?;
+        let (PatchKey { id, patch, precondition }, tenant) = (&asked.write, asked.tenant());
+        let NewKey { key: before, sha256 } = kept(db, tenant, *id).await?;
+        precondition.check(before.version)?;
+        let after = NewKey { key: before.patched(patch.clone())?, sha256 };
+        if after.key.version != before.version {
+            let mut chain = of_tenant(db, asked.by(), tenant).await?;
+            update(db, &after.key).await?;
+            asked.enter_found(&mut chain, of_keys([&after], None), Action::ChangeKey, target::key(*id));
+            audit::store(db, chain).await?;
         }
-        Ok(after)
+        Ok(after.key)
     }
 }
 
@@ -159,9 +183,14 @@ impl Write<SqliteConnection> for RotateKey {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
         let (RotateKey { rotation, receipt }, tenant) = (&asked.write, asked.tenant());
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
-        let old = located(db, tenant, rotation.of).await?.rotated(rotation.old_ends)?;
-        update(db, &old).await?;
+        let NewKey { key: old, sha256 } = kept(db, tenant, rotation.of).await?;
+        let old = NewKey { key: old.rotated(rotation.old_ends)?, sha256 };
+        let mut chain = of_tenant(db, asked.by(), tenant).await?;
+        update(db, &old.key).await?;
         insert(db, tenant, &rotation.new).await?;
+        let contents = of_keys([&old, &rotation.new], None);
+        asked.enter_found(&mut chain, contents, Action::RotateKey, target::key(rotation.of));
+        audit::store(db, chain).await?;
         let new = &rotation.new.key;
         let stored = Stored { number: 0, version: new.version };
         answers::keep(db, tenant, receipt.as_ref(), stored, new.created_at, None).await?;
@@ -171,11 +200,16 @@ impl Write<SqliteConnection> for RotateKey {
 
 impl Write<SqliteConnection> for RevokeKey {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<()> {
-        let key = located(db, asked.tenant(), asked.write.id).await?;
-        match key.revoked_at {
-            Some(_) => Ok(()),
-            None => update(db, &key.revoked(asked.write.now)).await,
+        let (RevokeKey { id, now }, tenant) = (&asked.write, asked.tenant());
+        let NewKey { key, sha256 } = kept(db, tenant, *id).await?;
+        if key.revoked_at.is_none() {
+            let revoked = NewKey { key: key.revoked(*now), sha256 };
+            let mut chain = of_tenant(db, asked.by(), tenant).await?;
+            update(db, &revoked.key).await?;
+            asked.enter_found(&mut chain, of_keys([&revoked], None), Action::RevokeKey, target::key(*id));
+            audit::store(db, chain).await?;
         }
+        Ok(())
     }
 }
 

@@ -6,10 +6,7 @@ use uuid::Uuid;
 
 use super::{locate::signed, time};
 use crate::{
-    jobs::{
-        Tenant,
-        audit::{By, Chain, Found, job_digest},
-    },
+    jobs::audit::{By, Chain, Found, job_digest},
     store::shared::{
         ChoiceRow, DecisionRow, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, Growing,
         HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
@@ -53,14 +50,8 @@ pub async fn of_job(db: &mut SqliteConnection, by: By<'_>, job: Uuid) -> Outcome
     }
 }
 
-/// The chain of a tenant, to add to it: of changes that are of no job.
-#[expect(dead_code, reason = "changes of keys are about to be entered by it")]
-pub async fn of_tenant(db: &mut SqliteConnection, tenant: &Tenant) -> Outcome<Growing> {
-    let head = head(db, Chain::Tenant.id(tenant)).await?;
-    Ok(Growing::from(tenant, Chain::Tenant, head.map(Into::into)))
-}
-
-async fn head(db: &mut SqliteConnection, chain: Uuid) -> Outcome<Option<HeadRow>> {
+/// The last entry of a chain.
+pub async fn head(db: &mut SqliteConnection, chain: Uuid) -> Outcome<Option<HeadRow>> {
     let head = sqlx::query_as("SELECT number, sha256 FROM audit WHERE chain = ? ORDER BY number DESC LIMIT 1");
     Ok(head.bind(chain).fetch_optional(db).await?)
 }

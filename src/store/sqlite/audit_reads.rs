@@ -1,13 +1,15 @@
 //! The audit, read and verified.
 
-use futures_util::TryStreamExt as _;
-use sqlx::{FromRow, SqlitePool};
+use std::collections::BTreeMap;
 
-use super::{audit::found, jobs, locate::signed};
+use futures_util::TryStreamExt as _;
+use sqlx::{FromRow, SqliteConnection, SqlitePool};
+
+use super::{audit, audit_keys, jobs, locate::signed};
 use crate::{
     jobs::{
-        Caller, Page, PageRequest,
-        audit::{Chain, Entry, Head, Verdict, Verifier},
+        Caller, Page, PageRequest, Tenant,
+        audit::{Chain, Entry, Head, Sha256Digest, Verdict, Verifier},
     },
     store::shared::{EntryRow, GetAudit, HeadRow, Outcome, Read, VerifyAudit, entries, entry_columns},
 };
@@ -39,31 +41,43 @@ impl Read<SqlitePool> for VerifyAudit {
     /// In one state of the database.
     async fn read(&self, Caller { tenant, .. }: &Caller, from: &SqlitePool) -> Outcome<Verdict> {
         let mut db = from.begin().await?;
-        let sealed: Vec<HeadRow> =
-            sqlx::query_as("SELECT number, sha256 FROM audit_sealed WHERE chain = ? AND tenant = ?")
-                .bind(self.job)
-                .bind(tenant.as_str())
-                .fetch_all(&mut *db)
-                .await?;
-        let sealed = sealed.into_iter().map(Head::from).map(|head| (head.number, head.sha256)).collect();
-        let mut verifier = Verifier::of(Chain::Job(self.job), tenant, sealed);
-        let mut rows = sqlx::query(concat!(
-            "SELECT ",
-            entry_columns!(),
-            " FROM audit WHERE chain = ? AND tenant = ? ORDER BY number"
-        ))
-        .bind(self.job)
-        .bind(tenant.as_str())
-        .fetch(&mut *db);
-        let mut none = true;
-        while let Some(row) = rows.try_next().await? {
-            none = false;
-            verifier.entry(EntryRow::from_row(&row).ok().and_then(EntryRow::entry).as_ref());
+        let verdict = verify(&mut db, tenant, self.chain, BTreeMap::new()).await?;
+        if let (Chain::Job(job), Verdict::Intact { entries: 0, .. }) = (self.chain, verdict) {
+            // one that was deleted has entries
+            jobs::located(&mut db, tenant, job).await?;
         }
-        drop(rows);
-        if none {
-            jobs::located(&mut db, tenant, self.job).await?;
-        }
-        Ok(verifier.conclude(&found(&mut db, self.job).await?))
+        Ok(verdict)
     }
+}
+
+/// Whether a chain and the rows that it tells of are as they were written. What `sealed` says
+/// counts more than the seals of the database.
+pub async fn verify(
+    db: &mut SqliteConnection,
+    tenant: &Tenant,
+    chain: Chain,
+    sealed: BTreeMap<u64, Sha256Digest>,
+) -> Outcome<Verdict> {
+    let id = chain.id(tenant);
+    let own: Vec<HeadRow> = sqlx::query_as("SELECT number, sha256 FROM audit_sealed WHERE chain = ? AND tenant = ?")
+        .bind(id)
+        .bind(tenant.as_str())
+        .fetch_all(&mut *db)
+        .await?;
+    let own = own.into_iter().map(Head::from).map(|head| (head.number, head.sha256));
+    let mut verifier = Verifier::of(chain, tenant, own.chain(sealed).collect());
+    let mut rows =
+        sqlx::query(concat!("SELECT ", entry_columns!(), " FROM audit WHERE chain = ? AND tenant = ? ORDER BY number"))
+            .bind(id)
+            .bind(tenant.as_str())
+            .fetch(&mut *db);
+    while let Some(row) = rows.try_next().await? {
+        verifier.entry(EntryRow::from_row(&row).ok().and_then(EntryRow::entry).as_ref());
+    }
+    drop(rows);
+    let found = match chain {
+        Chain::Job(job) => audit::found(db, job).await?,
+        Chain::Tenant => audit_keys::found(db, tenant).await?,
+    };
+    Ok(verifier.conclude(&found))
 }

@@ -16,7 +16,8 @@ impl Read<SqlitePool> for GetEvents {
                 coalesce(f.id, (SELECT id FROM fits WHERE iteration = e.iteration ORDER BY seq LIMIT 1)) AS fit_id,
                 c.position AS choice, c.reason AS choice_reason,
                 d.decision AS decision, d.reason AS decision_reason,
-                e.stream AS stream_id, e.state AS state, e.sequence AS sequence, e.node_count AS node_count
+                e.stream AS stream_id, e.state AS state, e.sequence AS sequence, e.node_count AS node_count,
+                e.operation AS operation, e.operation_state AS operation_state
          FROM jobs j JOIN events e ON e.job = j.seq
               LEFT JOIN iterations i ON i.seq = e.iteration
               LEFT JOIN fits f ON f.seq = e.fit

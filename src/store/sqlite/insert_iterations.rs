@@ -17,11 +17,11 @@ use super::{
     answers::{self, StoredFit},
     audit, fits,
     locate::signed,
-    records, time,
+    records, tasks, time,
 };
 use crate::{
     jobs::{
-        RepositoryError, Resource, Stored,
+        Lease, RepositoryError, Resource, Stored,
         audit::{Chain, Head},
     },
     store::shared::{
@@ -56,12 +56,12 @@ pub async fn insert(
     incoming: &[Incoming<'_>],
 ) -> Outcome<Vec<Result<Stored, RepositoryError>>> {
     let mut last = last_numbers(db, incoming).await?;
-    let taken = taken_keys(db, incoming).await?;
+    let refused = refused_keys(db, incoming).await?;
     last.begin_chains(db, incoming).await?;
     let mut replies = Vec::with_capacity(incoming.len());
     let mut accepted = Vec::with_capacity(incoming.len());
     for new in incoming.iter().copied() {
-        replies.push(last.number(new, &taken).map(|numbered| {
+        replies.push(last.number(new, &refused).map(|numbered| {
             let stored = Stored { number: numbered.number, version: 1 };
             accepted.push(numbered);
             stored
@@ -166,11 +166,14 @@ impl LastNumbers {
     }
 
     /// Gives an iteration its numbers, or says why it is not stored.
-    fn number<'a>(&mut self, new: Incoming<'a>, taken: &HashSet<Key<'_>>) -> Result<Numbered<'a>, RepositoryError> {
+    fn number<'a>(&mut self, new: Incoming<'a>, refused: &RefusedKeys<'_>) -> Result<Numbered<'a>, RepositoryError> {
         let job = self.jobs.get_mut(&new.iteration.job_id).filter(|job| job.tenant == new.tenant().as_str());
         let (job, chain) =
             job.zip(self.chains.get_mut(&new.iteration.job_id)).ok_or(RepositoryError::NotFound(Resource::Job))?;
-        if new.key().is_some_and(|key| taken.contains(&key)) {
+        if new.lease().is_some_and(|lease| refused.lost.contains(&lease)) {
+            return Err(RepositoryError::LeaseLost);
+        }
+        if new.key().is_some_and(|key| refused.taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
         }
         new.iteration.check_gear(job.gear.as_deref())?;
@@ -214,18 +217,27 @@ async fn last_numbers(db: &mut SqliteConnection, incoming: &[Incoming<'_>]) -> O
     Ok(last)
 }
 
-/// Which of the keys named have an answer already. (Two requests of a group with one key break the
-/// index of keys; each is then tried alone.)
-async fn taken_keys<'a>(db: &mut SqliteConnection, incoming: &[Incoming<'a>]) -> Outcome<HashSet<Key<'a>>> {
-    let mut taken = HashSet::new();
+/// What is not stored for.
+#[derive(Default)]
+struct RefusedKeys<'a> {
+    taken: HashSet<Key<'a>>,
+    lost: HashSet<Lease>,
+}
+
+/// Which of the keys named have an answer already, and which tasks others do by now. (Two requests
+/// of a group with one key break the index of keys; each is then tried alone.)
+async fn refused_keys<'a>(db: &mut SqliteConnection, incoming: &[Incoming<'a>]) -> Outcome<RefusedKeys<'a>> {
+    let mut refused = RefusedKeys::default();
     for new in incoming {
-        if let Some(receipt) = new.receipt
-            && answers::is_taken(db, new.tenant(), receipt).await?
-        {
-            taken.extend(new.key());
+        let Some(receipt) = new.receipt else { continue };
+        if !tasks::holds(db, receipt).await? {
+            refused.lost.extend(new.lease());
+        }
+        if answers::is_taken(db, new.tenant(), receipt).await? {
+            refused.taken.extend(new.key());
         }
     }
-    Ok(taken)
+    Ok(refused)
 }
 
 /// One statement for each of the five tables, sent together.

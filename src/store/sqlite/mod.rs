@@ -24,7 +24,10 @@
 mod answers;
 mod api_keys;
 mod audit;
+mod audit_keys;
 mod audit_reads;
+mod audit_seals;
+mod auditor;
 mod backup;
 mod blocks;
 mod decisions;
@@ -43,11 +46,13 @@ mod records;
 mod runs;
 mod store;
 mod streams;
+mod tasks;
 mod time;
 mod trace;
 mod upkeep;
 mod writer;
 
+pub use auditor::SqliteAuditor;
 pub use backup::{BackupError, backup};
 pub use error::OpenError;
 pub use open::{StoreSettings, migrations};

@@ -2,11 +2,12 @@
 
 use sqlx::{SqliteConnection, SqlitePool};
 
-use super::{answers, api_keys, locate::signed, time};
+use super::{answers, api_keys, audit, audit_keys::of_tenant, locate::signed, time};
 use crate::{
-    jobs::{Caller, Cursor, Page, Plant, RepositoryError, Resource, Stored, Tenant},
+    jobs::{Caller, Cursor, Page, Plant, RepositoryError, Resource, Stored, Tenant, audit::Action},
     store::shared::{
-        Asked, GetPlant, InsertPlant, ListPlants, Outcome, PatchPlant, PlantRow, Read, Write, plant_columns,
+        Asked, GetPlant, InsertPlant, ListPlants, Outcome, PatchPlant, PlantRow, Read, Write, of_keys, plant_columns,
+        target,
     },
 };
 
@@ -50,6 +51,7 @@ impl Write<SqliteConnection> for InsertPlant {
         if find(db, &plant.name).await?.is_some() {
             return Err(RepositoryError::TenantExists.into());
         }
+        let mut chain = of_tenant(db, asked.by(), &plant.name).await?;
         sqlx::query(
             "INSERT INTO tenants (id, name, description, suspended, version, created_at, updated_at)
              VALUES (?, ?, ?, ?, ?, ?, ?)",
@@ -64,6 +66,8 @@ impl Write<SqliteConnection> for InsertPlant {
         .execute(&mut *db)
         .await?;
         api_keys::insert(db, &plant.name, &new.key).await?;
+        asked.enter(&mut chain, Action::CreateTenant, target::tenant(&plant.name));
+        audit::store(db, chain).await?;
         let stored = Stored { number: 0, version: plant.version };
         answers::keep(db, tenant, receipt.as_ref(), stored, plant.created_at, None).await?;
         Ok(stored)
@@ -76,6 +80,7 @@ impl Write<SqliteConnection> for PatchPlant {
         asked.write.precondition.check(before.version)?;
         let after = before.patched(asked.write.patch.clone(), asked.write.now);
         if after.version != before.version {
+            let mut chain = of_tenant(db, asked.by(), &after.name).await?;
             sqlx::query(
                 "UPDATE tenants SET description = ?, suspended = ?, version = ?, updated_at = ? WHERE name = ?",
             )
@@ -84,8 +89,11 @@ impl Write<SqliteConnection> for PatchPlant {
             .bind(signed(after.version))
             .bind(time::to_text(after.updated_at))
             .bind(after.name.as_str())
-            .execute(db)
+            .execute(&mut *db)
             .await?;
+            let contents = of_keys([], Some(&after));
+            asked.enter_found(&mut chain, contents, Action::ChangeTenant, target::tenant(&after.name));
+            audit::store(db, chain).await?;
         }
         Ok(after)
     }

@@ -6,18 +6,20 @@ use jiff::Timestamp;
 use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{
+    auditor::SqliteAuditor,
     error::{OpenError, failure},
     lock,
     open::StoreSettings,
-    upkeep,
+    tasks, upkeep,
     writer::Writer,
 };
 use crate::{
     jobs::{
         self, ANSWERS_KEPT, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture,
-        Upkeep,
+        Tasks, Upkeep,
+        audit::{Auditor, Sealing, WholeSeal},
     },
-    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, Subject, queue},
+    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, SealAudit, Subject, queue},
     telemetry,
 };
 
@@ -43,7 +45,8 @@ impl SqliteStore {
         let lock = lock::take(&path).await?;
         let mut connection = settings.open_writer().await?;
         let old = ForgetAnswers { before: clock.now() - ANSWERS_KEPT, most: u32::MAX };
-        old.run(&mut connection).await.map_err(|error| OpenError::from_store(path, error))?;
+        old.run(&mut connection).await.map_err(|error| OpenError::from_store(path.clone(), error))?;
+        tasks::free_all(&mut connection).await.map_err(|error| OpenError::from_store(path, error.into()))?;
         let readers = settings.open_readers().await?;
         let seconds = |operation| metrics::histogram!(telemetry::STORE_SECONDS, "operation" => operation);
         let (queue, waiting) = queue(settings.queue, seconds("write"));
@@ -86,7 +89,15 @@ impl jobs::Store for SqliteStore {
         Arc::new(Handle::new(self.0.clone(), caller.clone()))
     }
 
+    fn auditor(&self) -> Arc<dyn Auditor> {
+        Arc::new(SqliteAuditor(self.0.readers.clone()))
+    }
+
     fn credentials(&self) -> Arc<dyn Credentials> {
+        Arc::new(Handle::of_nobody(self.0.clone()))
+    }
+
+    fn tasks(&self) -> Arc<dyn Tasks> {
         Arc::new(Handle::of_nobody(self.0.clone()))
     }
 }
@@ -94,6 +105,10 @@ impl jobs::Store for SqliteStore {
 impl Upkeep for SqliteStore {
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         Box::pin(self.0.queue.write(ForgetAnswers { before, most }))
+    }
+
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+        Box::pin(self.0.queue.write(SealAudit(sealing)))
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

@@ -20,7 +20,7 @@ use tokio::io::AsyncWriteExt;
 async fn begun(app: &TestApp, path: &str, headers: &str, body: &str) -> tokio::net::TcpStream {
     let mut stream = tokio::net::TcpStream::connect(app.base.trim_start_matches("http://")).await.unwrap();
     let head = format!(
-        "POST {path} HTTP/1.1\r\nhost: here\r\ncontent-type: application/json\r\ncontent-length: {}\r\n{headers}\r\n",
+        "POST {path} HTTP/1.1\r\nhost: [::1]\r\ncontent-type: application/json\r\ncontent-length: {}\r\n{headers}\r\n",
         body.len()
     );
     stream.write_all(head.as_bytes()).await.unwrap();

@@ -50,6 +50,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("create_job", Trivial("texts of bounded lengths")),
     ("create_iteration", Dear("{job}/iterations", dear::lp)),
     ("create_iteration_fit", Dear("{job}/iterations/1/fits", dear::lp_refit)),
+    ("preview_iteration_fit", Dear("{job}/iterations/1/preview", dear::lp_refit)),
     ("replay_fit", Bounded("{job}/iterations/1/fits/{dear_fit}/replay", dear::nothing)),
     ("gear_geometry", Trivial("closed forms of one gear")),
     ("gear_tolerances", Trivial("a table and closed forms")),
@@ -86,7 +87,7 @@ pub struct Metrics {
 impl Metrics {
     pub fn of(address: &str) -> Self {
         let mut stream = TcpStream::connect(address).unwrap();
-        stream.write_all(b"GET /metrics HTTP/1.1\r\nhost: here\r\nconnection: close\r\n\r\n").unwrap();
+        stream.write_all(b"GET /metrics HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n").unwrap();
         let mut text = String::new();
         stream.read_to_string(&mut text).unwrap();
         let sum = |name: &str| {
@@ -102,7 +103,7 @@ pub fn sent(address: &str, path: &str, body: &Body) -> TcpStream {
     let mut stream = TcpStream::connect(address).unwrap();
     let Body { media, bytes } = body;
     let head = format!(
-        "POST {path} HTTP/1.1\r\nhost: here\r\ncontent-type: {media}\r\ncontent-length: {}\r\n\r\n",
+        "POST {path} HTTP/1.1\r\nhost: [::1]\r\ncontent-type: {media}\r\ncontent-length: {}\r\n\r\n",
         bytes.len()
     );
     stream.write_all(head.as_bytes()).unwrap();

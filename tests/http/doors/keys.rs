@@ -128,6 +128,16 @@ async fn a_key_from_its_making_to_its_end() {
     for path in ["/v1/keys/0123456789abcdef", "/v1/keys/nothing", "/v1/keys/0123456789ABCDEF"] {
         get(&app, &admin, path).await.problem(404, "not_found");
     }
+    // all that was done is in the chain of the tenant, and no secret
+    let told = get(&app, &admin, "/v1/audit").await;
+    let entries = told.json()["items"].as_array().unwrap().clone();
+    let actions: Vec<_> = entries.iter().map(|entry| entry["action"].as_str().unwrap()).collect();
+    assert_eq!(actions, ["key.create", "key.create", "key.change", "key.rotate", "key.revoke"]);
+    let actor = format!("key-{}", &admin[4..20]);
+    assert!(entries[1..].iter().all(|entry| entry["actor"] == *actor && entry["peer"] == "127.0.0.1"), "{}", told.text);
+    assert_eq!(entries[4]["target"], *place);
+    assert!([&admin, &secret, &new].iter().all(|key| !told.text.contains(&key[21..85])));
+    assert!(entries[1].get("request_id").is_some());
     app.stop().await;
 }
 
@@ -302,6 +312,11 @@ async fn the_first_key_is_made_on_the_database() {
     .await;
     assert_eq!(get(&app, key.trim(), "/v1/whoami").await.json()["tenant"], "plant-7");
     assert_eq!(get(&app, root.trim(), "/v1/tenants/plant-7").await.json()["suspended"], false);
+    let entered = get(&app, key.trim(), "/v1/audit").await.json();
+    assert_eq!(
+        (&entered["items"][0]["actor"], &entered["items"][0]["action"], entered["items"].as_array().unwrap().len()),
+        (&"keys create".into(), &"tenant.create".into(), 1)
+    );
     app.fit(CURVE).await.problem(401, "unauthorized");
     // a server has the file open
     let (done, _, said) = create(&["--tenant", "plant-7", "--role", "admin"]);

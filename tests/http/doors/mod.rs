@@ -2,7 +2,8 @@
 
 mod callers;
 mod draining;
-mod keys;
+pub mod keys;
 mod roles;
 mod secrecy;
+mod sites;
 mod tls;

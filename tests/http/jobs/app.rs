@@ -77,6 +77,11 @@ impl TestApp {
         &self.server.as_ref().unwrap().state
     }
 
+    /// The server.
+    pub fn server(&self) -> &harness::TestApp {
+        self.server.as_ref().unwrap()
+    }
+
     pub fn database(&self) -> PathBuf {
         self.database.clone()
     }

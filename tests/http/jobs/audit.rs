@@ -87,10 +87,16 @@ async fn python_agrees() {
 }
 
 fn by_python(job: &str, page: &Value) -> String {
+    by_python_with(&[], job, page)
+}
+
+/// What the program prints, be it that it does not take the seals.
+pub fn by_python_with(options: &[&str], job: &str, page: &Value) -> String {
     let directory = tempfile::tempdir().unwrap();
     let file = directory.path().join("page.json");
     std::fs::write(&file, page.to_string()).unwrap();
     let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/verify_audit.py");
-    let output = Command::new("python3").arg(script).args(["default", job]).arg(file).output();
-    String::from_utf8(output.expect("python3 is there").stdout).unwrap().trim().to_owned()
+    let output = Command::new("python3").arg(script).args(options).args(["default", job]).arg(file).output();
+    let output = output.expect("python3 is there");
+    String::from_utf8([output.stdout, output.stderr].concat()).unwrap().trim().to_owned()
 }

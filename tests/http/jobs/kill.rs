@@ -112,8 +112,8 @@ impl Server {
 #[tokio::test]
 async fn a_full_disk_is_not_the_end() {
     let directory = tempfile::tempdir().unwrap();
-    // its files cannot become longer than 2,048 blocks of the shell
-    let server = Server::start_within("ulimit -f 2048", &directory.path().join("jobs.db"));
+    // its files cannot become longer than 4,096 blocks of the shell
+    let server = Server::start_within("ulimit -f 4096", &directory.path().join("jobs.db"));
     let client = Client::new();
     let status = |path: &'static str| {
         let request = client.get(format!("{}{path}", server.base));

@@ -9,8 +9,9 @@ use serde_json::{Map, Value, json};
 use super::app::{TestApp, iteration};
 
 const SHORT: usize = 16 << 10;
-const FIT: [&str; 10] = [
+const FIT: [&str; 11] = [
     "residuals",
+    "fitted",
     "collinearity",
     "lambda_curve",
     "matrix_b",
@@ -99,6 +100,7 @@ async fn answers_of_the_examples_are_short_and_include_only_adds() {
         ("create_fit", "/v1/fits".to_owned(), 200, &FIT[..]),
         ("create_iteration", format!("{job}/iterations"), 201, &FIT[..]),
         ("create_iteration_fit", format!("{place}/fits"), 201, &FIT[..]),
+        ("preview_iteration_fit", format!("{place}/preview"), 200, &FIT[..]),
         ("create_iteration_correction", format!("{place}/correction"), 201, &correction[..]),
     ] {
         for (name, body) in examples(operation) {

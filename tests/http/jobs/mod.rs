@@ -1,7 +1,7 @@
 //! Gear jobs over real HTTP.
 
 pub mod app;
-mod audit;
+pub mod audit;
 mod command_line;
 mod concurrency;
 mod conditional;
@@ -12,10 +12,13 @@ mod idempotency;
 pub mod kill;
 mod lean;
 mod life;
+pub mod long;
 mod measurand;
 mod plant;
+mod previews;
 mod refusals;
 mod replicas;
+mod seals;
 mod several;
 pub mod socket;
 mod stream_kill;

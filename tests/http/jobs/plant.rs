@@ -22,7 +22,7 @@ use tokio::{task::JoinSet, time::sleep};
 use super::{
     app::{Answer, iteration, send},
     events::Listener,
-    kill,
+    kill, long,
     streams::{block, spec},
 };
 use crate::{
@@ -84,6 +84,65 @@ impl Plant {
             stored.push((answer.json()["number"].as_u64().unwrap(), answer.text));
         }
         stored
+    }
+
+    /// Has iterations made by operations, one after the other: their numbers and answers, and how
+    /// many of them were begun more than once. One whose servers were lost too often has stored
+    /// nothing.
+    async fn operate(&self, job: &str) -> (Vec<(u64, String)>, u64) {
+        let (mut stored, mut again) = (Vec::new(), 0);
+        let path = format!("{job}/iterations");
+        for turn in 0.. {
+            if self.is_over() {
+                break;
+            }
+            let (key, body) = (format!("operation {turn}"), long::robust_iteration());
+            let later = |request: RequestBuilder| {
+                request.header("Idempotency-Key", &key).header("Prefer", "respond-async").json(&body)
+            };
+            let begun = self.ask(&path, later).await.expect(202);
+            let place = format!("{}{}", self.base, begun.header("location").unwrap());
+            let made = self.result(&place).await;
+            if made.status == 500 {
+                made.problem(500, "interrupted");
+                continue;
+            }
+            stored.push((made.expect(201).json()["number"].as_u64().unwrap(), String::new()));
+            let told = self.get(&place).await;
+            again += u64::from(told.json()["attempts"].as_u64().unwrap() > 1);
+            stored.last_mut().unwrap().1 = self.result(&place).await.expect(201).text;
+        }
+        (stored, again)
+    }
+
+    /// The answer of an operation, once it has one.
+    async fn result(&self, place: &str) -> Answer {
+        let begun = Instant::now();
+        loop {
+            let answer = self.get(&format!("{place}/result")).await;
+            if answer.status != 409 {
+                return answer;
+            }
+            assert!(begun.elapsed() < PATIENCE, "{place} does not end");
+        }
+    }
+
+    /// Asks until somebody has answered.
+    async fn get(&self, url: &str) -> Answer {
+        let begun = Instant::now();
+        loop {
+            let asked = self.client.get(url).header("Prefer", "wait=1").send().await;
+            if let Ok(response) = asked
+                && !matches!(response.status().as_u16(), 502..=504)
+            {
+                let (status, headers) = (response.status(), response.headers().clone());
+                if let Ok(text) = response.text().await {
+                    return Answer { status, headers, text };
+                }
+            }
+            assert!(begun.elapsed() < PATIENCE, "{url} is not answered");
+            sleep(Duration::from_millis(20)).await;
+        }
     }
 
     /// Posts the blocks of a stream: the answers.
@@ -171,23 +230,28 @@ struct Told {
     events: Arc<Mutex<Vec<u64>>>,
 }
 
+/// What was told is there once, and nothing else.
+async fn check_iterations(plant: &Plant, job: &str, told: &mut [(u64, String)]) {
+    told.sort_unstable();
+    let count = told.len() as u64;
+    assert!(told.iter().map(|(number, _)| *number).eq(1..=count), "each number was told once");
+    let mut there = Vec::new();
+    let mut cursor = String::new();
+    loop {
+        let trace = format!("{}{job}/trace?limit=200{cursor}", plant.base);
+        let page = send(plant.client.get(trace)).await.expect(200).json();
+        there.extend(page["iterations"].as_array().unwrap().iter().map(|iteration| iteration["id"].clone()));
+        let Some(next) = page["next_cursor"].as_str() else { break };
+        cursor = format!("&cursor={next}");
+    }
+    let ids = told.iter().map(|(_, text)| serde_json::from_str::<Value>(text).unwrap()["id"].clone());
+    assert!(there.into_iter().eq(ids), "and is there once");
+}
+
 impl Told {
     async fn check(mut self, plant: &Plant) {
-        self.iterations.sort_unstable();
+        check_iterations(plant, &self.job, &mut self.iterations).await;
         let count = self.iterations.len() as u64;
-        assert!(self.iterations.iter().map(|(number, _)| *number).eq(1..=count), "each number was told once");
-        let mut there = Vec::new();
-        let mut cursor = String::new();
-        loop {
-            let trace = format!("{}{}/trace?limit=200{cursor}", plant.base, self.job);
-            let page = send(plant.client.get(trace)).await.expect(200).json();
-            there.extend(page["iterations"].as_array().unwrap().iter().map(|iteration| iteration["id"].clone()));
-            let Some(next) = page["next_cursor"].as_str() else { break };
-            cursor = format!("&cursor={next}");
-        }
-        let ids = self.iterations.iter().map(|(_, text)| serde_json::from_str::<Value>(text).unwrap()["id"].clone());
-        assert!(there.into_iter().eq(ids), "and is there once");
-
         // the opening of the stream is an event, too
         let last = count + 1 + self.blocks.len() as u64;
         let begun = Instant::now();
@@ -236,6 +300,12 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
         probes.spawn(async move { (of, at.0.stream(&at.1).await) });
         told.push(Told { job, stream, events, ..Told::default() });
     }
+    let operated = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
+    let operated = operated.header("location").unwrap().to_owned();
+    let operating = tokio::spawn({
+        let at = (plant.clone(), operated.clone());
+        async move { at.0.operate(&at.1).await }
+    });
     let replicas = interrupted(&plant, &server, &url, proxy.servers, replicas, Duration::from_secs(seconds)).await;
     for (of, stored) in writers.join_all().await {
         told[of].iterations.extend(stored);
@@ -243,6 +313,10 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
     for (of, answers) in probes.join_all().await {
         told[of].blocks = answers;
     }
+    let (mut made, again) = operating.await.unwrap();
+    println!("{} operations, of which {again} were begun more than once", made.len());
+    assert!(!made.is_empty());
+    check_iterations(&plant, &operated, &mut made).await;
     for told in told {
         println!("{} iterations, {} blocks", told.iterations.len(), told.blocks.len());
         told.check(&plant).await;

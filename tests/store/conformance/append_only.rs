@@ -5,7 +5,7 @@ use flankfit::jobs::{Decision, DecisionEvent, Event, Precondition, RecordKind};
 use super::pair::Pair;
 
 /// What must be refused, of every table of the trace.
-const CHANGES: [&str; 16] = [
+const CHANGES: [&str; 20] = [
     "UPDATE iterations SET note = note",
     "DELETE FROM iterations",
     "UPDATE nodes SET data = data",
@@ -22,6 +22,10 @@ const CHANGES: [&str; 16] = [
     "DELETE FROM events",
     "UPDATE audit SET actor = actor",
     "DELETE FROM audit",
+    "UPDATE audit_seals SET root = root",
+    "DELETE FROM audit_seals",
+    "UPDATE audit_sealed SET number = number",
+    "DELETE FROM audit_sealed",
 ];
 
 pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
@@ -32,6 +36,7 @@ pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     let event = Event { reason: Some("slope".to_owned()), created_at: place.now() };
     let decision = DecisionEvent { decision: Decision::Remachine, event };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
+    super::seals::sealed(pair, 1).await;
     for sql in CHANGES {
         let refusal = pair.ground.refusal(sql).await;
         assert!(refusal.as_deref().is_some_and(|why| why.contains("append-only")), "{sql}: {refusal:?}");

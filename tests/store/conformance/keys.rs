@@ -11,9 +11,9 @@ use jiff::SignedDuration;
 use super::pair::Pair;
 use crate::support::{Values, WHOLE, receipt};
 
-const HOUR: SignedDuration = SignedDuration::from_hours(1);
+pub const HOUR: SignedDuration = SignedDuration::from_hours(1);
 
-fn key(place: &Values, tenant: &Tenant, san: Option<&str>) -> NewKey {
+pub fn key(place: &Values, tenant: &Tenant, san: Option<&str>) -> NewKey {
     let id = KeyId::of(place.id().as_u64_pair().1.rotate_left(17));
     let key = ApiKey {
         id,
@@ -30,6 +30,19 @@ fn key(place: &Values, tenant: &Tenant, san: Option<&str>) -> NewKey {
     };
     let sha256 = san.is_none().then(|| [id.number() as u8; 32]);
     NewKey { key, sha256 }
+}
+
+pub fn plant(place: &Values, name: &str) -> Plant {
+    let now = place.now();
+    Plant {
+        id: place.id(),
+        name: Tenant::named(name).unwrap(),
+        description: Some("halls A and B".to_owned()),
+        suspended: false,
+        version: 1,
+        created_at: now,
+        updated_at: now,
+    }
 }
 
 async fn stored(keys: &Arc<dyn Keys>, new: NewKey) -> ApiKey {
@@ -187,19 +200,7 @@ pub async fn tenants_begin_with_a_key(pair: &mut Pair) {
     assert_eq!(names(keys.plants(WHOLE).await.unwrap().items), ["default"]);
     let name = Tenant::named("plant-7").unwrap();
     assert!(matches!(keys.plant(name.clone()).await, Err(RepositoryError::NotFound(Resource::Tenant))));
-    let new = || {
-        let now = place.now();
-        let plant = Plant {
-            id: place.id(),
-            name: name.clone(),
-            description: Some("halls A and B".to_owned()),
-            suspended: false,
-            version: 1,
-            created_at: now,
-            updated_at: now,
-        };
-        Arc::new(NewPlant { plant, key: key(&place, &name, None) })
-    };
+    let new = || Arc::new(NewPlant { plant: plant(&place, name.as_str()), key: key(&place, &name, None) });
     let first = new();
     keys.insert_plant(first.clone(), Some(receipt("t", "POST /v1/tenants"))).await.unwrap();
     let again = new();

@@ -5,7 +5,9 @@
 mod answers;
 mod append_only;
 mod audit;
+mod audit_keys;
 mod blocks;
+mod examination;
 mod extremes;
 mod grounds;
 mod keys;
@@ -15,8 +17,10 @@ mod pair;
 mod recorder;
 mod records;
 mod runs;
+mod seals;
 pub mod streams;
 mod tampering;
+mod tasks;
 mod teeth;
 mod tenants;
 mod trace;
@@ -74,6 +78,11 @@ conformance! {
             what_is_refused_leaves_none,
             a_job_that_is_older_begins_with_what_was_found,
             chains_of_many_writers_have_no_gaps;
+        audit_keys:
+            changes_of_keys_and_tenants_are_entered,
+            keys_from_before_begin_the_chain,
+            changed_keys_are_found_at_their_numbers,
+            chains_of_keys_have_no_gaps;
         tampering:
             what_is_as_it_was_written_is_intact,
             changed_entries_are_found_at_their_numbers,
@@ -83,6 +92,10 @@ conformance! {
             the_last_estimate_stays_while_blocks_come,
             blocks_are_read_a_few_megabytes_at_a_time,
             a_deleted_stream_leaves_its_iteration;
+        examination:
+            all_that_is_as_it_was_written_is_intact,
+            what_was_kept_elsewhere_convicts,
+            changed_seals_are_found_at_their_numbers;
         extremes:
             nodes_keep_their_bits,
             figures_keep_their_bits_or_are_none,
@@ -109,10 +122,21 @@ conformance! {
             an_iteration_comes_with_its_records;
         runs:
             runs_are_stored_as_a_whole_or_not_at_all;
+        seals:
+            seals_have_the_ends_of_chains_that_grew,
+            every_head_is_sealed_once,
+            a_rewritten_chain_is_convicted_by_its_seals;
         streams:
             blocks_are_taken_in_their_turn_by_whoever_comes_first,
             a_job_lets_go_of_its_events_only_with_everything_else,
             a_stream_ends_once;
+        tasks:
+            a_task_comes_back_and_is_done_under_a_lease,
+            a_late_owner_stores_nothing,
+            whatever_is_stored_ends_its_task,
+            a_cancelled_task_stores_nothing,
+            tasks_of_a_tenant_are_bounded_and_its_own,
+            a_task_is_taken_by_one;
         teeth:
             a_tooth_that_the_gear_has_not_got_is_not_written,
             what_was_made_by_another_gear_is_not_written,

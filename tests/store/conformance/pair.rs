@@ -10,6 +10,8 @@ use std::{
 
 use flankfit::jobs::{Caller, Keys, Repository, RepositoryFuture, Store, Tenant};
 
+use uuid::Uuid;
+
 use super::recorder::{Exercised, Turns, Watched};
 use crate::support::{Values, caller};
 
@@ -26,12 +28,24 @@ pub trait Ground {
     /// What comes after all handles were closed: the store may be opened again.
     fn closed(&self) -> Soon<'_, ()>;
 
+    /// Waits until every transaction of the server that has begun has ended.
+    fn settled(&self) -> Soon<'_, ()>;
+
     /// Does something that the triggers would refuse, as an intruder does who owns the database.
     fn intrude(&self, sql: String) -> Soon<'_, ()>;
 
     /// Does something behind the handles' backs, as whoever owns the database; what the database
     /// says against it.
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>>;
+
+    /// A number that the database tells.
+    fn scalar(&self, sql: &'static str) -> Soon<'_, i64>;
+
+    /// Bytes as the database's SQL writes them.
+    fn literal(&self, bytes: &[u8]) -> String;
+
+    /// An id as the database's SQL writes it.
+    fn id(&self, id: Uuid) -> String;
 }
 
 /// See the module's documentation.

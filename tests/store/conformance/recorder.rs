@@ -9,17 +9,18 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, ApiKey, Block, Caller, Choice, Credentials, DecisionEvent, FinishedStream, FitRecord, FitSummary,
-        Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys, KnownKey, Measurand, NewBlock, NewFit, NewIteration,
-        NewKey, NewPlant, NewRun, NewStream, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor,
-        Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture,
-        Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors, Tenant, Trace, Upkeep, Wakes,
-        audit::{Chain, Entry, Verdict},
+        Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask, FinishedStream,
+        FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys, KnownKey, Lease, Measurand,
+        NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page, PageRequest, Plant,
+        PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
+        RepositoryError, RepositoryFuture, Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors,
+        Task, TaskQuery, TaskResult, Tasks, Tenant, Trace, Upkeep, Wakes,
+        audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
     },
     key_operations, repository_operations,
 };
 use flankfit_engine::estimation::Nodes;
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use uuid::Uuid;
 
 /// What was met.
@@ -48,7 +49,7 @@ impl Exercised {
 }
 
 /// Every refusal.
-const ERRORS: [&str; 24] = [
+const ERRORS: [&str; 27] = [
     "no job",
     "no iteration",
     "no fit",
@@ -56,6 +57,9 @@ const ERRORS: [&str; 24] = [
     "no record",
     "no key",
     "no tenant",
+    "no task",
+    "lease lost",
+    "tasks full",
     "key revoked",
     "no secret",
     "name taken",
@@ -84,6 +88,9 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::NotFound(Resource::Record) => "no record",
         RepositoryError::NotFound(Resource::Key) => "no key",
         RepositoryError::NotFound(Resource::Tenant) => "no tenant",
+        RepositoryError::NotFound(Resource::Task) => "no task",
+        RepositoryError::LeaseLost => "lease lost",
+        RepositoryError::TasksFull { .. } => "tasks full",
         RepositoryError::KeyRevoked => "key revoked",
         RepositoryError::NoSecret => "no secret",
         RepositoryError::SanTaken => "name taken",
@@ -107,8 +114,22 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 8] =
-    ["forget_answers", "check_writable", "ping", "close", "find_key", "find_certificate", "has_keys", "note_uses"];
+const UPKEEP: [&str; 14] = [
+    "seal_audit",
+    "forget_answers",
+    "check_writable",
+    "ping",
+    "close",
+    "find_key",
+    "find_certificate",
+    "has_keys",
+    "note_uses",
+    "claim",
+    "renew",
+    "end",
+    "give_back",
+    "forget_tasks",
+];
 
 /// A handle of which it is noted what is done for no caller.
 pub struct Watched {
@@ -129,6 +150,14 @@ impl Store for Watched {
         Arc::new(WatchedCredentials { credentials: self.store.credentials(), exercised: self.exercised.clone() })
     }
 
+    fn auditor(&self) -> Arc<dyn Auditor> {
+        self.store.auditor()
+    }
+
+    fn tasks(&self) -> Arc<dyn Tasks> {
+        Arc::new(WatchedTasks { tasks: self.store.tasks(), exercised: self.exercised.clone() })
+    }
+
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
         self.store.wakes()
     }
@@ -138,6 +167,11 @@ impl Upkeep for Watched {
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         self.exercised.operation("forget_answers");
         self.store.forget_answers(before, most)
+    }
+
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+        self.exercised.operation("seal_audit");
+        self.store.seal_audit(sealing)
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
@@ -217,5 +251,43 @@ impl Credentials for WatchedCredentials {
     fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
         self.exercised.operation("note_uses");
         self.credentials.note_uses(uses)
+    }
+}
+
+/// Of which it is noted what is done with tasks for no caller.
+struct WatchedTasks {
+    tasks: Arc<dyn Tasks>,
+    exercised: Arc<Exercised>,
+}
+
+impl Tasks for WatchedTasks {
+    fn claim(&self, lease: Uuid, now: Timestamp, lasting: SignedDuration) -> RepositoryFuture<'_, Option<ClaimedTask>> {
+        self.exercised.operation("claim");
+        self.tasks.claim(lease, now, lasting)
+    }
+
+    fn renew(
+        &self,
+        leases: Vec<(Lease, f64)>,
+        now: Timestamp,
+        lasting: SignedDuration,
+    ) -> RepositoryFuture<'_, Vec<Lease>> {
+        self.exercised.operation("renew");
+        self.tasks.renew(leases, now, lasting)
+    }
+
+    fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool> {
+        self.exercised.operation("end");
+        self.tasks.end(ended)
+    }
+
+    fn give_back(&self, lease: Lease, until: Timestamp, counts: bool) -> RepositoryFuture<'_, ()> {
+        self.exercised.operation("give_back");
+        self.tasks.give_back(lease, until, counts)
+    }
+
+    fn forget_tasks(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.exercised.operation("forget_tasks");
+        self.tasks.forget_tasks(before, most)
     }
 }

@@ -20,6 +20,7 @@ pub fn kinds(events: &[JobEvent]) -> Vec<&'static str> {
             EventKind::Fit { chosen: true, .. } => "choice",
             EventKind::Decision { .. } => "decision",
             EventKind::Stream { state, .. } => state.name(),
+            EventKind::Task { state, .. } => state.name(),
         })
         .collect()
 }

@@ -57,10 +57,13 @@ pub async fn what_is_as_it_was_written_is_intact(pair: &mut Pair) {
     let job = filled(pair).await;
     let told = entries(&pair.store, job).await;
     let head = told.last().unwrap().sha256;
-    assert_eq!(pair.store.verify_audit(job).await.unwrap(), Verdict::Intact { entries: 12, head: Some(head) });
+    assert_eq!(
+        pair.store.verify_audit(Chain::Job(job)).await.unwrap(),
+        Verdict::Intact { entries: 12, head: Some(head) }
+    );
     let other = pair.values.stored_job(&pair.store).await.id;
     pair.store.delete_job(other, Precondition::None).await.unwrap();
-    let verdict = pair.store.verify_audit(other).await.unwrap();
+    let verdict = pair.store.verify_audit(Chain::Job(other)).await.unwrap();
     assert!(matches!(verdict, Verdict::Intact { entries: 2, .. }), "{verdict:?}");
     assert_eq!(pair.store.audit(Chain::Job(other), WHOLE).await.unwrap().items.len(), 2);
 }
@@ -68,7 +71,7 @@ pub async fn what_is_as_it_was_written_is_intact(pair: &mut Pair) {
 /// Tampers, and tells what is found.
 async fn found(pair: &mut Pair, job: Uuid, sql: &str) -> Verdict {
     pair.ground.intrude(sql.to_owned()).await;
-    pair.store.verify_audit(job).await.unwrap()
+    pair.store.verify_audit(Chain::Job(job)).await.unwrap()
 }
 
 /// Each on a copy of the audit: what one case has done is undone for the next.
@@ -94,7 +97,7 @@ pub async fn changed_entries_are_found_at_their_numbers(pair: &mut Pair) {
     for (sql, number, what) in cases {
         assert_eq!(found(pair, job, sql).await, Verdict::Broken { number, what }, "{sql}");
         pair.ground.intrude("DELETE FROM audit; INSERT INTO audit SELECT * FROM audit_kept".to_owned()).await;
-        assert!(matches!(pair.store.verify_audit(job).await.unwrap(), Verdict::Intact { entries: 12, .. }));
+        assert!(matches!(pair.store.verify_audit(Chain::Job(job)).await.unwrap(), Verdict::Intact { entries: 12, .. }));
     }
     // two that have changed places
     let swap = "UPDATE audit SET number = 104 WHERE number = 4; UPDATE audit SET number = 4 WHERE number = 5;
@@ -158,10 +161,10 @@ const CLEAR: &str = "DELETE FROM stream_states; DELETE FROM stream_blocks; DELET
 pub async fn a_job_from_before_is_verified_too(pair: &mut Pair) {
     let job = filled(pair).await;
     pair.ground.intrude("DELETE FROM audit".to_owned()).await;
-    assert_eq!(pair.store.verify_audit(job).await.unwrap(), Verdict::Intact { entries: 0, head: None });
+    assert_eq!(pair.store.verify_audit(Chain::Job(job)).await.unwrap(), Verdict::Intact { entries: 0, head: None });
     pair.store.insert_iteration(iteration(pair, job, 2.0, 7), None).await.unwrap();
     pair.store.insert_fit(job, 1, Arc::new(pair.values.fit(4.0)), None).await.unwrap();
-    let verdict = pair.store.verify_audit(job).await.unwrap();
+    let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
     assert!(matches!(verdict, Verdict::Intact { entries: 3, .. }), "{verdict:?}");
     let broken = |number| Verdict::Broken { number, what: What::Content };
     assert_eq!(found(pair, job, "UPDATE fits SET rms = 0.5 WHERE lambda_star = 4.0").await, broken(3));

@@ -85,7 +85,7 @@ pub async fn another_tenants_reads_find_nothing(pair: &mut Pair) {
     missing(other.stream(stream).await, Resource::Stream);
     missing(other.stream_state(stream).await, Resource::Stream);
     missing(other.audit(Chain::Job(job), WHOLE).await.map(|page| page.items), Resource::Job);
-    missing(other.verify_audit(job).await, Resource::Job);
+    missing(other.verify_audit(Chain::Job(job)).await, Resource::Job);
     // what follows or precedes nothing, as for a job that there is not
     let alike = Predecessors { of: iteration.measurand.clone(), from: 1, before: None, most: 10 };
     assert_eq!(store.predecessors(job, alike.clone()).await.unwrap().len(), 2);

@@ -259,7 +259,8 @@ answer! {
     /// Residuals Y − X Â_B.
     #[schema(as = Residuals)]
     pub struct ResidualsBody from ResidualReport {
-        count, degrees_of_freedom, rss, sigma, rms, max_abs, r_squared, least_squares_rss, values, node_indices,
+        count, degrees_of_freedom, rss, sigma, rms, max_abs, r_squared, least_squares_rss, values, fitted, heights,
+        node_indices,
     } {
         /// Nodes counted.
         count: usize = count,
@@ -279,8 +280,14 @@ answer! {
         least_squares_rss: f64 = least_squares_rss,
         /// One per counted node, in the order posted; present when `residuals` was included.
         values?: Vec<f64> = values,
-        /// The posted node (from 0, grids row by row) of each value; present when some node was
-        /// left out.
+        /// The fitted function at each counted node, in the order posted; present when `fitted` was
+        /// included.
+        fitted?: Vec<f64> = fitted,
+        /// The height that was fitted of each counted node; present with `fitted` where filters
+        /// changed some height.
+        heights?: Vec<f64> = heights,
+        /// The posted node (from 0, grids row by row) of each number of the lists above; present
+        /// with them when some node was left out.
         node_indices?: Vec<usize> = node_indices,
     }
 }

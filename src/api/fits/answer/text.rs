@@ -35,7 +35,8 @@ pub fn write_answer(answer: &FitAnswer<'_>, include: Include) -> Result<Vec<u8>,
 fn room(result: &FitResult, include: Include) -> usize {
     let FitResult { coefficients, residuals, robust, matrix_b, .. } = result;
     let n = coefficients.len();
-    let values = residuals.values.as_ref().map_or(0, Vec::len)
+    let lists = [&residuals.values, &residuals.fitted, &residuals.heights];
+    let values = lists.into_iter().flatten().map(Vec::len).sum::<usize>()
         + robust.as_ref().filter(|_| include.robust_weights).map_or(0, |report| report.weights.len())
         + matrix_b.as_ref().map_or(0, |rows| rows.len() * n);
     let squares = (3 * usize::from(include.collinearity) + usize::from(include.covariance)) * n * n;

@@ -18,8 +18,7 @@ use flankfit_engine::estimation::{
         EstimableSum, FilterReport, FilteringReport, Interval, IntervalKind as Kind, IterationReport, LambdaCurvePoint,
         LikelihoodReport, LocalSolution, MinimaxReport, NearDependency, NormLimitSource as Limit, Numerics,
         PerturbationBounds, PerturbationReport, Predictions, RegularizationKind, RegularizationReport,
-        RegularizedSpectrum, ResidualReport, RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport,
-        TermKey, Warning,
+        RegularizedSpectrum, RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Degree, Distribution, Domain, Filter, Hampel, Model, NodeUncertainty, Parameter,
@@ -57,6 +56,7 @@ fn the_usual_answer_is_laid_once() {
 
 const ALL: Include = Include {
     residuals: true,
+    fitted: true,
     collinearity: true,
     lambda_curve: true,
     matrix_b: true,
@@ -361,18 +361,7 @@ impl Maker {
             perturbation: self
                 .there()
                 .then(|| PerturbationReport { least_squares: self.bounds(), regularized: self.bounds() }),
-            residuals: ResidualReport {
-                count: self.below(1_000_000_000),
-                degrees_of_freedom: self.below(9),
-                rss: self.number(),
-                sigma: self.maybe(),
-                rms: self.number(),
-                max_abs: self.maybe(),
-                r_squared: self.maybe(),
-                least_squares_rss: self.number(),
-                values: self.there().then(|| self.numbers()),
-                node_indices: self.there().then(|| vec![0, self.below(1_000_000)]),
-            },
+            residuals: self.residuals(),
             robust: self.there().then(|| RobustReport {
                 converged: self.below(2) == 1,
                 iterations: self.below(1_000),

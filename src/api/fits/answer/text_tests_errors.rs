@@ -1,12 +1,29 @@
-//! What a fit may say of errors that are not white, made up.
+//! What a fit may say of residuals, and of errors that are not white, made up.
 
 use super::Maker;
 use flankfit_engine::estimation::{
-    result::{ErrorsReport, PositionsReport, VarianceReport},
+    result::{ErrorsReport, PositionsReport, ResidualReport, VarianceReport},
     spec::{Along, Correlation, PositionKind},
 };
 
 impl Maker {
+    pub(super) fn residuals(&mut self) -> ResidualReport {
+        ResidualReport {
+            count: self.below(1_000_000_000),
+            degrees_of_freedom: self.below(9),
+            rss: self.number(),
+            sigma: self.maybe(),
+            rms: self.number(),
+            max_abs: self.maybe(),
+            r_squared: self.maybe(),
+            least_squares_rss: self.number(),
+            values: self.there().then(|| self.numbers()),
+            fitted: self.there().then(|| self.numbers()),
+            heights: self.there().then(|| self.numbers()),
+            node_indices: self.there().then(|| vec![0, self.below(1_000_000)]),
+        }
+    }
+
     pub(super) fn errors(&mut self) -> ErrorsReport {
         ErrorsReport {
             correlation: Correlation::Ar2 { phi: Some([0.5, -1e-3]) },

@@ -260,6 +260,7 @@ proptest! {
             node_uncertainty: Some(spec::NodeUncertainty { position: 0.0, height: value, kind: None }),
             include: spec::Include {
                 residuals: include & 1 > 0,
+                fitted: include & 2 > 0,
                 collinearity: include & 2 > 0,
                 lambda_curve: include & 4 > 0,
                 matrix_b: include & 8 > 0,

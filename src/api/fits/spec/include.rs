@@ -14,6 +14,9 @@ use flankfit_engine::estimation::spec;
 pub enum IncludeName {
     /// `residuals.values`, and `residuals.node_indices` where some node was left out.
     Residuals,
+    /// `residuals.fitted`: the fitted function at the nodes, `residuals.heights` where filters
+    /// changed what was fitted, and `residuals.node_indices` where some node was left out.
+    Fitted,
     /// `collinearity.correlation`, `collinearity.variance_proportions`, the `weights` of near
     /// dependencies, and `estimable`.
     Collinearity,
@@ -48,6 +51,7 @@ pub enum IncludeName {
 pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
     let names: Vec<_> = [
         (include.residuals, IncludeName::Residuals),
+        (include.fitted, IncludeName::Fitted),
         (include.collinearity, IncludeName::Collinearity),
         (include.lambda_curve, IncludeName::LambdaCurve),
         (include.matrix_b, IncludeName::MatrixB),
@@ -70,6 +74,7 @@ pub fn named(include: spec::Include) -> Option<Vec<IncludeName>> {
 pub fn include(names: &[IncludeName]) -> spec::Include {
     spec::Include {
         residuals: names.contains(&IncludeName::Residuals),
+        fitted: names.contains(&IncludeName::Fitted),
         collinearity: names.contains(&IncludeName::Collinearity),
         lambda_curve: names.contains(&IncludeName::LambdaCurve),
         matrix_b: names.contains(&IncludeName::MatrixB),
@@ -88,6 +93,7 @@ pub fn include(names: &[IncludeName]) -> spec::Include {
 pub fn both(a: spec::Include, b: spec::Include) -> spec::Include {
     spec::Include {
         residuals: a.residuals | b.residuals,
+        fitted: a.fitted | b.fitted,
         collinearity: a.collinearity | b.collinearity,
         lambda_curve: a.lambda_curve | b.lambda_curve,
         matrix_b: a.matrix_b | b.matrix_b,

@@ -4,7 +4,7 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{ApiKey, KeyId, KnownKey, Plant, Role, San, Scopes, Tenant},
+    jobs::{ApiKey, KeyId, KnownKey, NewKey, Plant, Role, San, Scopes, Tenant},
     store::shared::columns::{Digest, Integer, Moment},
 };
 
@@ -48,6 +48,20 @@ impl From<KeyRow> for ApiKey {
             last_used_at: row.last_used_at.map(|time| time.0),
             revoked_at: row.revoked_at.map(|time| time.0),
         }
+    }
+}
+
+/// A key with the digest of its secret.
+#[derive(FromRow)]
+pub struct KeptKeyRow {
+    #[sqlx(flatten)]
+    key: KeyRow,
+    sha256: Option<Digest>,
+}
+
+impl From<KeptKeyRow> for NewKey {
+    fn from(row: KeptKeyRow) -> Self {
+        NewKey { key: row.key.into(), sha256: row.sha256.map(|Digest(digest)| digest) }
     }
 }
 

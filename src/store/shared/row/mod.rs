@@ -8,7 +8,9 @@ mod iteration;
 mod job;
 mod key;
 mod record;
+mod seal;
 mod stream;
+mod task;
 
 pub(in crate::store) use audit::entry_columns;
 pub use audit::{EntryRow, HeadRow, entries};
@@ -16,11 +18,15 @@ pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRo
 pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
 pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
-pub use key::{KeyRow, KnownKeyRow, PlantRow};
+pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};
 pub use record::{RecordRow, RecordSummaryRow};
+pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, last_seals, page_of_seals};
 pub use stream::{BlockRow, EventRow, StateRow, StreamRow};
+pub use task::{ClaimedTaskRow, KeyedTaskRow, TaskResultRow, TaskRow};
 pub(in crate::store) use {
     fit::figure_columns,
     job::job_columns,
     key::{key_columns, plant_columns},
+    seal::seal_columns,
+    task::{claimed_task_columns, task_columns},
 };

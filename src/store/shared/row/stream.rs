@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use super::iteration::MeasurandRow;
 use crate::{
-    jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent, StreamState},
+    jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent, StreamState, TaskState},
     store::shared::{
         columns::{Digest, Document, Integer, Moment, NodesColumn},
         error::{StoreError, damaged},
@@ -91,6 +91,8 @@ pub struct EventRow {
     state: Option<StreamEvent>,
     sequence: Option<Integer<u64>>,
     node_count: Option<Integer<u64>>,
+    operation: Option<Uuid>,
+    operation_state: Option<TaskState>,
 }
 
 impl TryFrom<EventRow> for JobEvent {
@@ -123,6 +125,10 @@ impl TryFrom<EventRow> for JobEvent {
                 sequence: whole(row.sequence)?,
                 node_count: whole(row.node_count)?,
                 iteration,
+            },
+            "operation" => EventKind::Task {
+                id: row.operation.ok_or_else(damaged)?,
+                state: row.operation_state.ok_or_else(damaged)?,
             },
             _ => return Err(damaged()),
         };

@@ -8,9 +8,13 @@ use flankfit::{
     store::{PostgresSettings, PostgresStore},
 };
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
+use uuid::Uuid;
 
 use crate::{
-    conformance::pair::{Ground, Soon},
+    conformance::{
+        grounds::hex,
+        pair::{Ground, Soon},
+    },
     server::Server,
 };
 
@@ -62,6 +66,18 @@ impl Ground for Postgres {
         })
     }
 
+    fn settled(&self) -> Soon<'_, ()> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            let wait = "DO $$ DECLARE now xid8 := pg_snapshot_xmax(pg_current_snapshot());
+                        BEGIN
+                            WHILE pg_snapshot_xmin(pg_current_snapshot()) < now LOOP PERFORM pg_sleep(0.005); END LOOP;
+                        END $$";
+            sqlx::raw_sql(wait).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
+    }
+
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {
         Box::pin(async move {
             let mut own = PgConnection::connect(&self.url).await.unwrap();
@@ -69,5 +85,22 @@ impl Ground for Postgres {
             own.close().await.unwrap();
             outcome.err().map(|error| error.to_string())
         })
+    }
+
+    fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            let found = sqlx::query_scalar(sql).fetch_one(&mut own).await.unwrap();
+            own.close().await.unwrap();
+            found
+        })
+    }
+
+    fn literal(&self, bytes: &[u8]) -> String {
+        format!("'\\x{}'::bytea", hex(bytes))
+    }
+
+    fn id(&self, id: Uuid) -> String {
+        format!("'{id}'")
     }
 }

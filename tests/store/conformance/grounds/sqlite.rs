@@ -8,9 +8,13 @@ use flankfit::{
 };
 use sqlx::{AssertSqlSafe, Connection};
 use tokio::sync::Mutex;
+use uuid::Uuid;
 
 use crate::{
-    conformance::pair::{Ground, Soon},
+    conformance::{
+        grounds::hex,
+        pair::{Ground, Soon},
+    },
     support::{Place, ids, still},
 };
 
@@ -54,13 +58,17 @@ impl Ground for Sqlite {
     fn intrude(&self, sql: String) -> Soon<'_, ()> {
         Box::pin(async move {
             let mut own = self.place.connect().await;
-            let triggers = "SELECT name FROM sqlite_schema WHERE type = 'trigger' AND sql LIKE '%append-only%'";
+            let triggers = "SELECT name FROM sqlite_schema WHERE type = 'trigger' AND sql LIKE '%RAISE%'";
             let triggers: Vec<String> = sqlx::query_scalar(triggers).fetch_all(&mut own).await.unwrap();
             let drop: String = triggers.iter().map(|name| format!("DROP TRIGGER {name};")).collect();
             let all = format!("PRAGMA foreign_keys = OFF; {drop} {sql}");
             sqlx::raw_sql(AssertSqlSafe(all)).execute(&mut own).await.unwrap();
             own.close().await.unwrap();
         })
+    }
+
+    fn settled(&self) -> Soon<'_, ()> {
+        Box::pin(async {})
     }
 
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {
@@ -70,5 +78,22 @@ impl Ground for Sqlite {
             own.close().await.unwrap();
             outcome.err().map(|error| error.to_string())
         })
+    }
+
+    fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
+        Box::pin(async move {
+            let mut own = self.place.connect().await;
+            let found = sqlx::query_scalar(sql).fetch_one(&mut own).await.unwrap();
+            own.close().await.unwrap();
+            found
+        })
+    }
+
+    fn literal(&self, bytes: &[u8]) -> String {
+        format!("x'{}'", hex(bytes))
+    }
+
+    fn id(&self, id: Uuid) -> String {
+        self.literal(id.as_bytes())
     }
 }

@@ -1,0 +1,127 @@
+//! `flankfit audit verify`: whether all that the audit tells of is as it was written, asked of the
+//! database itself and of seals that were kept elsewhere. A server may use the database meanwhile.
+
+use std::{
+    fs,
+    path::{Path, PathBuf},
+    process::ExitCode,
+};
+
+use clap::{Args, Subcommand};
+use tokio_rustls::rustls::pki_types::{SubjectPublicKeyInfoDer, pem::PemObject};
+use uuid::Uuid;
+
+use super::CommandError;
+use crate::{
+    api::jobs::seals,
+    app::open_auditor,
+    jobs::audit::{Chain, Evidence, Fault, Findings, Place, WholeSeal, examine, public_key},
+};
+
+/// Something is not as it was written.
+const BROKEN: u8 = 1;
+/// It could not be found out.
+const UNKNOWN: u8 = 2;
+
+#[derive(Debug, Args)]
+pub struct AuditArguments {
+    #[command(subcommand)]
+    command: AuditCommand,
+}
+
+#[derive(Debug, Subcommand)]
+enum AuditCommand {
+    /// Verify chains, the rows that they tell of, and seals. Exit code 0: all is as it was written;
+    /// 1: something is not, and each line says where; 2: it could not be found out.
+    Verify(VerifyArguments),
+}
+
+#[derive(Debug, Args)]
+struct VerifyArguments {
+    /// Only the chain of this job, and the seals of its tenant.
+    #[arg(long)]
+    job: Option<Uuid>,
+    /// Every chain of every tenant; so it is without --job, too.
+    #[arg(long, conflicts_with = "job")]
+    all: bool,
+    /// A file of seals that was kept elsewhere, as --audit-seal-file of the server writes it; may
+    /// be given several times.
+    #[arg(long, value_name = "SEALS")]
+    against: Vec<PathBuf>,
+    /// File (PEM) with the public key by which every seal must be signed.
+    #[arg(long, value_name = "FILE")]
+    public_key: Option<PathBuf>,
+    /// The database: sqlite://FILE, or postgres://USER@HOST/NAME.
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
+    database_url: String,
+}
+
+pub fn run(arguments: &AuditArguments) -> ExitCode {
+    let AuditCommand::Verify(arguments) = &arguments.command;
+    match verify(arguments) {
+        Ok(findings) if findings.faults.is_empty() => {
+            let Findings { chains, entries, seals, .. } = findings;
+            println!("intact: {chains} chains, {entries} entries, {seals} seals");
+            ExitCode::SUCCESS
+        }
+        Ok(findings) => {
+            findings.faults.iter().for_each(|fault| println!("{}", told(fault)));
+            ExitCode::from(BROKEN)
+        }
+        Err(error) => {
+            eprintln!("flankfit: {error}");
+            ExitCode::from(UNKNOWN)
+        }
+    }
+}
+
+fn told(Fault { tenant, place, number, what }: &Fault) -> String {
+    let whose = match place {
+        Place::Chain(Chain::Job(job)) => format!("job {job} of tenant {}, entry", tenant.as_str()),
+        Place::Chain(Chain::Tenant) => format!("tenant {}, entry", tenant.as_str()),
+        Place::Seals => format!("seals of tenant {}, seal", tenant.as_str()),
+    };
+    format!("broken: {whose} {number}: {}", what.name())
+}
+
+fn verify(arguments: &VerifyArguments) -> Result<Findings, CommandError> {
+    let key = arguments.public_key.as_deref().map(read_key).transpose()?;
+    let mut kept = Vec::new();
+    for file in &arguments.against {
+        kept.extend(read_seals(file)?);
+    }
+    let places: Vec<String> = kept.iter().map(|(place, _)| place.clone()).collect();
+    let seals: Vec<WholeSeal> = kept.into_iter().map(|(_, seal)| seal).collect();
+    let evidence = Evidence::of(seals, key)
+        .map_err(|place| format!("the seal in {} is not as it was made, so it proves nothing", places[place]))?;
+    let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
+    runtime.block_on(async {
+        let auditor = open_auditor(&arguments.database_url).await?;
+        let found = examine(&*auditor, arguments.job, &evidence).await?;
+        found.ok_or_else(|| "there is no such job, and there never was".into())
+    })
+}
+
+/// The seals of a file, each with its place.
+fn read_seals(file: &Path) -> Result<Vec<(String, WholeSeal)>, CommandError> {
+    let text = fs::read_to_string(file).map_err(|error| format!("cannot read {}: {error}", file.display()))?;
+    let mut seals = Vec::new();
+    for (number, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {
+        let place = format!("line {} of {}", number + 1, file.display());
+        match seals::read(line) {
+            Ok(seal) => seals.push((place, seal)),
+            // as a server leaves one that is cut off while it writes
+            Err(error) => eprintln!("flankfit: {place} is left out, it is no seal: {error}"),
+        }
+    }
+    if seals.is_empty() {
+        return Err(format!("there are no seals in {}", file.display()).into());
+    }
+    Ok(seals)
+}
+
+fn read_key(file: &Path) -> Result<[u8; 32], CommandError> {
+    let other = || format!("{} holds no Ed25519 public key in PEM form (`-----BEGIN PUBLIC KEY-----`)", file.display());
+    let document = SubjectPublicKeyInfoDer::from_pem_file(file).map_err(|error| format!("{}: {error}", other()))?;
+    Ok(public_key(&document).ok_or_else(other)?)
+}

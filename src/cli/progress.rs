@@ -1,0 +1,168 @@
+//! A progress bar for what takes above a second, on standard error where that is a terminal.
+
+use std::{
+    io::{IsTerminal, stderr},
+    sync::mpsc::{Receiver, RecvTimeoutError, channel},
+    thread,
+    time::Duration,
+};
+
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+
+use crate::pool::Handle;
+
+/// What is over by then shows no bar.
+const SHORT: Duration = Duration::from_secs(1);
+/// Between two looks.
+const LOOK: Duration = Duration::from_millis(100);
+/// The bar counts thousandths.
+const WHOLE: f64 = 1000.0;
+
+/// Does `work` on a thread of its own and shows how far it is.
+pub fn shown<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) -> T {
+    if !stderr().is_terminal() {
+        return work();
+    }
+    let handle = Handle::new();
+    thread::scope(|scope| {
+        let (over, ended) = channel();
+        let working = scope.spawn({
+            let handle = handle.clone();
+            move || {
+                // nobody cancels; what tells of its progress is the same work
+                let mut work = Some(work);
+                let done = handle.run(|| work.take().map(|work| work()));
+                drop(over);
+                done
+            }
+        });
+        draw(what, &handle, &ended, SHORT, ProgressDrawTarget::stderr);
+        match working.join() {
+            Ok(Ok(Some(done))) => done,
+            Ok(_) => unreachable!("nobody cancels the work, and it is done once"),
+            Err(panicked) => std::panic::resume_unwind(panicked),
+        }
+    })
+}
+
+/// Draws the bar until `ended` is, if that is not before `short` is over, and takes it away.
+fn draw(
+    what: &'static str,
+    handle: &Handle,
+    ended: &Receiver<()>,
+    short: Duration,
+    target: impl FnOnce() -> ProgressDrawTarget,
+) {
+    if ended.recv_timeout(short) != Err(RecvTimeoutError::Timeout) {
+        return;
+    }
+    let bar = ProgressBar::with_draw_target(Some(WHOLE as u64), target());
+    // a template that does not read would be a bar without numbers
+    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta}") {
+        bar.set_style(style);
+    }
+    bar.set_message(what);
+    loop {
+        bar.set_position((handle.progress() * WHOLE) as u64);
+        bar.tick();
+        if ended.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout) {
+            break;
+        }
+    }
+    bar.finish_and_clear();
+}
+
+#[cfg(test)]
+mod tests {
+    use std::{
+        io,
+        sync::{Arc, Mutex},
+    };
+
+    use indicatif::TermLike;
+
+    use super::*;
+    use flankfit_engine::numerics::cancel::parts;
+
+    /// What was drawn.
+    #[derive(Clone, Debug, Default)]
+    struct Screen(Arc<Mutex<String>>);
+
+    impl TermLike for Screen {
+        fn width(&self) -> u16 {
+            60
+        }
+
+        fn move_cursor_up(&self, _lines: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_down(&self, _lines: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_right(&self, _columns: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn move_cursor_left(&self, _columns: usize) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn write_line(&self, text: &str) -> io::Result<()> {
+            self.write_str(text)
+        }
+
+        fn write_str(&self, text: &str) -> io::Result<()> {
+            self.0.lock().unwrap().push_str(text);
+            Ok(())
+        }
+
+        fn clear_line(&self) -> io::Result<()> {
+            self.write_str("<cleared>")
+        }
+
+        fn flush(&self) -> io::Result<()> {
+            Ok(())
+        }
+    }
+
+    /// What is drawn while half of some work is done and nothing more.
+    fn drawn(short: Duration, lasting: Duration) -> String {
+        let (screen, handle) = (Screen::default(), Handle::new());
+        let (over, ended) = channel();
+        let worker = thread::spawn({
+            let handle = handle.clone();
+            move || {
+                let worked = handle.run(|| {
+                    let halves = parts(2);
+                    halves.run(1, || ());
+                    halves.run(1, || thread::sleep(lasting));
+                });
+                drop(over);
+                worked
+            }
+        });
+        let target = screen.clone();
+        draw("study", &handle, &ended, short, || ProgressDrawTarget::term_like(Box::new(target)));
+        assert_eq!(worker.join().unwrap(), Ok(()));
+        screen.0.lock().unwrap().clone()
+    }
+
+    #[test]
+    fn what_takes_long_shows_how_far_it_is_and_leaves_nothing_behind() {
+        let text = drawn(Duration::from_millis(20), Duration::from_millis(600));
+        assert!(text.contains("study") && text.contains(" 50 %"), "{text}");
+        assert!(text.ends_with("<cleared>"), "{text}");
+    }
+
+    #[test]
+    fn what_is_over_soon_shows_nothing() {
+        assert_eq!(drawn(Duration::from_secs(20), Duration::from_millis(1)), "");
+    }
+
+    #[test]
+    fn the_result_comes_through() {
+        assert_eq!(shown("sum", || 2 + 2), 4);
+    }
+}

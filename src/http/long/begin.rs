@@ -1,0 +1,152 @@
+//! A request becomes a task.
+
+use std::time::Duration;
+
+use axum::{
+    RequestPartsExt,
+    body::Body,
+    extract::{MatchedPath, RawPathParams, Request},
+    http::{HeaderValue, StatusCode, header, request::Parts},
+    middleware::Next,
+    response::{IntoResponse, Response},
+};
+use uuid::Uuid;
+
+use super::{
+    super::{
+        body::Payload,
+        caller_state::CallerState,
+        idempotency::{IdempotencyKey, KEY, REPLAYED, reused},
+        multipart,
+        state::AppState,
+    },
+    answer, endpoints,
+    prefer::{APPLIED, Preference},
+};
+use crate::{
+    api::{jobs::operation::OperationBody, json::writer::text_of, problem::Problem},
+    jobs::{Begun, Scope, Task, TaskDraft},
+    pool::{self, Handle},
+};
+
+/// Longest time in which a request is read and checked before it counts as checked.
+const CHECKS: Duration = Duration::from_secs(10);
+
+/// Keeps the request as a task and tells where, once nothing speaks against it.
+pub async fn respond_async(
+    state: AppState,
+    scope: Scope,
+    preference: Preference,
+    request: Request,
+    next: Next,
+) -> Response {
+    begin(state, scope, preference, request, next).await.unwrap_or_else(IntoResponse::into_response)
+}
+
+async fn begin(
+    state: AppState,
+    scope: Scope,
+    preference: Preference,
+    request: Request,
+    next: Next,
+) -> Result<Response, Problem> {
+    let (mut parts, body) = request.into_parts();
+    let key = parts.extract_with_state::<IdempotencyKey, _>(&state).await?.given();
+    let caller = parts.extract_with_state::<CallerState, _>(&state).await?;
+    let target = Target::of(&mut parts).await?;
+    let (limit, whole) = (state.settings.body_limit, Request::from_parts(parts.clone(), body));
+    let payload = Payload::collect(whole, &state, limit).await?;
+    let again = payload.again(&state);
+    let request_sha256 = state.pool.run(move || multipart::digest(again, limit)).await??;
+    if let Some(key) = &key
+        && let Some(before) = caller.jobs.task_of_key(key, &target.scope, &request_sha256).await?
+    {
+        return told(&caller, before, preference).await;
+    }
+    let (checks, bytes) = (Handle::for_checks(), payload.bytes());
+    let id = caller.app.jobs.fresh_id(caller.app.jobs.now());
+    let mut checked = Request::from_parts(parts.clone(), Body::from(bytes.clone()));
+    if key.is_none() {
+        // what is so quick that it is stored before it is given up is not stored again
+        let own = HeaderValue::from_str(&TaskDraft::own_key(id)).map_err(Problem::internal)?;
+        checked.headers_mut().insert(&KEY, own);
+    }
+    match tokio::time::timeout(CHECKS, pool::under(checks.clone(), next.run(checked))).await {
+        Ok(answered) if !checks.has_begun() => return Ok(answered),
+        // the next thing would be to compute, or there is so much to read that nobody should wait
+        Ok(_) | Err(_) => {}
+    }
+    let draft = TaskDraft {
+        id,
+        scope,
+        scopes: caller.principal.scopes,
+        request: parts.uri.path_and_query().map_or("/", |path| path.as_str()).to_owned(),
+        job: target.job,
+        key,
+        key_scope: target.scope,
+        request_sha256,
+        headers: answer::of_request(&parts.headers),
+        body: state.pool.run(move || answer::compressed(&bytes)).await??,
+    };
+    drop(payload);
+    let begun = caller.jobs.begin_task(draft, state.settings.operation_bytes).await?;
+    told(&caller, begun, preference).await
+}
+
+/// What a request is for.
+struct Target {
+    /// Method and path, as handlers write the scopes of keys.
+    scope: String,
+    job: Option<Uuid>,
+}
+
+impl Target {
+    async fn of(parts: &mut Parts) -> Result<Self, Problem> {
+        let path = parts.extensions.get::<MatchedPath>().map_or(String::new(), |path| path.as_str().to_owned());
+        let parameters = parts.extract::<RawPathParams>().await.map_err(Problem::internal)?;
+        let (mut scope, mut job) = (format!("POST {path}"), None);
+        for (name, value) in &parameters {
+            // ids and numbers are written in more than one way
+            let id = Uuid::try_parse(value).ok();
+            let number = value.parse::<u64>().ok().map(|number| number.to_string());
+            let value = id.map(|id| id.to_string()).or(number).unwrap_or_else(|| value.to_owned());
+            scope = scope.replace(&format!("{{{name}}}"), &value);
+            job = job.or(id.filter(|_| name == "job_id"));
+        }
+        Ok(Target { scope, job })
+    }
+}
+
+/// Tells of a task: with its result if it has one within the time that the client would wait.
+async fn told(caller: &CallerState, begun: Begun, preference: Preference) -> Result<Response, Problem> {
+    let (mut task, before) = match begun {
+        Begun::New(task) => (task, false),
+        Begun::Before(task) => (task, true),
+        Begun::OtherRequest => return Err(reused()),
+    };
+    let mut response = None;
+    if let Some(wait) = preference.waiting(caller.settings.request_timeout()) {
+        task = endpoints::ended_within(caller, task, wait).await?;
+        if task.state.is_end() {
+            let mut result = endpoints::result(caller, task.id).await?;
+            preference.waited().map(|waited| result.headers_mut().insert(&APPLIED, waited));
+            response = Some(result);
+        }
+    }
+    let mut response = response.unwrap_or_else(|| accepted(caller, &task));
+    if before {
+        response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
+    }
+    Ok(response)
+}
+
+fn accepted(caller: &CallerState, task: &Task) -> Response {
+    let text = text_of(&OperationBody::of(task, caller.app.jobs.now()));
+    let mut response = (StatusCode::ACCEPTED, text).into_response();
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
+    headers.extend(HeaderValue::from_str(&format!("/v1/operations/{}", task.id)).map(|at| (header::LOCATION, at)));
+    headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+    headers.insert(&APPLIED, HeaderValue::from_static("respond-async"));
+    response
+}

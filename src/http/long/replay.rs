@@ -1,0 +1,42 @@
+//! A kept request, handed to its handler.
+
+use axum::{
+    Router,
+    body::Body,
+    http::{HeaderValue, Method, Request},
+    response::Response,
+};
+use tower::ServiceExt;
+
+use super::{
+    super::{auth::Principal, idempotency::KEY, observe::RequestId, server::Peer, state::AppState},
+    answer::{self, Answered},
+};
+use crate::{api::problem::Problem, jobs::ClaimedTask, pool::Handle};
+
+/// What the handler of a task's request answers, read to its end.
+pub async fn answer(state: &AppState, handlers: &Router, task: ClaimedTask) -> Answered {
+    match respond(state, handlers, task).await {
+        Ok(response) => Answered::read(response).await,
+        Err(problem) => problem.into(),
+    }
+}
+
+async fn respond(state: &AppState, handlers: &Router, task: ClaimedTask) -> Result<Response, Problem> {
+    let ClaimedTask { lease, caller, scopes, request: path, key, headers, body, .. } = task;
+    // unpacking is no part of what is told about
+    let body = state.pool.run_with(Handle::new(), move || answer::decompressed(&body)).await??;
+    let mut request =
+        Request::builder().method(Method::POST).uri(path).body(Body::from(body)).map_err(Problem::internal)?;
+    *request.headers_mut() = answer::headers(&headers);
+    request.headers_mut().insert(&KEY, HeaderValue::from_str(&key).map_err(Problem::internal)?);
+    let extensions = request.extensions_mut();
+    if let Some(id) = caller.origin.request_id.as_deref().and_then(|id| HeaderValue::from_str(id).ok()) {
+        extensions.insert(RequestId(id));
+    }
+    caller.origin.peer.map(|peer| extensions.insert(Peer(peer)));
+    extensions.insert(Principal { caller, scopes, role: None, key: None });
+    extensions.insert(lease);
+    let Ok(response) = handlers.clone().oneshot(request).await;
+    Ok(response)
+}

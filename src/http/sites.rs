@@ -1,0 +1,52 @@
+//! Requests that a browser makes for a web page of another site: it may not change anything here,
+//! and it may not reach this server under a name of its own.
+
+use axum::http::{HeaderMap, HeaderValue, Method, header};
+
+use super::state::AppState;
+use crate::{
+    api::problem::{Problem, ProblemCode},
+    config::{Host, Hosts, Origin},
+};
+
+/// What a browser says of the page that a request is made for.
+const FETCH_SITE: &str = "sec-fetch-site";
+
+/// Refuses a change for a page of another site, and a host that is not this one.
+pub async fn check(state: &AppState, method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
+    if !method.is_safe() && !is_of_this_site(headers, &state.settings.cors_origins) {
+        let detail = "A web page of another site asks for a change; its origin is not among --cors-origins.";
+        return Err(Problem::new(ProblemCode::CrossSite, detail));
+    }
+    match headers.get(header::HOST) {
+        Some(host) if !is_served(state, host).await => {
+            let detail = "The header `Host` names a host that this server does not serve; --allowed-hosts adds it.";
+            Err(Problem::new(ProblemCode::UnknownHost, detail))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Forms of any page are sent without a preflight, so the browser is believed. What is no browser
+/// says nothing.
+fn is_of_this_site(headers: &HeaderMap, allowed: &[Origin]) -> bool {
+    let Some(site) = headers.get(FETCH_SITE) else { return true };
+    let origin = headers.get(header::ORIGIN).map(HeaderValue::as_bytes);
+    matches!(site.as_bytes(), b"same-origin" | b"none")
+        || allowed.iter().any(|allowed| Some(allowed.as_str().as_bytes()) == origin)
+}
+
+async fn is_served(state: &AppState, host: &HeaderValue) -> bool {
+    let settings = &state.settings;
+    let asked = || host.to_str().ok().and_then(Host::read);
+    match &settings.allowed_hosts {
+        Hosts::Any => true,
+        Hosts::Named(hosts) => asked().is_some_and(|asked| hosts.iter().any(|host| host.is(&asked))),
+        // where everybody on this machine may ask, a page of a name that leads here must not
+        Hosts::Usual if settings.bind.ip().is_loopback() => {
+            asked().is_some_and(|asked| asked.is_this_machine())
+                || !matches!(state.callers.are_known().await, Ok(false))
+        }
+        Hosts::Usual => true,
+    }
+}
