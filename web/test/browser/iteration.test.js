@@ -10,9 +10,6 @@ const map = (/** @type {string} */ id, /** @type {number} */ number, query = "")
 /** @param {number} value */
 const digits = (value) => value.toPrecision(4).replace("-", "−");
 
-/** By how much more a machine may take that others keep busy. */
-const BUSY = 5;
-
 browserTest("the map names the least and the greatest node", {}, async ({ page, open, job, iteration, call }) => {
   const { id } = await job();
   await iteration(id);
@@ -127,53 +124,6 @@ browserTest("a curve is a line", {}, async ({ page, open, job, call }) => {
   await open(map(id, 1));
   await page.getByRole("slider", { name: "Curve" }).waitFor();
 });
-
-browserTest(
-  "100,000 nodes are a map within a second, and never block for 100 ms",
-  {},
-  async ({ page, open, job, call }) => {
-    const { id } = await job();
-    const [rows, columns] = [250, 400];
-    const u = Array.from({ length: rows }, (_, i) => 6 + (5 * i) / rows);
-    const v = Array.from({ length: columns }, (_, j) => 1 + (13 * j) / columns);
-    const z = u.map((a) => v.map((b) => Number((4 * Math.sin(a) + 0.3 * b - 0.05 * b * b).toFixed(4))));
-    await call("POST", `/v1/jobs/${id}/iterations`, {
-      nodes: { type: "grid", u, v, z },
-      model: { type: "polynomial", degree: 2 },
-    });
-    await open(`/jobs/${id}`);
-    await page.evaluate(() => {
-      const seen = /** @type {{ tasks: number[], answered: number, drawn: number }} */ ({
-        tasks: [],
-        answered: 0,
-        drawn: 0,
-      });
-      Object.assign(window, { seen });
-      new PerformanceObserver((list) => {
-        for (const entry of list.getEntries()) seen.tasks.push(entry.duration);
-      }).observe({ type: "longtask" });
-      new PerformanceObserver((list) => {
-        for (const entry of list.getEntries()) {
-          if (entry.name.endsWith("/nodes"))
-            seen.answered = /** @type {PerformanceResourceTiming} */ (entry).responseEnd;
-        }
-      }).observe({ type: "resource" });
-      new MutationObserver(() => {
-        if (seen.drawn === 0 && document.querySelector('[data-extreme="greatest"]')) seen.drawn = performance.now();
-      }).observe(document.body, { subtree: true, childList: true });
-    });
-    await page
-      .getByRole("navigation", { name: "Views of this job" })
-      .getByRole("link", { name: "Iteration 1" })
-      .click();
-    await page.locator('[data-extreme="greatest"]').waitFor();
-    const seen = await page.evaluate(() => /** @type {any} */ (window).seen);
-    assert.ok(seen.answered > 0 && seen.drawn > 0, JSON.stringify(seen));
-    // a second and 100 ms on a quiet machine; others may keep this one busy
-    assert.ok(seen.drawn - seen.answered < 1000 * BUSY, JSON.stringify(seen));
-    assert.ok(Math.max(0, ...seen.tasks) < 100 * BUSY, JSON.stringify(seen));
-  },
-);
 
 browserTest("in space the flank turns by keys, and is not one colour", {}, async ({ page, open, job, iteration }) => {
   const { id } = await job();

@@ -1,17 +1,16 @@
 // What a first view may cost: 10 Mbit/s, 20 ms to the server and back.
 
 import assert from "node:assert/strict";
-import { browserTest } from "./harness.js";
+import { browserTest, inBrowser } from "../browser/harness.js";
+import { median, ROUNDS } from "./rounds.js";
 
 const BYTES = 150_000;
 const REQUESTS = 60;
 const PAINT_MS = 1000;
 const USABLE_MS = 1500;
-/** By how much more a machine may take that others keep busy. */
-const BUSY = 5;
 
-browserTest("a first view is there soon", {}, async ({ page, server, stands, job }) => {
-  await job();
+/** @param {import("../browser/harness.js").World} world */
+async function firstView({ page, server, stands }) {
   const network = await page.context().newCDPSession(page);
   await network.send("Network.enable");
   const speed = 10e6 / 8;
@@ -37,13 +36,26 @@ browserTest("a first view is there soon", {}, async ({ page, server, stands, job
   });
   await page.goto(`${server.url}/jobs`);
   await stands();
-  const { paint, usable } = await page.evaluate(() => ({
-    paint: performance.getEntriesByName("first-contentful-paint")[0]?.startTime,
-    usable: performance.getEntriesByName("usable")[0]?.startTime,
-  }));
-  const measured = `paint ${paint?.toFixed(0)} ms, usable ${usable?.toFixed(0)} ms, ${bytes} bytes, ${requests} requests`;
+  const marks = await page.waitForFunction(() => {
+    const at = (/** @type {string} */ name) => performance.getEntriesByName(name)[0]?.startTime;
+    const [paint, usable] = [at("first-contentful-paint"), at("usable")];
+    return paint !== undefined && usable !== undefined && { paint, usable };
+  });
+  const { paint, usable } = /** @type {{ paint: number, usable: number }} */ (await marks.jsonValue());
+  return { paint, usable, bytes, requests };
+}
+
+browserTest("a first view is there soon", {}, async ({ server, job }) => {
+  await job();
+  /** @type {Awaited<ReturnType<typeof firstView>>[]} */
+  const views = [];
+  // a context of its own each time, so that nothing is cached
+  for (let round = 0; round < ROUNDS; round += 1)
+    await inBrowser(server, {}, async (world) => void views.push(await firstView(world)));
+  const of = (/** @type {"paint" | "usable" | "bytes" | "requests"} */ what) => median(views.map((view) => view[what]));
+  const [paint, usable, bytes, requests] = [of("paint"), of("usable"), of("bytes"), of("requests")];
+  const measured = `paint ${paint.toFixed(0)} ms, usable ${usable.toFixed(0)} ms, ${bytes} bytes, ${requests} requests`;
   console.log(measured);
   assert.ok(bytes > 20_000 && bytes <= BYTES && requests <= REQUESTS, measured);
-  assert.ok(paint !== undefined && paint <= PAINT_MS * BUSY, measured);
-  assert.ok(usable !== undefined && usable <= USABLE_MS * BUSY, measured);
+  assert.ok(paint <= PAINT_MS && usable <= USABLE_MS, measured);
 });

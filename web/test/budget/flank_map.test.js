@@ -1,0 +1,65 @@
+// What a map of 100,000 nodes may cost.
+
+import assert from "node:assert/strict";
+import { browserTest, inBrowser } from "../browser/harness.js";
+import { median, ROUNDS } from "./rounds.js";
+
+const DRAWN_MS = 1000;
+const TASK_MS = 100;
+
+function nodes() {
+  const [rows, columns] = [250, 400];
+  const u = Array.from({ length: rows }, (_, i) => 6 + (5 * i) / rows);
+  const v = Array.from({ length: columns }, (_, j) => 1 + (13 * j) / columns);
+  const z = u.map((a) => v.map((b) => Number((4 * Math.sin(a) + 0.3 * b - 0.05 * b * b).toFixed(4))));
+  return { type: "grid", u, v, z };
+}
+
+/** @param {import("../browser/harness.js").World} world @param {string} id */
+async function drawing({ page, open }, id) {
+  await open(`/jobs/${id}`);
+  await page.evaluate(() => {
+    const seen = /** @type {{ tasks: number[], answered: number, drawn: number }} */ ({
+      tasks: [],
+      answered: 0,
+      drawn: 0,
+    });
+    Object.assign(window, { seen });
+    new PerformanceObserver((list) => {
+      for (const entry of list.getEntries()) seen.tasks.push(entry.duration);
+    }).observe({ type: "longtask" });
+    new PerformanceObserver((list) => {
+      for (const entry of list.getEntries()) {
+        if (entry.name.endsWith("/nodes")) seen.answered = /** @type {PerformanceResourceTiming} */ (entry).responseEnd;
+      }
+    }).observe({ type: "resource" });
+    new MutationObserver(() => {
+      if (seen.drawn === 0 && document.querySelector('[data-extreme="greatest"]')) seen.drawn = performance.now();
+    }).observe(document.body, { subtree: true, childList: true });
+  });
+  await page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Iteration 1" }).click();
+  await page.locator('[data-extreme="greatest"]').waitFor();
+  const seen = await page.evaluate(() => /** @type {any} */ (window).seen);
+  assert.ok(seen.answered > 0 && seen.drawn > 0, JSON.stringify(seen));
+  return { drawn: seen.drawn - seen.answered, task: Math.max(0, ...seen.tasks) };
+}
+
+browserTest(
+  "100,000 nodes are a map within a second, and never block for 100 ms",
+  {},
+  async ({ server, job, call }) => {
+    const { id } = await job();
+    await call("POST", `/v1/jobs/${id}/iterations`, {
+      nodes: nodes(),
+      model: { type: "polynomial", degree: 2 },
+    });
+    /** @type {{ drawn: number, task: number }[]} */
+    const maps = [];
+    for (let round = 0; round < ROUNDS; round += 1)
+      await inBrowser(server, {}, async (world) => void maps.push(await drawing(world, id)));
+    const [drawn, task] = [median(maps.map((map) => map.drawn)), median(maps.map((map) => map.task))];
+    const measured = `drawn after ${drawn.toFixed(0)} ms, longest task ${task.toFixed(0)} ms`;
+    console.log(measured);
+    assert.ok(drawn <= DRAWN_MS && task <= TASK_MS, measured);
+  },
+);
