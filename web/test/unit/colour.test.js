@@ -75,6 +75,26 @@ test("limits are 1, 2 or 5 above the 98th percentile", () => {
   assert.deepEqual(symmetricLimit([]), { limit: 1, clipped: 0 });
 });
 
+test("a symmetric scale takes the 98th percentile of any values", () => {
+  for (let seed = 1; seed <= 300; seed += 1) {
+    let state = seed;
+    const random = () => {
+      state = (state * 48271) % 2147483647;
+      return state / 2147483647;
+    };
+    // from all alike to nine powers of ten
+    const values = Float64Array.from(
+      { length: 1 + (seed % 97) },
+      () => (random() - 0.5) * 10 ** ((seed % 10) * random()),
+    );
+    const sizes = [...values].map(Math.abs).sort((a, b) => a - b);
+    const percentile = sizes[Math.ceil(0.98 * sizes.length) - 1] ?? 0;
+    const limit = niceAbove(percentile);
+    const clipped = sizes.filter((size) => size > limit).length;
+    assert.deepEqual(symmetricLimit(values), { limit, clipped });
+  }
+});
+
 test("series are all there", () => {
   assert.deepEqual([...SERIES].sort(), Object.keys(OKABE_ITO).sort());
 });
