@@ -32,6 +32,7 @@ pub const PAGES: &[&str] = &[
     "/jobs/{job_id}/iterations/{number}/evaluation",
     "/jobs/{job_id}/iterations/{number}/correction",
     "/jobs/{job_id}/trace",
+    "/jobs/{job_id}/report",
     "/jobs/{job_id}/iterations/{number}/statistics",
 ];
 

@@ -19,6 +19,7 @@ export const pages = /** @type {const} */ ([
   { path: "/settings", page: "settings" },
   { path: "/jobs/{job_id}/iterations/{number}/lambda", page: "lambda" },
   { path: "/jobs/{job_id}/trace", page: "trace" },
+  { path: "/jobs/{job_id}/report", page: "report" },
   { path: "/jobs/{job_id}/iterations/{number}/statistics", page: "statistics" },
 ]);
 

@@ -1,6 +1,6 @@
 // What this browser remembers: language, theme, shortcuts. Kept in localStorage.
 
-import { effect, signal } from "../vendor/ui.js";
+import { computed, effect, signal } from "../vendor/ui.js";
 
 /** @typedef {"en" | "de" | "pseudo"} Language `pseudo` marks every text of the tables, for tests */
 /** @typedef {"system" | "light" | "dark"} Theme */
@@ -10,13 +10,17 @@ const kept = read();
 
 /** @type {import("../vendor/ui.js").Signal<Language>} */
 export const language = signal(oneOf(kept["language"], ["en", "de", "pseudo"]) ?? ofBrowser());
+/** Of a page whose address names a language, whatever was chosen: a report goes to others. @type {import("../vendor/ui.js").Signal<Language | undefined>} */
+export const languageOfPage = signal(undefined);
+/** The language that is shown. */
+export const shownLanguage = computed(() => languageOfPage.value ?? language.value);
 /** @type {import("../vendor/ui.js").Signal<Theme>} */
 export const theme = signal(oneOf(kept["theme"], ["system", "light", "dark"]) ?? "system");
 export const shortcuts = signal(kept["shortcuts"] !== false);
 
 effect(() => {
   const root = document.documentElement;
-  root.lang = language.value === "pseudo" ? "en" : language.value;
+  root.lang = shownLanguage.value === "pseudo" ? "en" : shownLanguage.value;
   if (theme.value === "system") delete root.dataset["theme"];
   else root.dataset["theme"] = theme.value;
 });

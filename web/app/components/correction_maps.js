@@ -16,8 +16,8 @@ import { h, html } from "../../vendor/ui.js";
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
 
-/** @param {{ nodes: Nodes, axes: Axes | null | undefined, kept: KeptCorrection }} props */
-export function CorrectionMaps({ nodes, axes, kept }) {
+/** @param {{ nodes: Nodes, axes: Axes | null | undefined, kept: KeptCorrection, paper?: boolean }} props `paper`: at 300 dots an inch, with lines that are seen in grey */
+export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
   const measured = surfaceOf(nodes);
   if (!measured) return html`<p class="quiet">${t.noMaps}</p>`;
   // corrections count in µm, + = material out
@@ -59,6 +59,7 @@ export function CorrectionMaps({ nodes, axes, kept }) {
             axes: mapAxes(axes),
             small: true,
             height: 190,
+            ...(paper ? { contours: true, density: 300 / 96 } : {}),
           })}
           <p class="map-ends hint" aria-hidden="true"><span>${flank.toe}</span><span>${flank.heel}</span></p>
         </figure>`,

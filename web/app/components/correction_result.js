@@ -62,11 +62,11 @@ function notesOf({ unit, limited, fixed, undetermined, rounded, unrounded, unlim
   </span>`;
 }
 
-/** @param {{ settings: readonly SettingChange[], csvName: string, tools: Children }} props */
-export function Changes({ settings, csvName, tools }) {
+/** @param {{ settings: readonly SettingChange[], csvName?: string | undefined, tools: Children, of?: string }} props `of`: says whose they are, where there are several */
+export function Changes({ settings, csvName, tools, of }) {
   const { value } = fmt;
   return table({
-    caption: t.changes,
+    caption: of ? `${t.changes}, ${of}` : t.changes,
     hideCaption: true,
     csvName,
     tools,
@@ -174,8 +174,8 @@ function given(row) {
   return /** @type {FigureRow} */ (Object.fromEntries(Object.entries(row).filter(([, value]) => value !== undefined)));
 }
 
-/** @param {{ kept: KeptCorrection, csvName: string }} props */
-export function Figures({ kept, csvName }) {
+/** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: as above */
+export function Figures({ kept, csvName, of }) {
   const { value } = fmt;
   const um = "µm";
   const estimated = (/** @type {EstimatedFigure | undefined} */ figure) =>
@@ -222,7 +222,7 @@ export function Figures({ kept, csvName }) {
   }
   const rows = figureRows(kept);
   return table({
-    caption: kept.answer ? t.figures : t.figuresBefore,
+    caption: [kept.answer ? t.figures : t.figuresBefore, of].filter(Boolean).join(", "),
     hideCaption: true,
     columns,
     rows,

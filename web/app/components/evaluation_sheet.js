@@ -14,11 +14,12 @@ import { h, html, useEffect, useState } from "../../vendor/ui.js";
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
 
 /**
- * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined }} props
- *   `traces`: as posted, in the order of the answer
+ * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, paper?: boolean }} props
+ *   `traces`: as posted, in the order of the answer; `paper`: upright whatever the screen, three beside each other
  */
-export function EvaluationSheet({ kind, traces, evaluation, gear, band }) {
-  const flat = useNarrow();
+export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = false }) {
+  const narrow = useNarrow();
+  const flat = narrow && !paper;
   const [box, width] = useWidth();
   const drawn = traces
     .map((trace, i) => ({ trace, evaluated: evaluation.traces[i] }))
@@ -31,7 +32,7 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band }) {
     drawn.map(({ sheet }) => sheet),
     band,
     flat ? Math.max(200, width - 60) : 340,
-    flat ? 140 : 200,
+    flat ? 140 : paper ? 160 : 200,
   );
   const { value } = fmt;
   return html`<div class="k-sheet" ref=${box}>

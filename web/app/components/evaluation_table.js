@@ -29,8 +29,11 @@ export const symbolsOf = (kind) =>
 /** @param {"left" | "right"} flank */
 const flankName = (flank) => (flank === "left" ? t.leftShort : t.rightShort);
 
-/** @param {{ kind: "profile" | "helix", evaluation: GearEvaluation, tolerances: GearTolerances | undefined, csvName: string }} props */
-export function EvaluationTable({ kind, evaluation, tolerances, csvName }) {
+/**
+ * @param {{ kind: "profile" | "helix", evaluation: GearEvaluation, tolerances: GearTolerances | undefined, csvName?: string | undefined, brief?: boolean, of?: string }} props
+ *   `brief`: without intervals and words of signs; `of`: says whose it is, where there are several
+ */
+export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief = false, of }) {
   const symbols = symbolsOf(kind);
   const { value } = fmt;
   const settings = evaluation.evaluation;
@@ -66,43 +69,45 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName }) {
     cell: ({ trace }) => data(value.interval(trace?.[`${key}_interval_um`], trace?.[`${key}_std_error_um`])),
     csv: ({ trace }) => trace?.[`${key}_interval_um`]?.join(" … "),
   });
+  /** @type {import("./table.js").Column<Row>[]} */
+  const columns = [
+    { key: "name", header: t.toothColumn, rowHeader: true, cell: ({ name }) => name, csv: ({ name }) => name },
+    { key: "flank", header: t.flank, cell: ({ flank }) => flank, csv: ({ flank }) => flank },
+    estimated("slope"),
+    interval("slope"),
+    {
+      key: "sign",
+      header: t.sign,
+      cell: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
+      csv: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
+    },
+    plain("form"),
+    plain("total"),
+    estimated("crowning"),
+    interval("crowning"),
+    {
+      key: "class",
+      header: t.class,
+      numeric: true,
+      cell: ({ trace }) => data(trace ? classOf(trace) : ""),
+      csv: ({ trace }) => (trace ? classOf(trace) : ""),
+    },
+    {
+      key: "conformity",
+      header: t.conformity,
+      cell: ({ trace }) => decided(trace?.slope_conformity, symbols.slope),
+      csv: ({ trace }) => trace?.slope_conformity?.decision,
+    },
+  ];
   return table({
-    caption: t[kind],
+    caption: of ? `${t[kind]}, ${of}` : t[kind],
     hideCaption: true,
     csvName,
     stacked: true,
     rows,
     rowKey: ({ key }) => key,
     rowClass: ({ trace }) => (trace ? "" : "summary"),
-    columns: [
-      { key: "name", header: t.toothColumn, rowHeader: true, cell: ({ name }) => name, csv: ({ name }) => name },
-      { key: "flank", header: t.flank, cell: ({ flank }) => flank, csv: ({ flank }) => flank },
-      estimated("slope"),
-      interval("slope"),
-      {
-        key: "sign",
-        header: t.sign,
-        cell: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
-        csv: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
-      },
-      plain("form"),
-      plain("total"),
-      estimated("crowning"),
-      interval("crowning"),
-      {
-        key: "class",
-        header: t.class,
-        numeric: true,
-        cell: ({ trace }) => data(trace ? classOf(trace) : ""),
-        csv: ({ trace }) => (trace ? classOf(trace) : ""),
-      },
-      {
-        key: "conformity",
-        header: t.conformity,
-        cell: ({ trace }) => decided(trace?.slope_conformity, symbols.slope),
-        csv: ({ trace }) => trace?.slope_conformity?.decision,
-      },
-    ],
+    columns: brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns,
   });
 }
 

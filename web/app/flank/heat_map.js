@@ -110,7 +110,7 @@ function Overlay(props) {
     Fragment,
     null,
     lines && surface.kind === "grid" ? h(ToothGrid, { surface, view }) : null,
-    drawn ? h(ContourLines, { drawn, limit }) : null,
+    drawn ? h(ContourLines, { drawn, limit, view }) : null,
     range ? h(RangeFrame, { range, view }) : null,
     !small && extremes
       ? [
@@ -179,8 +179,8 @@ function contoured(surface, view, limit) {
   }));
 }
 
-/** @param {{ drawn: ReturnType<typeof contoured>, limit: number }} props */
-function ContourLines({ drawn, limit }) {
+/** @param {{ drawn: ReturnType<typeof contoured>, limit: number, view: import("./raster.js").View }} props */
+function ContourLines({ drawn, limit, view }) {
   const decimals = Math.max(0, -Math.floor(Math.log10(limit / 5) + 1e-9));
   /** @type {number[][]} */
   const taken = [];
@@ -189,7 +189,14 @@ function ContourLines({ drawn, limit }) {
     const piece = segments[Math.floor(segments.length / 2)];
     if (!piece || segments.length < 8) return [];
     const [x, y] = [(piece[0] + piece[2]) / 2, (piece[1] + piece[3]) / 2];
-    if (x < 16 || taken.some(([px = 0, py = 0]) => Math.abs(px - x) < 34 && Math.abs(py - y) < 16)) return [];
+    if (
+      x < 16 ||
+      x > view.width - 16 ||
+      y < 8 ||
+      y > view.height - 8 ||
+      taken.some(([px = 0, py = 0]) => Math.abs(px - x) < 34 && Math.abs(py - y) < 16)
+    )
+      return [];
     taken.push([x, y]);
     return [{ level, x, y }];
   });

@@ -9,7 +9,7 @@
 
 import { computed } from "../../vendor/ui.js";
 import { formats } from "../lib/format.js";
-import { language } from "../settings.js";
+import { shownLanguage as language } from "../settings.js";
 
 /** @typedef {Record<string, string | ((...values: never[]) => string)>} Table */
 /**

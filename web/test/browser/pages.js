@@ -27,6 +27,8 @@ export async function pageList({ job, iteration, call }) {
     { name: "stream", path: `/jobs/${id}/streams/${stream.id}` },
     { name: "fit-empty", path: "/fit" },
     { name: "trace", path: `/jobs/${id}/trace` },
+    { name: "report", path: `/jobs/${id}/report` },
+    { name: "report-empty", path: `/jobs/${empty.id}/report` },
     { name: "statistics", path: `/jobs/${id}/iterations/1/statistics?direction=1` },
     { name: "settings", path: "/settings" },
   ];

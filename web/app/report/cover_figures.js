@@ -1,0 +1,147 @@
+// The figures of the first page, before and after; what is absent says why.
+
+import { Badge } from "../components/figure.js";
+import { GearSymbol } from "../components/symbol.js";
+import { fmt } from "../i18n/i18n.js";
+import { t } from "../i18n/report.js";
+import { ABSENT } from "../lib/format.js";
+import { heightUnit } from "../lib/units.js";
+import { h, html } from "../../vendor/ui.js";
+import { coarsest, flankRows, heightsOf, traceRows } from "./figures.js";
+
+/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./figures.js").Row} Row */
+/** @typedef {import("./figures.js").Cell} Cell */
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+
+/** @param {{ told: readonly Told[] }} props the first and the last */
+export function CoverFigures({ told }) {
+  const notes = notesOf();
+  const flank = flankRows(told);
+  const traces = traceRows(told);
+  const numbers = (/** @type {readonly Told[]} */ some) => some.map(({ iteration }) => iteration.number).join(", ");
+  const without = told.filter((_, i) => flank.every(({ cells }) => cells[i] === undefined));
+  const whyFigures = without.length > 0 ? notes.mark(t.whyFigures(numbers(without))) : null;
+  const unmeasured = told.filter(({ evaluated }) => !evaluated);
+  const whyClass = unmeasured.length > 0 ? notes.mark(t.whyClass(numbers(unmeasured))) : null;
+  const listed = [...(without.length === told.length ? [] : flank), ...traces];
+  const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
+  const changes = flank.some(({ change }) => change);
+  const row = (/** @type {Row} */ one, /** @type {Children} */ why) => html`<tr key=${one.key}>
+    <th scope="row">${h(GearSymbol, { name: one.symbol })} ${t[one.name]}${one.flank && `, ${t[one.flank]}`}</th>
+    ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
+    ${changes && html`<td class="numeric">${one.change ? data(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
+    <td class="numeric">${one.limits ? data(fmt.value.interval([one.limits.low, one.limits.high], 1)) : absent(whyLimits)}</td>
+    <td class="numeric">${classOf(one)}</td>
+  </tr>`;
+  const fact = (/** @type {string} */ name, /** @type {(one: Told) => Children} */ of) => html`<tr key=${name}>
+    <th scope="row">${name}</th>
+    ${told.map((one) => html`<td key=${one.iteration.number} class="numeric">${of(one)}</td>`)}
+    ${changes && html`<td></td>`}<td></td><td></td>
+  </tr>`;
+  const [first, last] = told;
+  return html`<div class="report-figures">
+    <table class="report-table">
+      <caption>${t.figures}</caption>
+      <thead><tr>
+        <th scope="col">${t.figure} <span class="unit" translate="no">µm</span></th>
+        ${first && html`<th scope="col" class="numeric">${last ? t.before(first.iteration.number) : t.mapsOf(first.iteration.number)}</th>`}
+        ${last && html`<th scope="col" class="numeric">${t.after(last.iteration.number)}</th>`}
+        ${changes && html`<th scope="col" class="numeric">${t.change}</th>`}
+        <th scope="col" class="numeric">${t.limits}</th><th scope="col" class="numeric">${t.class}</th>
+      </tr></thead>
+      <tbody>
+        ${
+          without.length === told.length
+            ? fact(t.allFlank, () => absent(whyFigures))
+            : flank.map((one) => row(one, whyFigures))
+        }
+        ${traces.map((one) => row(one, whyClass))}
+        ${fact(t.coarsest, (one) => {
+          const of = coarsest(one);
+          if (of === undefined) return absent(whyClass);
+          return of > 11 ? t.beyond : data(fmt.value.count(of));
+        })}
+        ${fact(t.heights, (one) => heights(one, notes.mark))}
+        ${fact(t.rms, ({ fit, iteration }) => withUnit(fit?.result.residuals.rms, iteration))}
+        ${fact(t.regularized, ({ fit }) => chosen(fit))}
+        ${fact(t.condition, ({ fit }) => condition(fit))}
+      </tbody>
+    </table>
+    <div class="report-notes">
+      <p>${notes.all().map(({ sign, text }) => html`<span key=${sign}><sup translate="no">${sign}</sup> ${text} </span>`)}</p>
+      <p>${t.errors}${changes && html` ${t.changeAbout}`}</p>
+    </div>
+  </div>`;
+}
+
+/** Reasons, each with the letter by which cells name it. */
+function notesOf() {
+  /** @type {string[]} */
+  const texts = [];
+  const sign = (/** @type {number} */ i) => String.fromCharCode(97 + i);
+  return {
+    /** @param {string} text */
+    mark: (text) => {
+      if (!texts.includes(text)) texts.push(text);
+      return html`<sup translate="no">${sign(texts.indexOf(text))}</sup>`;
+    },
+    all: () => texts.map((text, i) => ({ sign: sign(i), text })),
+  };
+}
+
+/** @param {string} text */
+const data = (text) => html`<span translate="no">${text}</span>`;
+
+/** @param {Children} why */
+const absent = (why) => html`<span class="quiet">${ABSENT}${why}</span>`;
+
+/** @param {Cell | undefined} cell @param {Children} why */
+function figure(cell, why) {
+  if (!cell) return absent(why);
+  return data(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
+}
+
+/** The classes before and after, and whether the figure conforms now. @param {Row} row */
+function classOf({ cells }) {
+  const classes = cells.map((cell) => cell?.class);
+  const decision = cells.findLast((cell) => cell?.decision)?.decision;
+  const kind =
+    decision && /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" })[decision];
+  const told = classes.some((one) => one !== undefined)
+    ? data(classes.map((one) => (one === undefined ? ABSENT : String(one))).join(" → "))
+    : null;
+  if (!told && !kind) return null;
+  return html`${told} ${kind && h(Badge, { kind, children: t[decision] })}`;
+}
+
+/** @param {Told} told @param {(text: string) => Children} mark */
+function heights(told, mark) {
+  const ends = heightsOf(told);
+  if (!ends) return absent(mark(t.whyHeights));
+  const unit = heightUnit(told.iteration.axes);
+  const write = unit === "µm" ? fmt.value.um : unit === "mm" ? fmt.value.mm : fmt.value.three;
+  return data(`${write(ends.low)} … ${write(ends.high)}${unit ? `\u202f${unit}` : ""}`);
+}
+
+/** @param {number | null | undefined} value @param {Told["iteration"]} iteration */
+function withUnit(value, { axes }) {
+  const unit = heightUnit(axes);
+  return data(value == null ? ABSENT : `${fmt.value.three(value)}${unit ? `\u202f${unit}` : ""}`);
+}
+
+/** λ* and what chose it. @param {Told["fit"]} fit */
+function chosen(fit) {
+  const { lambda_star: value, criterion } = fit?.result.regularization ?? {};
+  if (value === undefined) return fit ? t.unregularized : ABSENT;
+  return html`${data(fmt.value.three(value))} <code translate="no">${criterion}</code>`;
+}
+
+/** @param {Told["fit"]} fit */
+function condition(fit) {
+  const { condition: before, regularized } = fit?.result.spectrum ?? {};
+  const after = regularized?.condition;
+  return data(
+    after == null ? fmt.value.condition(before) : `${fmt.value.condition(before)} → ${fmt.value.condition(after)}`,
+  );
+}

@@ -1,0 +1,57 @@
+// Evaluated traces in a report: K-charts upright, and their figures.
+
+import { EvaluationSheet } from "../components/evaluation_sheet.js";
+import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
+import { t as common } from "../i18n/common.js";
+import { fmt } from "../i18n/i18n.js";
+import { t as words } from "../i18n/evaluation.js";
+import { t } from "../i18n/report.js";
+import { sameSign } from "../lib/traces.js";
+import { Fragment, h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("./data.js").Evaluated} Evaluated */
+
+/** @param {{ told: readonly Told[] }} props */
+export function Evaluations({ told }) {
+  const all = told.flatMap(({ iteration, evaluated }) => (evaluated ? [{ number: iteration.number, evaluated }] : []));
+  if (all.length === 0) return html`<p>${t.noEvaluation}</p>`;
+  return h(
+    Fragment,
+    null,
+    all.map(({ number, evaluated }) => h(OneEvaluation, { key: number, number, evaluated })),
+  );
+}
+
+/** @param {{ number: number, evaluated: Evaluated }} props */
+function OneEvaluation({ number, evaluated }) {
+  const { record, result, request, gear, tolerances } = evaluated;
+  const traces = Array.isArray(request.traces) ? request.traces : [];
+  const settings = result.evaluation;
+  const modified = (request.modifications?.length ?? 0) > 0;
+  const parabola = settings.profile_mean === "parabola" || settings.helix_mean === "parabola";
+  const values = settings.tolerances === "unrounded" ? tolerances?.unrounded : tolerances?.rounded;
+  const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
+    result.traces.some((trace) => trace.kind === kind),
+  );
+  return html`<div class="report-evaluation">
+    <div class="keep">
+      <h3>${t.evaluatedAt(number, fmt.value.time(record.created_at))}</h3>
+      ${
+        traces.length === 0
+          ? html`<p>${t.noTraces}</p>`
+          : html`<p class="quiet">${words.drawn}${(!sameSign(settings) || modified) && ` ${words.noMeanLine}`}${parabola && ` ${words.noParabola}`}${!values && ` ${t.noBand}`}</p>`
+      }
+    </div>
+    ${kinds.map((kind) => {
+      const band = modified ? undefined : (values?.[`${kind}_total_um`] ?? undefined);
+      const symbol = symbolsOf(kind).total.replace("_", " ");
+      return html`<div key=${kind} class="report-kind-of">
+        <h4>${words[kind]}</h4>
+        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation: result, gear, band, paper: true })}
+        ${band !== undefined && tolerances && html`<p class="quiet">${words.band(fmt.value.um(band), tolerances.class, symbol)}</p>`}
+        ${h(EvaluationTable, { kind, evaluation: result, tolerances, brief: true, of: common.iteration(number) })}
+      </div>`;
+    })}
+  </div>`;
+}

@@ -1,0 +1,142 @@
+// The figures of a report's first page: what the interface answers of each iteration, and nothing else. Pure.
+
+import { extremesOf } from "../flank/surface.js";
+
+/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
+/** @typedef {import("../api/client.js").Schema<"CorrectionFigures">} CorrectionFigures */
+/** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
+/** @typedef {"profile_slope" | "helix_slope" | "profile_crowning" | "helix_crowning" | "twist"} FlankFigureName */
+/** @typedef {{ low: number, high: number }} Limits */
+/** @typedef {"conforms" | "does_not_conform" | "cannot_be_told"} Decision */
+/**
+ * @typedef {object} Cell
+ * @property {number} value µm
+ * @property {number | undefined} error
+ * @property {number | undefined} [class] the coarsest of its traces
+ * @property {Decision | undefined} [decision]
+ */
+/**
+ * @typedef {object} Row
+ * @property {string} key
+ * @property {string} symbol
+ * @property {FlankFigureName | "trace_slope" | "trace_total"} name
+ * @property {"left" | "right" | undefined} flank
+ * @property {readonly (Cell | undefined)[]} cells one an iteration
+ * @property {EstimatedFigure | undefined} change from the first to the last
+ * @property {Limits | undefined} limits
+ */
+
+/** @type {readonly [FlankFigureName, string][]} */
+const FLANK = [
+  ["profile_slope", "f_Hα"],
+  ["helix_slope", "f_Hβ"],
+  ["profile_crowning", "C_α"],
+  ["helix_crowning", "C_β"],
+  ["twist", "S"],
+];
+
+/** Figures of the second-order surface, which corrections answer. @param {readonly Told[]} told @returns {Row[]} */
+export function flankRows(told) {
+  const last = told.at(-1);
+  const whole = told.length > 1 && last?.answers?.id === told[0]?.correction?.id ? last?.answers : undefined;
+  return FLANK.map(([name, symbol]) => ({
+    key: name,
+    symbol,
+    name,
+    flank: undefined,
+    cells: told.map((one) => flankCell(one, name)),
+    change: whole?.answer?.figure_changes?.[name]?.change,
+    limits: undefined,
+  }));
+}
+
+/** With its error where one is answered: of the own correction, or of the one before that this iteration answers. @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
+function flankCell({ correction, answers }, name) {
+  const estimated =
+    answers?.answer?.figure_changes?.[name]?.measured ?? correction?.answer?.figure_changes?.[name]?.before;
+  if (estimated) return { value: estimated.value_um, error: estimated.std_error_um };
+  const own = /** @type {const} */ (`${name}_um`);
+  const value = answers?.answer?.figures?.[own] ?? correction?.result.predicted.figures?.before?.[own];
+  return typeof value === "number" ? { value, error: undefined } : undefined;
+}
+
+const TRACE = /** @type {const} */ ({
+  profile: { slope: "f_Hα", total: "F_α" },
+  helix: { slope: "f_Hβ", total: "F_β" },
+});
+
+/** Means over the teeth of evaluated traces; none without an evaluation. @param {readonly Told[]} told @returns {Row[]} */
+export function traceRows(told) {
+  return /** @type {const} */ (["profile", "helix"]).flatMap((kind) =>
+    /** @type {const} */ (["left", "right"]).flatMap((flank) =>
+      /** @type {const} */ (["slope", "total"]).flatMap((what) => {
+        const cells = told.map((one) => traceCell(one, kind, flank, what));
+        if (cells.every((cell) => cell === undefined)) return [];
+        const limits =
+          what === "slope" ? told.flatMap((one) => limitsOf(tracesOf(one, kind, flank))).at(-1) : undefined;
+        return [
+          {
+            key: `${kind} ${flank} ${what}`,
+            symbol: TRACE[kind][what],
+            name: /** @type {const} */ (`trace_${what}`),
+            flank,
+            cells,
+            change: undefined,
+            limits,
+          },
+        ];
+      }),
+    ),
+  );
+}
+
+/** @param {Told} told @param {"profile" | "helix"} kind @param {"left" | "right"} flank */
+function tracesOf({ evaluated }, kind, flank) {
+  return (evaluated?.result.traces ?? []).filter((trace) => trace.kind === kind && trace.flank === flank);
+}
+
+/** @param {Told} told @param {"profile" | "helix"} kind @param {"left" | "right"} flank @param {"slope" | "total"} what @returns {Cell | undefined} */
+function traceCell(told, kind, flank, what) {
+  const mean = told.evaluated?.result.means.find((one) => one.kind === kind && one.flank === flank)?.[`${what}_um`]
+    .mean;
+  const traces = tracesOf(told, kind, flank);
+  if (typeof mean !== "number") return undefined;
+  const classes = traces.flatMap(({ class: of }) => (typeof of?.[what] === "number" ? [of[what]] : []));
+  const alone = traces.length === 1 ? traces[0] : undefined;
+  return {
+    value: mean,
+    // the answer tells errors of single traces, not of their mean
+    error: what === "slope" ? (alone?.slope_std_error_um ?? undefined) : undefined,
+    class: classes.length > 0 ? Math.max(...classes) : undefined,
+    decision: what === "slope" ? worst(traces) : undefined,
+  };
+}
+
+const WORST = /** @type {const} */ (["does_not_conform", "cannot_be_told", "conforms"]);
+
+/** What holds of all traces. @param {readonly EvaluatedTrace[]} traces @returns {Decision | undefined} */
+function worst(traces) {
+  const found = traces.flatMap(({ slope_conformity: one }) => (one ? [one.decision] : []));
+  return WORST.find((decision) => found.includes(decision));
+}
+
+/** @param {readonly EvaluatedTrace[]} traces @returns {Limits[]} */
+function limitsOf(traces) {
+  return traces.flatMap(({ slope_conformity: one }) => {
+    const [low, high] = one?.limits_um ?? [];
+    return low === undefined || high === undefined ? [] : [{ low, high }];
+  });
+}
+
+/** Least and greatest height of the nodes. @param {Told} told */
+export function heightsOf({ surface }) {
+  const ends = surface && extremesOf(surface);
+  return ends ? { low: ends.least.z, high: ends.greatest.z } : undefined;
+}
+
+/** The coarsest class of an evaluation; 12 stands for what exceeds even class 11. @param {Told} told */
+export function coarsest({ evaluated }) {
+  if (!evaluated) return undefined;
+  return evaluated.result.beyond_classes ? 12 : (evaluated.result.class ?? undefined);
+}

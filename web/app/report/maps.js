@@ -1,0 +1,106 @@
+// The maps of a report: small ones for the first page, whole ones at 300 dots an inch.
+
+import { mapAxes } from "../flank/axes.js";
+import { HeatMap } from "../flank/heat_map.js";
+import { atNodes } from "../flank/layers.js";
+import { Legend } from "../flank/legend.js";
+import { countsOf, extremesOf } from "../flank/surface.js";
+import { t as common } from "../i18n/common.js";
+import { t as flank } from "../i18n/flank.js";
+import { fmt } from "../i18n/i18n.js";
+import { t } from "../i18n/report.js";
+import { symmetricLimit } from "../lib/colour.js";
+import { heightUnit } from "../lib/units.js";
+import { h, html } from "../../vendor/ui.js";
+
+/** @typedef {import("./data.js").Told} Told */
+/** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
+/** @typedef {{ told: Told, surface: FlankSurface }} Mapped */
+
+/** Dots of the image for a pixel of the page, of which there are 96 an inch. */
+const DENSITY = 300 / 96;
+
+/** One scale for all of them. @param {readonly Mapped[]} mapped */
+function scaleOf(mapped) {
+  const values = Float64Array.from(mapped.flatMap(({ surface }) => [...surface.z]));
+  return symmetricLimit(values);
+}
+
+/** Measured deviations, beside each other. @param {{ told: readonly Told[], flipU: boolean }} props */
+export function SmallMaps({ told, flipU }) {
+  const mapped = told.flatMap((one) => (one.surface ? [{ told: one, surface: one.surface }] : []));
+  if (mapped.length === 0) return null;
+  // heights of different units have no scale in common
+  const units = new Set(mapped.map(({ told: one }) => heightUnit(one.iteration.axes)));
+  const whole = units.size === 1 ? scaleOf(mapped) : undefined;
+  return html`<div class="report-small">
+    <div class="report-pair">
+      ${mapped.map((one, i) => {
+        const { number } = one.told.iteration;
+        const name = mapped.length < 2 ? t.mapsOf(number) : i === 0 ? t.before(number) : t.after(number);
+        const { limit, clipped } = whole ?? scaleOf([one]);
+        return html`<figure key=${number}>
+          <figcaption>${name}</figcaption>
+          ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, axes: mapAxes(one.told.iteration.axes), small: true, contours: true, height: 90, flipU, density: DENSITY })}
+          <p class="map-ends" aria-hidden="true"><span>${flank.toe}</span><span>${flank.heel}</span></p>
+          ${!whole && h(Legend, { limit, unit: unitOf(one), clipped, missing: countsOf(one.surface).missing })}
+        </figure>`;
+      })}
+    </div>
+    ${whole && mapped[0] && h(Legend, { limit: whole.limit, unit: unitOf(mapped[0]), clipped: whole.clipped, missing: mapped.reduce((sum, { surface }) => sum + countsOf(surface).missing, 0) })}
+  </div>`;
+}
+
+/** Measured and residual maps of each iteration. @param {{ told: readonly Told[], flipU: boolean }} props */
+export function Maps({ told, flipU }) {
+  const measured = told.flatMap((one) => (one.surface ? [{ told: one, surface: one.surface }] : []));
+  const residual = told.flatMap((one) => {
+    const residuals = one.fit?.result.residuals;
+    return one.surface && residuals?.values
+      ? [{ told: one, surface: atNodes(one.surface, residuals.values, residuals.node_indices) }]
+      : [];
+  });
+  const none = told.filter(({ surface }) => !surface);
+  return html`
+    ${measured.length > 0 && html`<p class="quiet">${t.oneScale}</p>`}
+    ${none.map(({ iteration }) => html`<p key=${iteration.number}>${common.iteration(iteration.number)}: ${t.noMap}</p>`)}
+    ${drawn(measured, t.measuredMap, flipU)}${drawn(residual, t.residualMap, flipU)}`;
+}
+
+/** @param {readonly Mapped[]} mapped @param {string} kind @param {boolean} flipU */
+function drawn(mapped, kind, flipU) {
+  const units = new Set(mapped.map(unitOf));
+  const whole = units.size === 1 ? scaleOf(mapped) : undefined;
+  return mapped.map((one) => {
+    const { iteration, fit } = one.told;
+    const name = `${kind}, ${common.iteration(iteration.number)}`;
+    const { limit } = whole ?? scaleOf([one]);
+    const clipped = [...one.surface.z].filter((z) => Math.abs(z) > limit).length;
+    return html`<figure key=${name} class="report-map">
+      <figcaption><h3>${name}</h3><p class="quiet">${summaryOf(one.surface)}</p></figcaption>
+      ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, unit: unitOf(one), axes: mapAxes(iteration.axes), range: fit?.result.domain?.v ? boxOf(fit.result.domain) : undefined, contours: true, height: 330, flipU, density: DENSITY })}
+      ${h(Legend, { limit, unit: unitOf(one), clipped, missing: countsOf(one.surface).missing })}
+    </figure>`;
+  });
+}
+
+/** @param {Mapped} mapped */
+function unitOf({ told }) {
+  return heightUnit(told.iteration.axes) ?? common.callersUnit;
+}
+
+/** The box that the model lives on. @param {import("../api/client.js").Schema<"Domain">} domain @returns {import("../flank/surface.js").Box | undefined} */
+function boxOf({ u, v }) {
+  const [u0, u1, v0, v1] = [...(u ?? []), ...(v ?? [])];
+  if (u0 === undefined || u1 === undefined || v0 === undefined || v1 === undefined) return undefined;
+  return { u: [u0, u1], v: [v0, v1] };
+}
+
+/** @param {FlankSurface} surface */
+function summaryOf(surface) {
+  const ends = extremesOf(surface);
+  if (!ends) return flank.noHeights;
+  const place = (/** @type {import("../flank/surface.js").FlankNode} */ { u, v, z }) =>
+    `u ${fmt.value.mm(u)}, v ${fmt.value.mm(v)}: ${fmt.value.three(z)}`;
+  return flank.extremes(place(ends.least), place(ends.greatest));
+}

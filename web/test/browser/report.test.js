@@ -1,0 +1,229 @@
+// The report: what is on paper, and that the first page is one page.
+
+import assert from "node:assert/strict";
+import { execFile } from "node:child_process";
+import path from "node:path";
+import { promisify } from "node:util";
+import { formats } from "../../app/lib/format.js";
+import { browserTest, example } from "./harness.js";
+
+const run = promisify(execFile);
+
+/**
+ * The pages of what the browser prints, as text: runs of space are one.
+ * @param {import("./harness.js").World} world
+ */
+async function printed({ page, server }) {
+  const file = path.join(server.folder, "report.pdf");
+  await page.pdf({ path: file, preferCSSPageSize: true, printBackground: true });
+  const { stdout } = await run("pdftotext", ["-layout", file, "-"], { maxBuffer: 1 << 26 });
+  // a form feed ends each page
+  const pages = stdout.split("\f");
+  assert.equal(pages.pop(), "");
+  return { file, pages: pages.map((text) => text.replaceAll(/\s+/gu, " ")) };
+}
+
+/** Two iterations, a correction between them, decisions. @param {import("./harness.js").World} world @param {object} [change] of the job */
+async function story({ job, iteration, call }, change) {
+  const { id } = await job(change);
+  await iteration(id);
+  const at = `/v1/jobs/${id}/iterations`;
+  const kept = await call("POST", `${at}/1/fits`, JSON.parse(await example("requests/refit.json")));
+  await call("PUT", `${at}/1/chosen_fit`, { fit_id: kept.id, reason: "the error budget asks for it" });
+  await call("POST", `${at}/1/evaluations`, await example("requests/gear_evaluate.json"));
+  await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
+  await call("PATCH", `${at}/1`, { decision: "remachine", reason: "beyond class 5" });
+  await iteration(id, "flank_z52_remachined.json");
+  await call("PATCH", `${at}/2`, { decision: "accept", reason: "within the drawing" });
+  return id;
+}
+
+/** @param {readonly string[]} words @param {string} text */
+function holds(text, words) {
+  for (const word of words) assert.ok(text.includes(word.replaceAll(/\s+/gu, " ")), `${word}\nin\n${text}`);
+}
+
+browserTest("the first page stands alone, with the figures of the interface and the decision", {}, async (world) => {
+  const { page, open, call } = world;
+  const id = await story(world);
+  await open(`/jobs/${id}/report`);
+  const { file, pages } = await printed(world);
+  const f = formats("en");
+  const first = pages[0] ?? "";
+  const at = `/v1/jobs/${id}/iterations`;
+  const { answer } = await call("GET", `${at}/1/correction`);
+  const [before, after] = [await call("GET", `${at}/1`), await call("GET", `${at}/2`)];
+  const standing = [before, after].map(({ fits }) => fits.find((/** @type {any} */ one) => one.chosen));
+  holds(first, ["Flank report", "Pump gear, finish grinding", "97340", "form grinder 3", "Page 1/"]);
+  holds(first, ["machine again", "beyond class 5", "accepted", "within the drawing", "Signature"]);
+  for (const { before: b, measured, change } of /** @type {any[]} */ (Object.values(answer.figure_changes))) {
+    holds(
+      first,
+      [b, measured, change].map((one) => f.withError(one.value_um, one.std_error_um)),
+    );
+  }
+  for (const fit of standing) holds(first, [f.three(fit.rms), f.three(fit.lambda_star), fit.criterion]);
+  // what is absent says so, and why
+  holds(first, ["Neither the job nor an evaluation names limits", "iteration 2 has none"]);
+  assert.ok(!first.includes("Flank maps"), "the rest begins on the next page");
+  assert.match(pages[1] ?? "", /Flank maps/);
+  assert.ok(!(pages[1] ?? "").includes("Signature"), "nothing of the first page runs over");
+  const { stdout } = await run("pdfinfo", [file]);
+  assert.match(stdout, /Page size: +59\d\.?\d* x 84\d\.?\d* pts \(A4\)/);
+  assert.equal(Number(/Pages: +(\d+)/.exec(stdout)?.[1]), pages.length);
+  for (const [i, text] of pages.entries()) holds(text, ["Pump gear, finish grinding", `Page ${i + 1}/${pages.length}`]);
+
+  // the rest
+  const rest = pages.slice(1).join(" ");
+  const whole = await call("GET", `${at}/2/fits/${standing[1].id}`);
+  const digest = whole.result.provenance.input_sha256;
+  holds(rest, ["the error budget asks for it", "Eigenvalues", "Trace", "Warnings", digest]);
+  holds(rest, [
+    whole.result.provenance.engine,
+    ...whole.result.regularization.choices.map((/** @type {any} */ c) => c.criterion),
+  ]);
+  // no control is printed
+  const printable = await page.locator("button, a, select, input").evaluateAll((all) => all.length);
+  assert.ok(printable > 0);
+  await page.emulateMedia({ media: "print" });
+  const seen = await page
+    .locator("button, select, input, nav, header.top")
+    .evaluateAll((all) => all.filter((one) => one.checkVisibility()).map((one) => one.outerHTML));
+  assert.deepEqual(seen, []);
+});
+
+browserTest("maps are drawn at 300 dots an inch, and no figure is split", {}, async (world) => {
+  const { page, open } = world;
+  const id = await story(world);
+  await open(`/jobs/${id}/report?parts=maps,evaluation,spectrum,correction`);
+  const densities = await page
+    .locator(".report canvas")
+    .evaluateAll((all) => all.map((one) => /** @type {HTMLCanvasElement} */ (one).width / one.clientWidth));
+  assert.ok(densities.length >= 7, `${densities.length} maps`);
+  for (const density of densities) assert.ok(Math.abs(density - 300 / 96) < 0.02, `${density}`);
+  await page.emulateMedia({ media: "print" });
+  const split = await page
+    .locator(".report :is(figure, .chart-figure)")
+    .evaluateAll((all) => all.filter((one) => getComputedStyle(one).breakInside !== "avoid").length);
+  assert.equal(split, 0);
+  const { pages } = await printed(world);
+  assert.ok(!pages.join(" ").includes("Signature"), "the first page was not asked for");
+});
+
+browserTest(
+  "the bar chooses iterations and parts, and the address keeps them",
+  {},
+  async ({ page, open, stands, ...world }) => {
+    const id = await story({ page, open, stands, ...world });
+    await world.iteration(id);
+    await open(`/jobs/${id}`);
+    await page.getByRole("navigation", { name: "Views" }).getByRole("link", { name: "Report" }).click();
+    await page.getByRole("heading", { name: "Flank maps" }).waitFor();
+    await stands();
+    assert.equal(await page.getByLabel("Iteration 2", { exact: true }).isChecked(), false, "the first and the last");
+    await page.getByLabel("Iteration 2", { exact: true }).check();
+    await page.getByLabel("Iteration 3", { exact: true }).uncheck();
+    await page.waitForURL("**/report?iterations=1%2C2");
+    await page.getByRole("heading", { name: "Measured deviations, Iteration 2" }).waitFor();
+    for (const part of ["Flank maps", "Correction", "Trace", "First page"])
+      await page.getByRole("checkbox", { name: part }).uncheck();
+    await page.reload();
+    await stands();
+    assert.equal(await page.getByRole("heading", { name: "Flank maps" }).count(), 0);
+    assert.equal(await page.getByRole("checkbox", { name: "Trace" }).isChecked(), false);
+    await page.getByRole("heading", { name: "Eigenvalues" }).waitFor();
+    await page.getByLabel("Language of the report").selectOption("de");
+    await page.getByRole("heading", { name: "Eigenwerte" }).waitFor();
+    await page.getByRole("link", { name: "Übersicht" }).click();
+    await page.getByText("Decide on iteration 3").waitFor();
+    assert.equal(await page.locator("html").getAttribute("lang"), "en", "the dashboard keeps its own");
+  },
+);
+
+browserTest(
+  "in German, with its comma, whatever the dashboard speaks",
+  { settings: { theme: "dark" } },
+  async (world) => {
+    const { open, call, page } = world;
+    const id = await story(world);
+    await open(`/jobs/${id}/report?iterations=1,2&lang=de`);
+    await page.getByText("Flankenbericht").waitFor();
+    assert.equal(await page.locator(".report").evaluate((one) => getComputedStyle(one).colorScheme), "light");
+    const { pages } = await printed(world);
+    const { answer } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+    const slope = answer.figure_changes.profile_slope.before;
+    holds(pages[0] ?? "", [
+      "Flankenbericht",
+      "Unterschrift",
+      "nacharbeiten",
+      formats("de").withError(slope.value_um, slope.std_error_um),
+      `Seite 1/${pages.length}`,
+    ]);
+    assert.match(pages[1] ?? "", /Flankenkarten/);
+  },
+);
+
+const EVIL = "<img src=x onerror=alert(1)>";
+
+browserTest("names are text in print too, and long ones leave the first page one page", {}, async (world) => {
+  const { open, page } = world;
+  page.on("dialog", () => assert.fail("a script has run"));
+  const id = await story(world, { name: EVIL, machine: "m".repeat(120), serial_number: '"; } * { display: none } \\' });
+  await open(`/jobs/${id}/report`);
+  const { pages } = await printed(world);
+  for (const text of pages) holds(text, [EVIL]);
+  assert.equal(await page.locator(".report img").count(), 0);
+  holds(pages[0] ?? "", ["Signature", '"; } * { display: none }']);
+
+  const long = await world.job({ name: "Long ".repeat(38).trim() });
+  await world.iteration(long.id);
+  await world.call("PATCH", `/v1/jobs/${long.id}/iterations/1`, { decision: "reject", reason: "because ".repeat(400) });
+  await open(`/jobs/${long.id}/report?parts=summary`);
+  const alone = await printed(world);
+  assert.equal(alone.pages.length, 1);
+  holds(alone.pages[0] ?? "", ["rejected", "Signature", "Page 1/1", "of the one before that it answers"]);
+});
+
+browserTest("axe finds nothing in a report, in German too", { axe: true }, async (world) => {
+  const id = await story(world);
+  const at = `/v1/jobs/${id}/iterations/2`;
+  await world.call("POST", `${at}/evaluations`, await example("requests/gear_evaluate.json"));
+  await world.call("POST", `${at}/correction`, JSON.parse(await example("requests/iteration_correction.json")));
+  for (const lang of ["en", "de"]) {
+    await world.open(`/jobs/${id}/report?lang=${lang}`);
+    await world.accessible();
+  }
+});
+
+browserTest("a job without a measurement has nothing to report yet", {}, async ({ page, open, job }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}/report`);
+  await page.getByText("there is nothing to report").waitFor();
+  await page.getByRole("link", { name: "Measure" }).first().waitFor();
+});
+
+browserTest(
+  "other pages print without what is pressed, light, and whole tables",
+  { settings: { theme: "dark" } },
+  async (world) => {
+    const { page, open } = world;
+    const id = await story(world);
+    for (const place of [`/jobs/${id}`, `/jobs/${id}/trace`, `/jobs/${id}/iterations/1/lambda`]) {
+      await open(place);
+      await page.emulateMedia({ media: "print" });
+      const seen = await page
+        .locator("button, nav, header.top, .job-navigation, .table-tools")
+        .evaluateAll((all) => all.filter((one) => one.checkVisibility()).map((one) => one.outerHTML));
+      assert.deepEqual(seen, [], place);
+      assert.equal(await page.locator("html").evaluate((one) => getComputedStyle(one).colorScheme), "light");
+      assert.equal(
+        await page
+          .locator(".table-scroll")
+          .first()
+          .evaluate((one) => getComputedStyle(one).overflowX),
+        "visible",
+      );
+      await page.emulateMedia({ media: "screen" });
+    }
+  },
+);
