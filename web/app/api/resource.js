@@ -3,7 +3,7 @@
 //     const job = useResource(`job ${id}`, (signal) => answer(api.GET(…, { signal })));
 //     html`${loaded({ resource: job, children: (data) => … })}`
 
-import { signal, useCallback, useEffect, useState } from "../../vendor/ui.js";
+import { signal, useCallback, useLayoutEffect, useState } from "../../vendor/ui.js";
 import { session } from "./key.js";
 import { ApiError } from "./problem.js";
 
@@ -49,8 +49,9 @@ export function useResource(key, load) {
   const [state, setState] = useState(() => begin(key));
   const current = state.key === key ? state : begin(key);
 
-  // the same key is the same thing, so `load` need not be among what it depends on
-  useEffect(() => {
+  // the same key is the same thing, so `load` need not be among what it depends on; before the browser paints, so that
+  // no page seems to stand between what has come and what is asked for after it
+  useLayoutEffect(() => {
     if (key === null) return undefined;
     const abort = new AbortController();
     /** @type {ReturnType<typeof setTimeout> | undefined} */
