@@ -45,7 +45,8 @@ function regularizationOf(spec, selection) {
   if ("by" in selection && selection.by === "least_squares") return { type: "none" };
   if (countsRank(spec)) {
     const { rank: _, parameter: __, ...rest } = base;
-    return { ...rest, rank: "value" in selection ? Math.round(selection.value) : base["rank"] };
+    if ("value" in selection) return { ...rest, rank: Math.round(selection.value) };
+    return { ...rest, parameter: { criterion: selection.by } };
   }
   const name = PARAMETERS[String(base["type"])] ?? "lambda_star";
   const own = /** @type {{ criterion?: string } | undefined} */ (base[name]);
