@@ -7,11 +7,9 @@ import { tagsOf } from "../lib/gear_form.js";
 import { h, html } from "../../vendor/ui.js";
 import { TextField } from "./form.js";
 
-/** @typedef {{ name: string, part_number: string, serial_number: string, machine: string, tags: string }} JobForm */
+/** @typedef {import("../lib/job_edit.js").JobForm} JobForm */
 
 const t = texts({ en, de });
-
-export const OPTIONAL = /** @type {const} */ (["part_number", "serial_number", "machine"]);
 
 /** @type {JobForm} */
 export const emptyJob = { name: "", part_number: "", serial_number: "", machine: "", tags: "" };

@@ -29,15 +29,17 @@ browserTest("a change by somebody else shows both versions", { statuses: [412] }
   await open(`/jobs/${id}`);
   await page.getByRole("button", { name: "Edit" }).click();
   await page.getByLabel("Machine").fill("mine");
-  await call("PATCH", `/v1/jobs/${id}`, { machine: "theirs" });
+  await call("PATCH", `/v1/jobs/${id}`, { machine: "theirs", serial_number: "S-99" });
   await page.getByRole("button", { name: "Save" }).click();
   await page.getByText("Somebody else has changed this job meanwhile. Both versions:").waitFor();
-  const row = page.getByRole("dialog").getByRole("row").nth(1);
-  assert.deepEqual(await row.locator(".cell").allTextContents(), ["Machine", "mine", "theirs"]);
-  assert.equal(await page.getByRole("dialog").getByRole("row").count(), 2, "only what differs");
+  const rows = page.getByRole("dialog").getByRole("row");
+  assert.deepEqual(await rows.nth(1).locator(".cell").allTextContents(), ["Serial number", "not touched", "S-99"]);
+  assert.deepEqual(await rows.nth(2).locator(".cell").allTextContents(), ["Machine", "mine", "theirs"]);
+  assert.equal(await rows.count(), 3, "only what differs");
   await page.getByRole("button", { name: "Save mine over it" }).click();
   await page.getByText("The job has been changed.").waitFor();
-  assert.equal((await call("GET", `/v1/jobs/${id}`)).machine, "mine");
+  const saved = await call("GET", `/v1/jobs/${id}`);
+  assert.deepEqual([saved.machine, saved.serial_number], ["mine", "S-99"], "what only they changed stays theirs");
   await page.getByText("mine", { exact: true }).first().waitFor();
 });
 

@@ -46,6 +46,9 @@ export default {
   yours: "Ihre",
   stored: "Jetzt gespeichert",
   keepMine: "Meine darüber speichern",
+  keepMineText:
+    "Von Ihrer Fassung wird nur gespeichert, was Sie geändert haben; das Übrige bleibt, wie es gespeichert ist.",
+  notTouched: "nicht berührt",
   takeTheirs: "Die gespeicherte übernehmen",
   deleteJob: "Auftrag löschen",
   deleteText: "Er hat keine Iteration, also geht nichts Gemessenes verloren. Das lässt sich nicht zurücknehmen.",

@@ -47,6 +47,8 @@ export default {
   yours: "Yours",
   stored: "Stored now",
   keepMine: "Save mine over it",
+  keepMineText: "Of yours only what you have changed is saved; the rest stays as it is stored.",
+  notTouched: "not touched",
   takeTheirs: "Take what is stored",
   deleteJob: "Delete the job",
   deleteText: "It has no iteration, so nothing that was measured is lost. This cannot be undone.",

@@ -1,0 +1,93 @@
+// A job as it is edited: its fields as typed, what was changed of them, and the same changes made
+// to a version that somebody else has stored meanwhile. Pure.
+
+import { formOf, gearOf, tagLines, tagsOf } from "./gear_form.js";
+
+/** @typedef {import("../api/client.js").Schema<"Job">} Job */
+/** @typedef {import("../api/client.js").Schema<"JobPatch">} JobPatch */
+/** @typedef {import("./gear_form.js").GearForm} GearForm */
+/** @typedef {{ name: string, part_number: string, serial_number: string, machine: string, tags: string }} JobForm */
+/** @typedef {{ job: JobForm, gear: GearForm, withGear: boolean }} JobEdit */
+
+export const OPTIONAL = /** @type {const} */ (["part_number", "serial_number", "machine"]);
+const LINES = /** @type {const} */ (["name", ...OPTIONAL]);
+
+/** @param {Job} job @param {(value: number) => string} write @returns {JobEdit} */
+export function editOf(job, write) {
+  return {
+    job: {
+      name: job.name,
+      part_number: job.part_number ?? "",
+      serial_number: job.serial_number ?? "",
+      machine: job.machine ?? "",
+      tags: tagLines(job.tags),
+    },
+    gear: formOf(job.gear ?? undefined, write),
+    withGear: job.gear != null,
+  };
+}
+
+/**
+ * What the user has changed; an empty object where it is nothing, none where something of the form
+ * cannot be read.
+ * @param {JobEdit} mine @param {JobEdit} from what the form began with @returns {JobPatch | undefined}
+ */
+export function patchOf(mine, from) {
+  const tags = tagsOf(mine.job.tags);
+  const gear = mine.withGear ? gearOf(mine.gear).gear : undefined;
+  if (mine.job.name.trim() === "" || !tags || (mine.withGear && !gear)) return undefined;
+  /** @type {JobPatch} */
+  const patch = {};
+  /** @type {NonNullable<JobPatch["clear"]>} */
+  const clear = [];
+  for (const name of LINES) {
+    const value = mine.job[name].trim();
+    if (value === from.job[name].trim()) continue;
+    if (name !== "name" && value === "") clear.push(name);
+    else patch[name] = value;
+  }
+  if (!same(tags, tagsOf(from.job.tags))) patch.tags = tags;
+  if (gear && !(from.withGear && same(gear, gearOf(from.gear).gear))) patch.gear = gear;
+  if (!gear && from.withGear) clear.push("gear");
+  if (clear.length > 0) patch.clear = clear;
+  return patch;
+}
+
+/**
+ * The changes from `from` to `mine`, made to `theirs`: fields, tags and gear data that were not
+ * touched are as they are there.
+ * @param {JobEdit} mine @param {JobEdit} from @param {JobEdit} theirs @returns {JobEdit}
+ */
+export function rebased(mine, from, theirs) {
+  const tags = (/** @type {JobEdit} */ edit) => tagsOf(edit.job.tags) ?? {};
+  const gearChanged = mine.withGear !== from.withGear || !same(mine.gear, from.gear);
+  return {
+    job: {
+      ...changed(mine.job, from.job, theirs.job),
+      tags: tagLines(changed(tags(mine), tags(from), tags(theirs))),
+    },
+    gear: gearChanged && !theirs.withGear ? mine.gear : changed(mine.gear, from.gear, theirs.gear),
+    withGear: gearChanged ? mine.withGear : theirs.withGear,
+  };
+}
+
+/** @template {Record<string, string>} Fields @param {Fields} mine @param {Fields} from @param {Fields} theirs @returns {Fields} */
+function changed(mine, from, theirs) {
+  const all = new Set([...Object.keys(theirs), ...Object.keys(mine)]);
+  const kept = [...all].flatMap((name) => {
+    const value = mine[name] === from[name] ? theirs[name] : mine[name];
+    return value === undefined ? [] : [[name, value]];
+  });
+  return /** @type {Fields} */ (Object.fromEntries(kept));
+}
+
+/** @param {unknown} a @param {unknown} b */
+const same = (a, b) => ordered(a) === ordered(b);
+
+/** @param {unknown} value */
+const ordered = (value) =>
+  JSON.stringify(value, (_, one) =>
+    one && typeof one === "object" && !Array.isArray(one)
+      ? Object.fromEntries(Object.entries(one).sort(([a], [b]) => (a < b ? -1 : 1)))
+      : one,
+  );
