@@ -1,6 +1,8 @@
 // Nodes as a text: JSON (nodes alone, or a request with them) or CSV. Pure. What a number may be is
 // the server's to say; here only as much is read as is drawn and counted.
 
+import { readNodesCsv } from "./nodes_csv.js";
+
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {Record<string, unknown>} Fields */
 /**
@@ -51,19 +53,12 @@ function ofJson(text) {
 
 /** @param {string} text @returns {ReturnType<typeof readNodes>} */
 function ofCsv(text) {
-  const lines = text.split(/\r\n|\n|\r/).filter((line) => line.trim() !== "");
-  const cells = (/** @type {string} */ line) => line.split(",").map((cell) => cell.trim().replace(/^"(.*)"$/, "$1"));
-  const header = cells(lines[0] ?? "");
-  if (!/^(u,v,z|x,y)(,weight)?$/.test(header.join(","))) return { fault: "header" };
-  /** @type {Record<string, number[]>} */
-  const columns = Object.fromEntries(header.map((name) => [name, []]));
-  for (const line of lines.slice(1)) {
-    const row = cells(line);
-    for (const [i, name] of header.entries()) columns[name]?.push(row[i] ? Number(row[i]) : Number.NaN);
-  }
+  const table = readNodesCsv(text);
+  if (!table) return { fault: "header" };
+  const { header, columns, count, missing } = table;
   const type = header[0] === "u" ? "scattered" : "curve";
   const nodes = /** @type {Nodes} */ (/** @type {unknown} */ ({ type, ...columns }));
-  return { file: { kind: "csv", nodes, text, spec: {}, measurement: {}, ...counted(nodes) } };
+  return { file: { kind: "csv", nodes, text, spec: {}, measurement: {}, count, missing } };
 }
 
 /** @param {any} nodes not looked at by anybody yet */

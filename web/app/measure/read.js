@@ -2,6 +2,7 @@
 
 import { gridOf } from "../flank/surface.js";
 import { scatteredOf } from "../flank/triangles.js";
+import { headerOf, readNodesCsv } from "../lib/nodes_csv.js";
 
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {{ place: string, found: string }} Doubt a cell that is no number: `line 5, column 3` as the file counts */
@@ -43,10 +44,10 @@ export function readFile(name, bytes) {
   if (end === "mka" || /KS\.MK\.FILE/.test(begin)) return content({ form: "mka" });
   if (/^\s*</.test(begin)) return content({ form: "rexs" });
   if (/^\s*[{[]/.test(begin)) return ofJson(text);
-  const header = (/^[^\r\n]*/.exec(begin.trimStart())?.[0] ?? "").replaceAll(/["\s]/g, "").toLowerCase();
-  if (/^id,x,y,z/.test(header)) return content({ form: "points", nodes: lines(text) - 1 });
-  if (/^(u,v,z|x,y)(,weight)?$/.test(header)) return ofCsv(text, header.split(","));
-  return content({ kind: "csv", fault: "header", detail: header.slice(0, 80) });
+  const header = headerOf(begin);
+  if (/^id,x,y,z/i.test(header)) return content({ form: "points", nodes: lines(text) - 1 });
+  const table = readNodesCsv(text);
+  return table ? ofTable(table) : content({ kind: "csv", fault: "header", detail: header.slice(0, 80) });
 }
 
 /** @param {string} text */
@@ -101,31 +102,12 @@ function count(values) {
   return missing;
 }
 
-/** @param {string} text @param {readonly string[]} header */
-function ofCsv(text, header) {
-  const rows = text.trimStart().split(/\r?\n/);
-  const height = header[0] === "u" ? 2 : 1;
-  /** @type {number[][]} */
-  const columns = header.map(() => []);
-  /** @type {Doubt[]} */
-  const doubts = [];
-  for (let line = 1; line < rows.length; line += 1) {
-    const row = rows[line] ?? "";
-    if (row.trim() === "") continue;
-    const cells = row.split(",");
-    for (let column = 0; column < header.length; column += 1) {
-      const cell = (cells[column] ?? "").trim().replaceAll('"', "");
-      const value = cell === "" ? Number.NaN : Number(cell);
-      columns[column]?.push(value);
-      const bad = cell === "" ? column !== height && header[column] !== "weight" : Number.isNaN(value);
-      if (bad && doubts.length < 100) doubts.push({ place: `${line + 1}:${column + 1}`, found: cell });
-    }
-  }
-  const z = columns[height] ?? [];
-  const missing = z.filter((value) => Number.isNaN(value)).length;
-  const surface = header[0] === "u" ? surfaceOfTable(columns[0] ?? [], columns[1] ?? [], z) : undefined;
-  const form = surface ? surface.kind : "curve";
-  return content({ kind: "csv", form, nodes: z.length, missing, surface, doubts });
+/** @param {import("../lib/nodes_csv.js").NodesTable} table */
+function ofTable({ columns, count: nodes, missing, doubts: found }) {
+  const { u, v, z } = columns;
+  const surface = u && v && z ? surfaceOfTable(u, v, z) : undefined;
+  const doubts = found.map(({ line, column, found: cell }) => ({ place: `${line}:${column}`, found: cell }));
+  return content({ kind: "csv", form: surface ? surface.kind : "curve", nodes, missing, surface, doubts });
 }
 
 /** A grid where every u meets every v once, else scattered. @param {number[]} u @param {number[]} v @param {number[]} z */
