@@ -2,7 +2,7 @@
 
 import { Chart } from "../charts/chart.js";
 import { Dots, Rule } from "../charts/marks.js";
-import { WithError } from "../components/figure.js";
+import { estimateColumn, numberColumn, termColumn } from "../components/columns.js";
 import { table } from "../components/table.js";
 import de from "../i18n/de/lambda.js";
 import en from "../i18n/en/lambda.js";
@@ -20,46 +20,16 @@ export function Coefficients({ before, after, afterName, names }) {
   const standing = new Map(before.coefficients.map((one) => [one.term, one]));
   /** @type {import("../components/table.js").Column<Coefficient>[]} */
   const columns = [
-    {
-      key: "term",
-      header: t.term,
-      rowHeader: true,
-      cell: ({ term }) => html`<code translate="no">${term}</code>`,
-      csv: ({ term }) => term,
-    },
-    {
-      key: "ls",
-      header: t.leastSquares,
-      numeric: true,
-      cell: (one) => h(WithError, { value: one.least_squares, error: one.least_squares_std_error }),
-      csv: (one) => one.least_squares,
-    },
+    termColumn(t.term),
+    estimateColumn("ls", t.leastSquares, (one) => ({
+      value: one.least_squares,
+      std_error: one.least_squares_std_error,
+    })),
     ...(same
       ? []
-      : [
-          {
-            key: "standing",
-            header: t.standing,
-            numeric: true,
-            cell: (/** @type {Coefficient} */ { term }) =>
-              h(WithError, { value: standing.get(term)?.value, error: standing.get(term)?.std_error }),
-            csv: (/** @type {Coefficient} */ { term }) => standing.get(term)?.value,
-          },
-        ]),
-    {
-      key: "value",
-      header: same ? t.standing : afterName,
-      numeric: true,
-      cell: (one) => h(WithError, { value: one.value, error: one.std_error }),
-      csv: (one) => one.value,
-    },
-    {
-      key: "bound",
-      header: t.biasBound,
-      numeric: true,
-      cell: (one) => fmt.value.three(one.bias_bound),
-      csv: (one) => one.bias_bound,
-    },
+      : [estimateColumn("standing", t.standing, (/** @type {Coefficient} */ { term }) => standing.get(term))]),
+    estimateColumn("value", same ? t.standing : afterName, (one) => one),
+    numberColumn("bound", t.biasBound, (one) => one.bias_bound),
   ];
   return html`<section class="panel">
     <h2>${t.coefficients}</h2>

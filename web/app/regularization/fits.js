@@ -1,7 +1,7 @@
 // The fits of an iteration: which is looked at, which stands, and letting another one stand.
 
 import { answer, api } from "../api/client.js";
-import { Criterion } from "../components/criterion.js";
+import { criterionColumn, numberColumn } from "../components/columns.js";
 import { Badge } from "../components/figure.js";
 import { ReasonDialog } from "../components/reason_dialog.js";
 import { table } from "../components/table.js";
@@ -38,28 +38,10 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
   };
   /** @type {readonly import("../components/table.js").Column<FitSummary>[]} */
   const columns = [
-    {
-      key: "criterion",
-      header: t.criterion,
-      rowHeader: true,
-      cell: ({ criterion }) => h(Criterion, { name: criterion }),
-      csv: ({ criterion }) => criterion,
-    },
-    {
-      key: "lambda",
-      header: t.symbol("λ*"),
-      numeric: true,
-      cell: (one) => fmt.value.three(one.lambda_star),
-      csv: (one) => one.lambda_star,
-    },
-    {
-      key: "condition",
-      header: t.condition,
-      numeric: true,
-      cell: (one) => fmt.value.condition(one.regularized_condition),
-      csv: (one) => one.regularized_condition,
-    },
-    { key: "rms", header: t.rms, unit, numeric: true, cell: (one) => fmt.value.three(one.rms), csv: (one) => one.rms },
+    criterionColumn(t.criterion),
+    numberColumn("lambda", t.symbol("λ*"), (one) => one.lambda_star),
+    numberColumn("condition", t.condition, (one) => one.regularized_condition, { write: fmt.value.condition }),
+    numberColumn("rms", t.rms, (one) => one.rms, { unit }),
     {
       key: "made",
       header: t.made,

@@ -1,7 +1,7 @@
 // Two fits of a job beside each other, their differences in standard errors.
 
+import { estimateColumn, numberColumn, termColumn } from "../components/columns.js";
 import { SelectField } from "../components/form.js";
-import { WithError } from "../components/figure.js";
 import { table } from "../components/table.js";
 import de from "../i18n/de/trace.js";
 import en from "../i18n/en/trace.js";
@@ -33,41 +33,11 @@ export function Compare({ iterations }) {
   const rows = compared(a.fit, b.fit, same);
   /** @type {readonly import("../components/table.js").Column<Row>[]} */
   const columns = [
-    {
-      key: "term",
-      header: t.term,
-      rowHeader: true,
-      cell: ({ term }) => html`<code translate="no">${term}</code>`,
-      csv: ({ term }) => term,
-    },
-    {
-      key: "a",
-      header: t.first,
-      numeric: true,
-      cell: (row) => h(WithError, { value: row.a.value, error: row.a.std_error }),
-      csv: (row) => row.a.value,
-    },
-    {
-      key: "b",
-      header: t.second,
-      numeric: true,
-      cell: (row) => h(WithError, { value: row.b.value, error: row.b.std_error }),
-      csv: (row) => row.b.value,
-    },
-    {
-      key: "difference",
-      header: t.difference,
-      numeric: true,
-      cell: (row) => fmt.value.three(row.difference),
-      csv: (row) => row.difference,
-    },
-    {
-      key: "errors",
-      header: t.inErrors,
-      numeric: true,
-      cell: (row) => fmt.value.fixed(row.inErrors, 1),
-      csv: (row) => row.inErrors,
-    },
+    termColumn(t.term),
+    estimateColumn("a", t.first, (row) => row.a),
+    estimateColumn("b", t.second, (row) => row.b),
+    numberColumn("difference", t.difference, (row) => row.difference),
+    numberColumn("errors", t.inErrors, (row) => row.inErrors, { write: (value) => fmt.value.fixed(value, 1) }),
   ];
   return html`<section class="panel trace-compare">
     <h2>${t.compare}</h2>

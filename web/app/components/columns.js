@@ -1,0 +1,60 @@
+// Columns that tables of fits and of coefficients have in common.
+
+import { fmt } from "../i18n/i18n.js";
+import { h, html } from "../../vendor/ui.js";
+import { Criterion } from "./criterion.js";
+import { WithError } from "./figure.js";
+
+/** @typedef {number | null | undefined} Maybe */
+/**
+ * @template Row
+ * @typedef {import("./table.js").Column<Row>} Column
+ */
+
+/** The criterion that chose, as the head of its row. @template {{ criterion?: string | null }} Row @param {string} header @returns {Column<Row>} */
+export const criterionColumn = (header) => ({
+  key: "criterion",
+  header,
+  rowHeader: true,
+  cell: ({ criterion }) => h(Criterion, { name: criterion }),
+  csv: ({ criterion }) => criterion,
+});
+
+/**
+ * A number: in the table as `write` writes it, in the file in full.
+ * @template Row
+ * @param {string} key @param {string} header @param {(row: Row) => Maybe} of
+ * @param {{ write?: ((value: Maybe) => string) | undefined, unit?: string | undefined }} [more] `write`: by default three digits
+ * @returns {Column<Row>}
+ */
+export const numberColumn = (key, header, of, { write = fmt.value.three, unit } = {}) => ({
+  key,
+  header,
+  unit,
+  numeric: true,
+  cell: (row) => write(of(row)),
+  csv: of,
+});
+
+/** The term of a coefficient, as the head of its row. @template {{ term?: string | null }} Row @param {string} header @returns {Column<Row>} */
+export const termColumn = (header) => ({
+  key: "term",
+  header,
+  rowHeader: true,
+  cell: ({ term }) => html`<code translate="no">${term}</code>`,
+  csv: ({ term }) => term,
+});
+
+/**
+ * An estimate to the second digit of its standard error.
+ * @template Row
+ * @param {string} key @param {string} header @param {(row: Row) => { value?: Maybe, std_error?: Maybe } | undefined} of
+ * @returns {Column<Row>}
+ */
+export const estimateColumn = (key, header, of) => ({
+  key,
+  header,
+  numeric: true,
+  cell: (row) => h(WithError, { value: of(row)?.value, error: of(row)?.std_error }),
+  csv: (row) => of(row)?.value,
+});
