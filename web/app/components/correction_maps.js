@@ -61,7 +61,7 @@ export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
             height: 190,
             ...(paper ? { contours: true, density: 300 / 96 } : {}),
           })}
-          <p class="map-ends hint" aria-hidden="true"><span>${flank.toe}</span><span>${flank.heel}</span></p>
+          <p class="map-ends hint" aria-hidden="true"><span>${flank.faceI}</span><span>${flank.faceII}</span></p>
         </figure>`,
       )}
     </div>

@@ -1,4 +1,4 @@
-// The flank as a heat map: root below, tip above, toe left. Canvas for the colours, SVG for what
+// The flank as a heat map: root below, tip above, face I left. Canvas for the colours, SVG for what
 // is read: axes, tooth grid, contours, extremes, the crosshair.
 //
 //     h(HeatMap, { name, summary, surface, limit, unit, axes, at, onAt })        a map to work with
@@ -6,7 +6,7 @@
 
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
-import { Fragment, h, html, useEffect, useId, useMemo, useRef } from "../../vendor/ui.js";
+import { Fragment, h, html, useId, useLayoutEffect, useMemo, useRef } from "../../vendor/ui.js";
 import { scaleOf, ticksOf } from "../charts/scale.js";
 import { useWidth } from "../charts/chart.js";
 import { contoursOf, levelsOf } from "./contours.js";
@@ -61,7 +61,8 @@ export function HeatMap(props) {
     box,
     flipU,
   };
-  useEffect(() => {
+  // in a layout effect: a change of its width clears a canvas
+  useLayoutEffect(() => {
     if (canvas.current)
       paint(canvas.current, surface, { ...view }, limit, density ?? Math.min(2, globalThis.devicePixelRatio || 1));
   }, [surface, view.width, view.height, box.u[0], box.u[1], box.v[0], box.v[1], limit, flipU, density]);
@@ -249,8 +250,8 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
     )}
     <path class="frame" d=${`M0 0V${view.height}H${view.width}V0z`} />
     <text class="axis-title" x=${view.width / 2} y=${view.height + 36} text-anchor="middle">${title(v)}</text>
-    <text x="0" y=${view.height + 36} text-anchor="start">${t.toe}</text>
-    <text x=${view.width} y=${view.height + 36} text-anchor="end">${t.heel}</text>
+    <text x="0" y=${view.height + 36} text-anchor="start">${t.faceI}</text>
+    <text x=${view.width} y=${view.height + 36} text-anchor="end">${t.faceII}</text>
     <text class="axis-title" transform=${`translate(${-MARGIN.left + 14} ${view.height / 2}) rotate(-90)`} text-anchor="middle">${title(u)}</text>
     <text transform=${`translate(${-MARGIN.left + 14} ${view.height}) rotate(-90)`} text-anchor="start">${t.root}</text>
     <text transform=${`translate(${-MARGIN.left + 14} 0) rotate(-90)`} text-anchor="end">${t.tip}</text>

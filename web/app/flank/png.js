@@ -11,7 +11,7 @@ const [WIDTH, HEIGHT, LEFT, TOP, BOTTOM] = [1600, 900, 130, 90, 170];
 /**
  * @param {{ title: string, surface: import("./surface.js").FlankSurface, limit: number, unit?: string | undefined,
  *   axes: import("./heat_map.js").MapAxes, box?: import("./surface.js").Box | undefined, flipU?: boolean,
- *   marks: { root: string, tip: string, toe: string, heel: string, material: string } }} map
+ *   marks: { root: string, tip: string, faceI: string, faceII: string, material: string } }} map
  * @returns {Promise<Blob>}
  */
 export async function pngOf({ title, surface, limit, unit, axes, box = boxOf(surface), flipU = false, marks }) {
@@ -40,8 +40,8 @@ export async function pngOf({ title, surface, limit, unit, axes, box = boxOf(sur
   const named = ({ label = "", unit: sign = /** @type {string | undefined} */ ("") }) =>
     sign ? `${label} / ${sign}` : label;
   const under = TOP + height + 34;
-  text(`${fmt.value.fixed(box.v[0], 2)} (${marks.toe})`, LEFT, under, "left");
-  text(`${fmt.value.fixed(box.v[1], 2)} (${marks.heel})`, LEFT + width, under, "right");
+  text(`${fmt.value.fixed(box.v[0], 2)} (${marks.faceI})`, LEFT, under, "left");
+  text(`${fmt.value.fixed(box.v[1], 2)} (${marks.faceII})`, LEFT + width, under, "right");
   text(named(axes.v), LEFT + width / 2, under);
   const [above, below] = flipU ? box.u : [box.u[1], box.u[0]];
   text(fmt.value.fixed(above, 2), LEFT - 12, TOP + 22, "right");

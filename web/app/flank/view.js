@@ -79,7 +79,7 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
   const says = (/** @type {import("./surface.js").FlankNode} */ one) => nodeText(one, { axes, unit, whole, range });
   const summary = t.extremes(says(extremes.least), says(extremes.greatest));
   const save = async () => {
-    const marks = { root: t.root, tip: t.tip, toe: t.toe, heel: t.heel, material: t.materialOut };
+    const marks = { root: t.root, tip: t.tip, faceI: t.faceI, faceII: t.faceII, material: t.materialOut };
     const blob = await pngOf({
       title: name,
       surface,

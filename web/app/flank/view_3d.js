@@ -15,7 +15,7 @@ import { boxOf } from "./surface.js";
 
 const HEIGHT = 420;
 const COARSE = 6000;
-/** From above left, from the toe, from above. @type {Record<string, Camera>} */
+/** From above left, from face I, from above. @type {Record<string, Camera>} */
 const VIEWS = {
   1: { yaw: -30, pitch: 35, zoom: 1 },
   2: { yaw: -90, pitch: 12, zoom: 1 },

@@ -2,8 +2,9 @@
 export default {
   root: "Fuß",
   tip: "Kopf",
-  toe: "Zehe",
-  heel: "Ferse",
+  /* as C_βI and C_βII name the ends of the face width */
+  faceI: "Stirnseite I",
+  faceII: "Stirnseite II",
   missing: "fehlt",
   cell: (/** @type {number} */ row, /** @type {number} */ column) => `Zeile ${row}, Spalte ${column}`,
   materialOut: "+ = Werkstoff steht über",
@@ -54,7 +55,7 @@ export default {
   space: "Flanke im Raum",
   views: "Ansichten",
   view1: "1 Schräg",
-  view2: "2 Von der Zehe",
+  view2: "2 Von Stirnseite I",
   view3: "3 Von oben",
   noWebgl: "Dieser Browser zeichnet nichts im Raum (kein WebGL); stattdessen steht hier die Karte.",
   turnHint: "Pfeile oder Ziehen drehen, + und − vergrößern und verkleinern, 0 setzt zurück, 1, 2, 3 sind Ansichten.",

@@ -1,8 +1,9 @@
 export default {
   root: "root",
   tip: "tip",
-  toe: "toe",
-  heel: "heel",
+  /* as C_βI and C_βII name the ends of the face width */
+  faceI: "face I",
+  faceII: "face II",
   missing: "missing",
   cell: (/** @type {number} */ row, /** @type {number} */ column) => `row ${row}, column ${column}`,
   materialOut: "+ = material stands out",
@@ -53,7 +54,7 @@ export default {
   space: "Flank in space",
   views: "Views",
   view1: "1 Oblique",
-  view2: "2 From the toe",
+  view2: "2 From face I",
   view3: "3 From above",
   noWebgl: "This browser draws nothing in space (no WebGL); the map is shown instead.",
   turnHint: "Arrows or dragging turn, + and − zoom, 0 resets, 1, 2, 3 are views.",

@@ -1,0 +1,58 @@
+// What stands on the page of a flank: names of its faces, room, and a map that is never blank.
+
+import assert from "node:assert/strict";
+import { browserTest } from "./harness.js";
+
+const GERMAN = { settings: { language: "de" } };
+
+browserTest("the ends of the face width are named as those of a cylindrical gear", GERMAN, async (world) => {
+  const { page, open, job, iteration } = world;
+  const { id } = await job();
+  await iteration(id);
+  await open(`/jobs/${id}/iterations/1`);
+  const axes = page.locator(".flank-map .chart-axes text");
+  const said = await axes.allTextContents();
+  assert.ok(said.includes("Stirnseite I") && said.includes("Stirnseite II"), said.join(" | "));
+  const text = (await page.locator("body").textContent()) ?? "";
+  assert.doesNotMatch(text, /Zehe|Ferse/);
+});
+
+browserTest("beside the map no table is wider than its place", GERMAN, async ({ page, open, job, iteration }) => {
+  const { id } = await job();
+  await iteration(id);
+  for (const width of [1280, 1180, 1024, 768]) {
+    await page.setViewportSize({ width, height: 800 });
+    await open(`/jobs/${id}/iterations/1`);
+    const [room, needed] = await page
+      .locator(".flank-beside .table-scroll")
+      .evaluate((box) => [box.clientWidth, box.scrollWidth]);
+    assert.ok(needed !== undefined && room !== undefined && needed <= room, `${width}: ${needed} in ${room}`);
+  }
+});
+
+browserTest("a map is painted in the frame in which its width changes", {}, async ({ page, open, job, iteration }) => {
+  const { id } = await job();
+  await iteration(id);
+  await open(`/jobs/${id}/iterations/1`);
+  // an observer that came later is told after the page's own, and before the frame is shown
+  await page.evaluate(() => {
+    const box = /** @type {HTMLElement} */ (document.querySelector(".heat-map"));
+    const canvas = /** @type {HTMLCanvasElement} */ (box.querySelector("canvas"));
+    const copy = new OffscreenCanvas(1, 1).getContext("2d", { willReadFrequently: true });
+    const frames = /** @type {number[][]} */ ([]);
+    Object.assign(window, { frames });
+    new ResizeObserver(() => {
+      copy?.clearRect(0, 0, 1, 1);
+      copy?.drawImage(canvas, 0, 0, canvas.width, canvas.height, 0, 0, 1, 1);
+      frames.push([box.clientWidth, copy?.getImageData(0, 0, 1, 1).data[3] ?? 0]);
+    }).observe(box);
+  });
+  for (const width of [1240, 1100, 900]) {
+    await page.setViewportSize({ width, height: 800 });
+    const place = await page.locator(".heat-map").evaluate((box) => box.clientWidth);
+    await page.waitForFunction((now) => /** @type {any} */ (window).frames.at(-1)?.[0] === now, place);
+  }
+  const frames = await page.evaluate(() => /** @type {any} */ (window).frames);
+  assert.ok(frames.length >= 3, JSON.stringify(frames));
+  for (const [, alpha] of frames) assert.equal(alpha, 255, JSON.stringify(frames));
+});
