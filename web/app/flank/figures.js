@@ -15,7 +15,15 @@ import { h, html } from "../../vendor/ui.js";
 export function FitFigures({ result, axes }) {
   return html`<section class="panel" aria-labelledby="figures">
     <h2 id="figures">${t.figures}</h2>
-    ${h(FitFacts, { result, axes })}${h(CoefficientTable, { result, axes })}
+    ${h(FitFacts, { result, axes })}
+  </section>`;
+}
+
+/** @param {{ result: FitResult, axes: Axes | null | undefined }} props */
+export function FitCoefficients({ result, axes }) {
+  return html`<section class="panel" aria-labelledby="coefficients">
+    <h2 id="coefficients">${t.coefficients}</h2>
+    ${h(CoefficientTable, { result, axes, hideCaption: true })}
   </section>`;
 }
 

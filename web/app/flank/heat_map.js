@@ -237,6 +237,8 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
   const [u, v] = [spec("u"), spec("v")];
   const rising = view.flipU ? [0, view.height] : [view.height, 0];
   const [up, across] = [scaleOf(u, /** @type {[number, number]} */ (rising)), scaleOf(v, [0, view.width])];
+  // beside the title is no room for more than the sign of a face
+  const narrow = view.width < 340;
   const title = (/** @type {MapAxis} */ { label, unit }) =>
     html`${label}${unit && html`<tspan translate="no">${` / ${unit}`}</tspan>`}`;
   return html`<g class="chart-axes">
@@ -250,8 +252,8 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
     )}
     <path class="frame" d=${`M0 0V${view.height}H${view.width}V0z`} />
     <text class="axis-title" x=${view.width / 2} y=${view.height + 36} text-anchor="middle">${title(v)}</text>
-    <text x="0" y=${view.height + 36} text-anchor="start">${t.faceI}</text>
-    <text x=${view.width} y=${view.height + 36} text-anchor="end">${t.faceII}</text>
+    <text x="0" y=${view.height + 36} text-anchor="start">${narrow ? t.shortI : t.faceI}</text>
+    <text x=${view.width} y=${view.height + 36} text-anchor="end">${narrow ? t.shortII : t.faceII}</text>
     <text class="axis-title" transform=${`translate(${-MARGIN.left + 14} ${view.height / 2}) rotate(-90)`} text-anchor="middle">${title(u)}</text>
     <text transform=${`translate(${-MARGIN.left + 14} ${view.height}) rotate(-90)`} text-anchor="start">${t.root}</text>
     <text transform=${`translate(${-MARGIN.left + 14} 0) rotate(-90)`} text-anchor="end">${t.tip}</text>

@@ -97,12 +97,10 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
   return html`<div class="flank-view">
     <div class="flank-tools">
       <div class="actions">${toggle("space", t.inSpace)}${toggle("lines", t.toothGrid)}${toggle("contours", t.contours)}${toggle("percent", t.percent)}</div>
-      <div class="actions">
+      <div class="actions end">
         <button type="button" class="button small" aria-label=${t.zoomIn} onClick=${() => zoom(0.5)}>+</button>
         <button type="button" class="button small" aria-label=${t.zoomOut} disabled=${!window} onClick=${() => zoom(2)}>−</button>
         <button type="button" class="button small" disabled=${!window} onClick=${() => setQuery({ zoom: undefined })}>${t.zoomReset}</button>
-      </div>
-      <div class="actions">
         <button type="button" class="button small" onClick=${save}>${t.png}</button>
         <button type="button" class="button small" onClick=${() => saveCsv(file, surface, axes, title, unit)}>${common.csv}</button>
       </div>

@@ -98,8 +98,8 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
           t.estimator,
           [
             ["least_squares", t.leastSquares],
-            ["huber", "Huber"],
-            ["tukey", "Tukey"],
+            ["huber", t.huber],
+            ["tukey", t.tukey],
             ["least_absolute_deviations", t.leastAbsolute],
             ["least_trimmed_squares", t.leastTrimmed],
           ],

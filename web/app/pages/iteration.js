@@ -6,7 +6,7 @@ import { Decision } from "../components/decision.js";
 import { JobPage } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
 import { FlankCurve } from "../flank/curve.js";
-import { FitFigures, Warnings } from "../flank/figures.js";
+import { FitCoefficients, FitFigures, Warnings } from "../flank/figures.js";
 import { FlankView } from "../flank/view.js";
 import { LAYERS, useFit, useLayer } from "../flank/use_layers.js";
 import { heightUnit } from "../lib/units.js";
@@ -84,6 +84,7 @@ function Whole({ job, iteration, traced, resource, reread }) {
       })}
       ${h(Measured, { iteration })}
     </div>
+    ${standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes })}
   </div>`;
 }
 

@@ -24,7 +24,7 @@ browserTest("beside the map no table is wider than its place", GERMAN, async ({ 
     await page.setViewportSize({ width, height: 800 });
     await open(`/jobs/${id}/iterations/1`);
     const [room, needed] = await page
-      .locator(".flank-beside .table-scroll")
+      .locator(".flank-page .table-scroll")
       .evaluate((box) => [box.clientWidth, box.scrollWidth]);
     assert.ok(needed !== undefined && room !== undefined && needed <= room, `${width}: ${needed} in ${room}`);
   }

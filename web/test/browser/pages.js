@@ -19,6 +19,8 @@ export async function pageList({ job, iteration, call }) {
     { name: "new-job", path: "/jobs/new" },
     { name: "job", path: `/jobs/${id}` },
     { name: "job-empty", path: `/jobs/${empty.id}` },
+    { name: "iteration", path: `/jobs/${id}/iterations/1?contours=1` },
+    { name: "measure", path: `/jobs/${id}/measure` },
     { name: "lambda", path: `/jobs/${id}/iterations/1/lambda?by=discrepancy` },
     { name: "evaluation", path: `/jobs/${id}/iterations/1/evaluation?class=4` },
     { name: "evaluation-empty", path: `/jobs/${id}/iterations/2/evaluation` },

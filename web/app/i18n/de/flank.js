@@ -5,6 +5,8 @@ export default {
   /* as C_βI and C_βII name the ends of the face width */
   faceI: "Stirnseite I",
   faceII: "Stirnseite II",
+  shortI: "I",
+  shortII: "II",
   missing: "fehlt",
   cell: (/** @type {number} */ row, /** @type {number} */ column) => `Zeile ${row}, Spalte ${column}`,
   materialOut: "+ = Werkstoff steht über",

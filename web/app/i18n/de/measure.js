@@ -97,4 +97,6 @@ export default {
   lineColumn: (/** @type {number} */ line, /** @type {number} */ column) => `Zeile ${line}, Spalte ${column}`,
   doubts: (/** @type {number} */ count) =>
     count === 1 ? "Eine Zelle ist keine Zahl:" : `${count} Zellen sind keine Zahlen:`,
+  huber: "M-Schätzer nach Huber",
+  tukey: "M-Schätzer nach Tukey",
 };

@@ -4,6 +4,8 @@ export default {
   /* as C_βI and C_βII name the ends of the face width */
   faceI: "face I",
   faceII: "face II",
+  shortI: "I",
+  shortII: "II",
   missing: "missing",
   cell: (/** @type {number} */ row, /** @type {number} */ column) => `row ${row}, column ${column}`,
   materialOut: "+ = material stands out",

@@ -92,4 +92,6 @@ export default {
   previewOf: (/** @type {string} */ name) => `Preview of ${name}`,
   lineColumn: (/** @type {number} */ line, /** @type {number} */ column) => `line ${line}, column ${column}`,
   doubts: (/** @type {number} */ count) => (count === 1 ? "One cell is no number:" : `${count} cells are no numbers:`),
+  huber: "M-estimator of Huber",
+  tukey: "M-estimator of Tukey",
 };
