@@ -49,7 +49,9 @@ impl Field<GearReason> for GearField {
     fn detail(&self, reason: &GearReason) -> String {
         match reason {
             GearReason::Angle { value, .. } => {
-                let [low, high] = if *self == GearField::HelixAngle { HELIX_ANGLES } else { PRESSURE_ANGLES };
+                // of a helix the engine knows the size alone; its sign says the hand
+                let helix = [-HELIX_ANGLES[1], HELIX_ANGLES[1]];
+                let [low, high] = if *self == GearField::HelixAngle { helix } else { PRESSURE_ANGLES };
                 format!("{}° is not within {low}° and {high}°", degrees(*value))
             }
             GearReason::NoRoot => "the root circle that follows is not above 0; give `root_diameter_mm`".to_owned(),

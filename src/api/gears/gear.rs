@@ -219,9 +219,9 @@ mod tests {
         for (text, why) in [
             (r#"{"teeth":0,"normal_module_mm":1}"#, "0 teeth; a gear has 1 to 10000"),
             (r#"{"teeth":20,"normal_module_mm":-1}"#, "-1 mm is not a length of a µm to a kilometre"),
-            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-89.5}"#, "89.5° is not within 0° and 89°"),
+            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":-89.5}"#, "89.5° is not within -89° and 89°"),
             (r#"{"teeth":20,"normal_module_mm":1,"normal_pressure_angle_deg":-5}"#, "-5° is not within 0.1° and 80°"),
-            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":120}"#, "120° is not within 0° and 89°"),
+            (r#"{"teeth":20,"normal_module_mm":1,"helix_angle_deg":120}"#, "120° is not within -89° and 89°"),
             (r#"{"teeth":20,"normal_module_mm":1,"tool":{"tip_radius_mm":-1}}"#, "-1 is not within 0 and 1000000"),
             (
                 r#"{"teeth":20,"normal_module_mm":1,"tool":{"addendum_factor":1e19}}"#,
