@@ -11,6 +11,18 @@ import { html } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 
+/** What a table says of each choice. @param {string} symbol @param {string | undefined} unit @returns {import("../components/table.js").Column<Choice>[]} */
+export function choiceColumns(symbol, unit) {
+  return [
+    criterionColumn(t.criterion),
+    numberColumn("lambda", t.symbol(symbol), (one) => one.lambda_star),
+    numberColumn("mse", t.predictedMse, (one) => one.predicted_mse),
+    numberColumn("condition", t.condition, (one) => one.condition, { write: fmt.value.condition }),
+    numberColumn("rms", t.rms, (one) => one.rms, { unit }),
+    numberColumn("bias", t.biasNorm, (one) => one.bias_norm),
+  ];
+}
+
 /**
  * @param {{
  *   choices: readonly Choice[], symbol: string, unit: string | undefined, standingBy: string | undefined,
@@ -20,12 +32,7 @@ const t = texts({ en, de });
 export function Choices({ choices, symbol, unit, standingBy, shownBy, onShow }) {
   /** @type {readonly import("../components/table.js").Column<Choice>[]} */
   const columns = [
-    criterionColumn(t.criterion),
-    numberColumn("lambda", t.symbol(symbol), (one) => one.lambda_star),
-    numberColumn("mse", t.predictedMse, (one) => one.predicted_mse),
-    numberColumn("condition", t.condition, (one) => one.condition, { write: fmt.value.condition }),
-    numberColumn("rms", t.rms, (one) => one.rms, { unit }),
-    numberColumn("bias", t.biasNorm, (one) => one.bias_norm),
+    ...choiceColumns(symbol, unit),
     {
       key: "show",
       header: t.shown,

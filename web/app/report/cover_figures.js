@@ -17,7 +17,7 @@ import { coarsest, flankRows, heightsOf, traceRows } from "./figures.js";
 /** @param {{ told: readonly Told[] }} props the first and the last */
 export function CoverFigures({ told }) {
   const notes = notesOf();
-  const flank = flankRows(told);
+  const { rows: flank, source } = flankRows(told);
   const traces = traceRows(told);
   const numbers = (/** @type {readonly Told[]} */ some) => some.map(({ iteration }) => iteration.number).join(", ");
   const without = told.filter((_, i) => flank.every(({ cells }) => cells[i] === undefined));
@@ -70,7 +70,7 @@ export function CoverFigures({ told }) {
     </table>
     <div class="report-notes">
       <p>${notes.all().map(({ sign, text }) => html`<span key=${sign}><sup translate="no">${sign}</sup> ${text} </span>`)}</p>
-      <p>${t.errors}${changes && html` ${t.changeAbout}`}</p>
+      <p>${without.length < told.length && html`${source === "nodes" ? t.ofNodes : t.ofTraces} `}${t.errors}${changes && html` ${t.changeAbout}`}</p>
     </div>
   </div>`;
 }

@@ -2,10 +2,13 @@
 
 import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
+import { Badge } from "../components/figure.js";
+import { GearSymbol } from "../components/symbol.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t as words } from "../i18n/evaluation.js";
 import { t } from "../i18n/report.js";
+import { ABSENT } from "../lib/format.js";
 import { sameSign } from "../lib/traces.js";
 import { Fragment, h, html } from "../../vendor/ui.js";
 
@@ -53,5 +56,53 @@ function OneEvaluation({ number, evaluated }) {
         ${h(EvaluationTable, { kind, evaluation: result, tolerances, brief: true, of: common.iteration(number) })}
       </div>`;
     })}
+    ${result.surfaces.length > 0 && h(Surfaces, { result, number })}
+  </div>`;
+}
+
+const FIGURES = /** @type {const} */ ([
+  ["profile_slope", "f_Hα"],
+  ["helix_slope", "f_Hβ"],
+  ["profile_crowning", "C_α"],
+  ["helix_crowning", "C_β"],
+  ["twist", "S"],
+]);
+
+/** Figures of the surfaces through the traces of each tooth flank, with limits where they were asked for. @param {{ result: Evaluated["result"], number: number }} props */
+function Surfaces({ result, number }) {
+  const { value } = fmt;
+  const rows = result.surfaces.flatMap(({ tooth, flank, ...surface }) =>
+    FIGURES.flatMap(([name, symbol]) => {
+      const figure = surface[/** @type {const} */ (`${name}_um`)];
+      return figure ? [{ key: `${tooth} ${flank} ${name}`, tooth, flank, name, symbol, figure }] : [];
+    }),
+  );
+  if (rows.length === 0) return null;
+  const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
+  return html`<div class="keep">
+    <h4>${t.surfaces}</h4>
+    <table class="report-table">
+      <caption class="visually-hidden">${`${t.surfaces}, ${common.iteration(number)}`}</caption>
+      <thead><tr><th scope="col">${t.tooth}</th><th scope="col">${t.flank}</th><th scope="col">${t.figure}</th>
+        <th scope="col" class="numeric" translate="no">µm</th><th scope="col" class="numeric">${t.bound}</th>
+        <th scope="col" class="numeric">${t.limits}</th><th scope="col">${t.conformity}</th></tr></thead>
+      <tbody>${rows.map(
+        ({
+          key,
+          tooth,
+          flank,
+          name,
+          symbol,
+          figure: { value: of, std_error, bias_bound, conformity },
+        }) => html`<tr key=${key}>
+          <th scope="row" translate="no">${tooth}</th><td>${t[flank]}</td>
+          <td>${h(GearSymbol, { name: symbol })} ${t[name]}</td>
+          <td class="numeric" translate="no">${value.withError(of, std_error)}</td>
+          <td class="numeric" translate="no">${value.significant(bias_bound, 2)}</td>
+          <td class="numeric" translate="no">${value.interval(conformity?.limits_um, 1)}</td>
+          <td>${conformity ? h(Badge, { kind: kinds[conformity.decision], children: t[conformity.decision] }) : ABSENT}</td>
+        </tr>`,
+      )}</tbody>
+    </table>
   </div>`;
 }

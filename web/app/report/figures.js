@@ -6,6 +6,7 @@ import { extremesOf } from "../flank/surface.js";
 /** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
 /** @typedef {import("../api/client.js").Schema<"CorrectionFigures">} CorrectionFigures */
 /** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
+/** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 /** @typedef {"profile_slope" | "helix_slope" | "profile_crowning" | "helix_crowning" | "twist"} FlankFigureName */
 /** @typedef {{ low: number, high: number }} Limits */
 /** @typedef {"conforms" | "does_not_conform" | "cannot_be_told"} Decision */
@@ -36,29 +37,54 @@ const FLANK = [
   ["twist", "S"],
 ];
 
-/** Figures of the second-order surface, which corrections answer. @param {readonly Told[]} told @returns {Row[]} */
+/**
+ * Figures of the second-order surface: as corrections answer them, of the nodes, or as evaluations do, of traces. One
+ * source for all iterations, that which tells more of them.
+ * @param {readonly Told[]} told @returns {{ rows: Row[], source: "nodes" | "traces" }}
+ */
 export function flankRows(told) {
-  const last = told.at(-1);
-  const whole = told.length > 1 && last?.answers?.id === told[0]?.correction?.id ? last?.answers : undefined;
-  return FLANK.map(([name, symbol]) => ({
-    key: name,
-    symbol,
-    name,
-    flank: undefined,
-    cells: told.map((one) => flankCell(one, name)),
-    change: whole?.answer?.figure_changes?.[name]?.change,
-    limits: undefined,
-  }));
+  const whole =
+    told.length > 1 && told.at(-1)?.answers?.id === told[0]?.correction?.id ? told.at(-1)?.answers : undefined;
+  /** @param {(one: Told, name: FlankFigureName) => Cell | undefined} cell @returns {Row[]} */
+  const rows = (cell) =>
+    FLANK.map(([name, symbol]) => ({
+      key: name,
+      symbol,
+      name,
+      flank: undefined,
+      cells: told.map((one) => cell(one, name)),
+      change: cell === ofNodes ? whole?.answer?.figure_changes?.[name]?.change : undefined,
+      limits: told.flatMap((one) => limitsOf([tracedFigure(one, name)])).at(-1),
+    }));
+  const [nodes, traces] = [rows(ofNodes), rows(ofTraces)];
+  return covered(traces) > covered(nodes) ? { rows: traces, source: "traces" } : { rows: nodes, source: "nodes" };
+}
+
+/** How many iterations have a figure. @param {readonly Row[]} rows */
+function covered(rows) {
+  return rows[0]?.cells.filter((_, i) => rows.some(({ cells }) => cells[i])).length ?? 0;
 }
 
 /** With its error where one is answered: of the own correction, or of the one before that this iteration answers. @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
-function flankCell({ correction, answers }, name) {
+function ofNodes({ correction, answers }, name) {
   const estimated =
     answers?.answer?.figure_changes?.[name]?.measured ?? correction?.answer?.figure_changes?.[name]?.before;
   if (estimated) return { value: estimated.value_um, error: estimated.std_error_um };
   const own = /** @type {const} */ (`${name}_um`);
   const value = answers?.answer?.figures?.[own] ?? correction?.result.predicted.figures?.before?.[own];
   return typeof value === "number" ? { value, error: undefined } : undefined;
+}
+
+/** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
+function ofTraces(told, name) {
+  const figure = tracedFigure(told, name);
+  return figure && { value: figure.value, error: figure.std_error, decision: figure.conformity?.decision };
+}
+
+/** Of the surface through the traces of the tooth flank that was measured. @param {Told} told @param {FlankFigureName} name */
+function tracedFigure({ evaluated, iteration: { tooth, flank } }, name) {
+  const surface = evaluated?.result.surfaces.find((one) => one.tooth === tooth && one.flank === flank);
+  return surface?.[/** @type {const} */ (`${name}_um`)] ?? undefined;
 }
 
 const TRACE = /** @type {const} */ ({
@@ -74,7 +100,9 @@ export function traceRows(told) {
         const cells = told.map((one) => traceCell(one, kind, flank, what));
         if (cells.every((cell) => cell === undefined)) return [];
         const limits =
-          what === "slope" ? told.flatMap((one) => limitsOf(tracesOf(one, kind, flank))).at(-1) : undefined;
+          what === "slope"
+            ? told.flatMap((one) => limitsOf(conformities(tracesOf(one, kind, flank)))).at(-1)
+            : undefined;
         return [
           {
             key: `${kind} ${flank} ${what}`,
@@ -121,10 +149,13 @@ function worst(traces) {
   return WORST.find((decision) => found.includes(decision));
 }
 
-/** @param {readonly EvaluatedTrace[]} traces @returns {Limits[]} */
-function limitsOf(traces) {
-  return traces.flatMap(({ slope_conformity: one }) => {
-    const [low, high] = one?.limits_um ?? [];
+/** @param {readonly EvaluatedTrace[]} traces */
+const conformities = (traces) => traces.map(({ slope_conformity: conformity }) => ({ conformity }));
+
+/** @param {readonly ({ conformity?: Conformity | undefined } | undefined)[]} figures @returns {Limits[]} */
+function limitsOf(figures) {
+  return figures.flatMap((one) => {
+    const [low, high] = one?.conformity?.limits_um ?? [];
     return low === undefined || high === undefined ? [] : [{ low, high }];
   });
 }

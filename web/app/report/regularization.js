@@ -13,12 +13,12 @@ import enStatistics from "../i18n/en/statistics.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
 import { heightUnit } from "../lib/units.js";
+import { choiceColumns } from "../regularization/choices.js";
 import { symbolOf } from "../regularization/selection.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
 /** @typedef {import("./data.js").IterationFit} IterationFit */
-/** @typedef {import("../api/client.js").Schema<"Choice">} Choice */
 
 const words = texts({ en, de });
 const spectral = texts({ en: enStatistics, de: deStatistics });
@@ -52,16 +52,6 @@ function Why({ told: { traced, fit } }) {
 function ChoiceTable({ number, fit, unit }) {
   const { regularization } = fit.result;
   if (regularization.choices.length === 0) return html`<p>${t.noChoices}</p>`;
-  const { value } = fmt;
-  const symbol = symbolOf(fit.spec);
-  /** @param {keyof Choice} key @param {string} header @param {(one: Choice) => string} write @param {string | undefined} [of] @returns {import("../components/table.js").Column<Choice>} */
-  const figure = (key, header, write, of) => ({
-    key,
-    header,
-    unit: of,
-    numeric: true,
-    cell: (one) => html`<span translate="no">${write(one)}</span>`,
-  });
   return table({
     caption: `${t.lambda}, ${common.iteration(number)}`,
     hideCaption: true,
@@ -69,17 +59,7 @@ function ChoiceTable({ number, fit, unit }) {
     rowKey: ({ criterion }) => criterion,
     rowClass: ({ criterion }) => (criterion === regularization.criterion ? "standing" : ""),
     columns: [
-      {
-        key: "criterion",
-        header: words.criterion,
-        rowHeader: true,
-        cell: ({ criterion }) => h(Criterion, { name: criterion }),
-      },
-      figure("lambda_star", words.symbol(symbol), (one) => value.three(one.lambda_star)),
-      figure("predicted_mse", words.predictedMse, (one) => value.three(one.predicted_mse)),
-      figure("condition", words.condition, (one) => value.condition(one.condition)),
-      figure("rms", words.rms, (one) => value.three(one.rms), unit),
-      figure("bias_norm", words.biasNorm, (one) => value.three(one.bias_norm)),
+      ...choiceColumns(symbolOf(fit.spec), unit),
       {
         key: "stood",
         header: t.stood,

@@ -132,6 +132,11 @@ browserTest(
     assert.equal(await page.getByRole("heading", { name: "Flank maps" }).count(), 0);
     assert.equal(await page.getByRole("checkbox", { name: "Trace" }).isChecked(), false);
     await page.getByRole("heading", { name: "Eigenvalues" }).waitFor();
+    await page.evaluate(() => {
+      globalThis.print = () => document.body.setAttribute("data-printed", "yes");
+    });
+    await page.getByRole("button", { name: "Print" }).click();
+    assert.equal(await page.locator("body").getAttribute("data-printed"), "yes");
     await page.getByLabel("Language of the report").selectOption("de");
     await page.getByRole("heading", { name: "Eigenwerte" }).waitFor();
     await page.getByRole("link", { name: "Übersicht" }).click();
@@ -182,6 +187,35 @@ browserTest("names are text in print too, and long ones leave the first page one
   const alone = await printed(world);
   assert.equal(alone.pages.length, 1);
   holds(alone.pages[0] ?? "", ["rejected", "Signature", "Page 1/1", "of the one before that it answers"]);
+});
+
+browserTest("limits that an evaluation names stand beside its figures, with what holds of them", {}, async (world) => {
+  const { open, call, page } = world;
+  const { id } = await world.job();
+  await world.iteration(id);
+  const request = JSON.parse(await example("requests/gear_evaluate.json"));
+  request.evaluation.tolerance_limits = { class: 5, profile_crowning_um: [1, 6] };
+  const record = await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, request);
+  await open(`/jobs/${id}/report`);
+  const f = formats("en");
+  const { pages } = await printed(world);
+  const surface = record.result.surfaces[0];
+  for (const name of ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um"]) {
+    const { value, std_error } = surface[name];
+    holds(pages[0] ?? "", [f.withError(value, std_error)]);
+  }
+  holds(pages[0] ?? "", ["of the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5", "does not conform"]);
+  assert.equal(record.result.traces[0].slope_conformity.decision, "does_not_conform");
+  await page.getByText("K-band: F α").waitFor();
+});
+
+browserTest("nodes that are no flank have a report without maps", {}, async (world) => {
+  const { id } = await world.job();
+  await world.call("POST", `/v1/jobs/${id}/iterations`, await example("requests/fit_curve.json"));
+  await world.open(`/jobs/${id}/report`);
+  const { pages } = await printed(world);
+  holds(pages.join(" "), ["The nodes are no flank", "there is no map of them", "Eigenvalues"]);
+  assert.ok(!(pages[1] ?? "").includes("Signature"));
 });
 
 browserTest("axe finds nothing in a report, in German too", { axe: true }, async (world) => {
