@@ -15,7 +15,7 @@ import { h, html, useEffect, useState } from "../../vendor/ui.js";
 
 /**
  * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, paper?: boolean }} props
- *   `traces`: as posted, in the order of the answer; `paper`: upright whatever the screen, three beside each other
+ *   `traces`: as posted, in the order of the answer; `paper`: upright whatever the screen, four beside each other
  */
 export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = false }) {
   const narrow = useNarrow();
@@ -32,7 +32,7 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
     drawn.map(({ sheet }) => sheet),
     band,
     flat ? Math.max(200, width - 60) : 340,
-    flat ? 140 : paper ? 160 : 200,
+    flat ? 140 : paper ? 120 : 200,
   );
   const { value } = fmt;
   return html`<div class="k-sheet" ref=${box}>

@@ -1,6 +1,5 @@
 // The figures of the first page, before and after; what is absent says why.
 
-import { Badge } from "../components/figure.js";
 import { GearSymbol } from "../components/symbol.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
@@ -26,13 +25,15 @@ export function CoverFigures({ told }) {
   const whyClass = unmeasured.length > 0 ? notes.mark(t.whyClass(numbers(unmeasured))) : null;
   const listed = [...(without.length === told.length ? [] : flank), ...traces];
   const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
+  const decided = listed.some(({ cells }) => cells.at(-1)?.decision);
+  const dense = listed.length > 9 ? " dense" : "";
   const changes = flank.some(({ change }) => change);
   const row = (/** @type {Row} */ one, /** @type {Children} */ why) => html`<tr key=${one.key}>
     <th scope="row">${h(GearSymbol, { name: one.symbol })} ${t[one.name]}${one.flank && `, ${t[one.flank]}`}</th>
     ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
     ${changes && html`<td class="numeric">${one.change ? data(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
-    <td class="numeric">${one.limits ? data(fmt.value.interval([one.limits.low, one.limits.high], 1)) : absent(whyLimits)}</td>
-    <td class="numeric">${classOf(one)}</td>
+    <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells) : absent(whyLimits)}</td>
+    <td class="numeric">${classesOf(one.cells)}</td>
   </tr>`;
   const fact = (/** @type {string} */ name, /** @type {(one: Told) => Children} */ of) => html`<tr key=${name}>
     <th scope="row">${name}</th>
@@ -41,7 +42,7 @@ export function CoverFigures({ told }) {
   </tr>`;
   const [first, last] = told;
   return html`<div class="report-figures">
-    <table class="report-table">
+    <table class=${`report-table${dense}`}>
       <caption>${t.figures}</caption>
       <thead><tr>
         <th scope="col">${t.figure} <span class="unit" translate="no">µm</span></th>
@@ -70,7 +71,8 @@ export function CoverFigures({ told }) {
     </table>
     <div class="report-notes">
       <p>${notes.all().map(({ sign, text }) => html`<span key=${sign}><sup translate="no">${sign}</sup> ${text} </span>`)}</p>
-      <p>${without.length < told.length && html`${source === "nodes" ? t.ofNodes : t.ofTraces} `}${t.errors}${changes && html` ${t.changeAbout}`}</p>
+      <p>${without.length < told.length && html`${source === "nodes" ? t.ofNodes : t.ofTraces} `}${t.errors}${changes && html` ${t.changeAbout}`}
+        ${decided && DECISIONS.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${SIGNS[one]}</b> ${t[one]}</span>`)}</p>
     </div>
   </div>`;
 }
@@ -102,17 +104,22 @@ function figure(cell, why) {
   return data(cell.error ? fmt.value.withError(cell.value, cell.error) : fmt.value.um(cell.value));
 }
 
-/** The classes before and after, and whether the figure conforms now. @param {Row} row */
-function classOf({ cells }) {
-  const classes = cells.map((cell) => cell?.class);
-  const decision = cells.findLast((cell) => cell?.decision)?.decision;
-  const kind =
-    decision && /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" })[decision];
-  const told = classes.some((one) => one !== undefined)
-    ? data(classes.map((one) => (one === undefined ? ABSENT : String(one))).join(" → "))
-    : null;
-  if (!told && !kind) return null;
-  return html`${told} ${kind && h(Badge, { kind, children: t[decision] })}`;
+const DECISIONS = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told"]);
+const SIGNS = /** @type {const} */ ({ conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" });
+
+/** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
+function limitsOf({ low, high }, cells) {
+  const decision = cells.at(-1)?.decision;
+  return html`${data(fmt.value.interval([low, high], 1))}${
+    decision &&
+    html` <b><span aria-hidden="true">${SIGNS[decision]}</span><span class="visually-hidden">${t[decision]}</span></b>`
+  }`;
+}
+
+/** The classes before and after. @param {readonly (Cell | undefined)[]} cells */
+function classesOf(cells) {
+  if (cells.every((cell) => cell?.class === undefined)) return null;
+  return data(cells.map((cell) => (cell?.class === undefined ? ABSENT : String(cell.class))).join(" → "));
 }
 
 /** @param {Told} told @param {(text: string) => Children} mark */

@@ -79,9 +79,9 @@ function Surfaces({ result, number }) {
   );
   if (rows.length === 0) return null;
   const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
-  return html`<div class="keep">
+  return html`<div>
     <h4>${t.surfaces}</h4>
-    <table class="report-table">
+    <table class="report-table long">
       <caption class="visually-hidden">${`${t.surfaces}, ${common.iteration(number)}`}</caption>
       <thead><tr><th scope="col">${t.tooth}</th><th scope="col">${t.flank}</th><th scope="col">${t.figure}</th>
         <th scope="col" class="numeric" translate="no">µm</th><th scope="col" class="numeric">${t.bound}</th>

@@ -41,7 +41,7 @@ export function SmallMaps({ told, flipU }) {
         const { limit, clipped } = whole ?? scaleOf([one]);
         return html`<figure key=${number}>
           <figcaption>${name}</figcaption>
-          ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, axes: mapAxes(one.told.iteration.axes), small: true, contours: true, height: 90, flipU, density: DENSITY })}
+          ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, axes: mapAxes(one.told.iteration.axes), small: true, contours: true, height: 78, flipU, density: DENSITY })}
           <p class="map-ends" aria-hidden="true"><span>${flank.faceI}</span><span>${flank.faceII}</span></p>
           ${!whole && h(Legend, { limit, unit: unitOf(one), clipped, missing: countsOf(one.surface).missing })}
         </figure>`;

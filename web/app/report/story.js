@@ -17,7 +17,7 @@ import { h, html } from "../../vendor/ui.js";
 export function Story({ iterations }) {
   const cut = iterations.some(({ earlier }) => earlier);
   return html`${cut && html`<p class="quiet">${t.earlierEntries}</p>`}
-    <table class="report-table report-story">
+    <table class="report-table report-story long">
       <caption class="visually-hidden">${t.trace}</caption>
       <thead><tr><th scope="col">${t.time}</th><th scope="col" class="numeric">${t.iteration}</th><th scope="col">${t.event}</th>
         <th scope="col">${t.what}</th><th scope="col">${t.reason}</th></tr></thead>

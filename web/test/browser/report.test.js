@@ -204,9 +204,45 @@ browserTest("limits that an evaluation names stand beside its figures, with what
     const { value, std_error } = surface[name];
     holds(pages[0] ?? "", [f.withError(value, std_error)]);
   }
-  holds(pages[0] ?? "", ["of the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5", "does not conform"]);
+  holds(pages[0] ?? "", ["of the surface through the evaluated traces", "1.0 … 6.0", "−4.5 … 4.5 ✗"]);
   assert.equal(record.result.traces[0].slope_conformity.decision, "does_not_conform");
   await page.getByText("K-band: F α").waitFor();
+});
+
+browserTest("all that the first page can hold is still one page, with its signature", {}, async (world) => {
+  const { open, call, page } = world;
+  const { id } = await world.job({ name: "Sun gear of the second stage, order 118, ground after hardening, lot 7" });
+  const request = JSON.parse(await example("requests/gear_evaluate.json"));
+  const kinds = ["profile", "helix"].map((kind) => request.traces.find((/** @type {any} */ one) => one.kind === kind));
+  request.traces = ["left", "right"].flatMap((flank) =>
+    ["1", "14", "27", "40"].flatMap((tooth) => kinds.map((trace) => ({ ...trace, tooth, flank }))),
+  );
+  request.evaluation.tolerance_limits = { class: 5, twist_um: [-3, 3] };
+  const at = `/v1/jobs/${id}/iterations`;
+  for (const file of ["flank_z52.json", "flank_z52_remachined.json"]) await world.iteration(id, file);
+  for (const number of [1, 2]) {
+    await call("POST", `${at}/${number}/evaluations`, request);
+    await call("PATCH", `${at}/${number}`, { decision: "remachine", reason: "because ".repeat(60) });
+  }
+  await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
+  for (const [lang, signed] of /** @type {const} */ ([
+    ["en", "Signature"],
+    ["de", "Unterschrift"],
+  ])) {
+    await open(`/jobs/${id}/report?lang=${lang}`);
+    const { pages } = await printed(world);
+    holds(pages[0] ?? "", [signed]);
+    assert.ok(!(pages[1] ?? "").includes(signed));
+    await page.emulateMedia({ media: "print" });
+    const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
+      const right = cover.getBoundingClientRect().right;
+      const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);
+      return [cover.scrollHeight - cover.clientHeight, Math.max(...cells) - right];
+    });
+    assert.ok((beyond ?? 1) <= 0, `${beyond} px too high in ${lang}`);
+    assert.ok((beside ?? 1) < 1, `${beside} px too wide in ${lang}`);
+    await page.emulateMedia({ media: null });
+  }
 });
 
 browserTest("nodes that are no flank have a report without maps", {}, async (world) => {
