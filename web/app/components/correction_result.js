@@ -46,7 +46,7 @@ function entered({ change, rounded, limited, fixed, undetermined, std_error }) {
   if (fixed || (undetermined && change === 0)) return ABSENT;
   const signed = (/** @type {string} */ text) => (change > 0 ? `+${text}` : text);
   if (rounded || limited) return signed(value.input(Number(change.toPrecision(12))).replace("-", "−"));
-  return signed(value.withError(change, std_error).split(" ± ")[0] ?? "");
+  return signed(std_error ? value.deviation(change, undefined, std_error) : value.three(change));
 }
 
 /** @param {SettingChange} setting @returns {Children} */
@@ -181,7 +181,7 @@ export function Figures({ kept, csvName, of }) {
   const estimated = (/** @type {EstimatedFigure | undefined} */ figure) =>
     figure?.std_error_um
       ? h(WithError, { value: figure.value_um, error: figure.std_error_um })
-      : data(value.um(figure?.value_um));
+      : data(value.deviation(figure?.value_um, um));
   /** @param {"before" | "measured" | "change" | "beyond"} key @param {string} header @returns {import("./table.js").Column<FigureRow>} */
   const column = (key, header) => ({
     key,
@@ -206,7 +206,8 @@ export function Figures({ kept, csvName, of }) {
       header: t.predicted,
       unit: um,
       numeric: true,
-      cell: ({ predicted }) => data(value.um(predicted)),
+      // what was measured and a change without error: as certain as what was measured
+      cell: ({ predicted, before }) => data(value.deviation(predicted, um, before?.std_error_um)),
       csv: ({ predicted }) => predicted,
     },
   ];
@@ -251,8 +252,8 @@ export function Answer({ answer }) {
         { name: `${t.ratio}, ${t.interval95}`, value: data(value.interval(answer.response_ratio_interval, error)) },
         {
           name: t.difference,
-          value: data(value.fixed(answer.rms_difference_um, 2) + um),
-          note: t.expected(value.fixed(answer.rms_expected_difference_um, 2) + um),
+          value: data(value.um(answer.rms_difference_um) + um),
+          note: t.expected(value.um(answer.rms_expected_difference_um) + um),
         },
         {
           name: t.chiSquared,

@@ -23,7 +23,7 @@ export function FlankCurve({ nodes, residuals, layer, axes, file }) {
   const [x, unit] = [axisOf(axes?.x, "x"), heightUnit(axes)];
   const heights = points.map(({ y }) => y);
   const text = (/** @type {{ x: number, y: number }} */ one) =>
-    `${fmt.value.mm(one.x)}${x.unit ? ` ${x.unit}` : ""}: ${fmt.value.significant(one.y, 4)}${unit ? ` ${unit}` : ""}`;
+    `${fmt.value.mm(one.x)}${x.unit ? ` ${x.unit}` : ""}: ${fmt.value.deviation(one.y, unit)}${unit ? ` ${unit}` : ""}`;
   const [least, greatest] = [
     points.reduce((a, b) => (b.y < a.y ? b : a), points[0] ?? { x: 0, y: 0 }),
     points.reduce((a, b) => (b.y > a.y ? b : a), points[0] ?? { x: 0, y: 0 }),
@@ -49,7 +49,7 @@ export function FlankCurve({ nodes, residuals, layer, axes, file }) {
           header: t.deviation,
           unit,
           numeric: true,
-          cell: (one) => html`<span translate="no">${fmt.value.significant(one.y, 4)}</span>`,
+          cell: (one) => html`<span translate="no">${fmt.value.deviation(one.y, unit)}</span>`,
           csv: (one) => one.y,
         },
       ],

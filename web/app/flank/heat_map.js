@@ -265,7 +265,7 @@ export function nodeText(node, { axes, unit, whole, range }) {
   const told = range ?? whole;
   const part = (/** @type {"u" | "v"} */ axis) =>
     `${axes[axis].label} ${fmt.value.mm(node[axis])}${axes[axis].unit ? ` ${axes[axis].unit}` : ""} (${fmt.value.fixed(percentOf(node[axis], told[axis]), 0)} %)`;
-  const height = Number.isNaN(node.z) ? t.missing : `${fmt.value.significant(node.z, 4)}${unit ? ` ${unit}` : ""}`;
+  const height = Number.isNaN(node.z) ? t.missing : `${fmt.value.deviation(node.z, unit)}${unit ? ` ${unit}` : ""}`;
   const place =
     node.row === undefined || node.column === undefined ? "" : ` · ${t.cell(node.row + 1, node.column + 1)}`;
   return `${part("u")} · ${part("v")} · ${height}${place}`;

@@ -166,7 +166,7 @@ function Section({ kind, surface, axes, unit, limit, at, file, domain }) {
   const there = points.filter(({ y }) => Number.isFinite(y));
   const most = Math.max(limit, niceAbove(there.reduce((size, { y }) => Math.max(size, Math.abs(y)), 0)));
   const place = `${across.label} ${fmt.value.mm(at)}${across.unit ? ` ${across.unit}` : ""}`;
-  const write = (/** @type {number} */ y) => `${fmt.value.significant(y, 4)}${unit ? ` ${unit}` : ""}`;
+  const write = (/** @type {number} */ y) => `${fmt.value.deviation(y, unit)}${unit ? ` ${unit}` : ""}`;
   return h(Chart, {
     name: kind === "profile" ? t.profile : t.helix,
     summary: place,
@@ -193,7 +193,7 @@ function Section({ kind, surface, axes, unit, limit, at, file, domain }) {
           header: t.deviation,
           unit,
           numeric: true,
-          cell: ({ y }) => html`<span translate="no">${fmt.value.significant(y, 4)}</span>`,
+          cell: ({ y }) => html`<span translate="no">${fmt.value.deviation(y, unit)}</span>`,
           csv: ({ y }) => y,
         },
       ],

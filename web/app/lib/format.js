@@ -48,13 +48,24 @@ export function formats(locale) {
     if (!isNumber(value)) return ABSENT;
     if (!isNumber(error) || !(error > 0)) return significant(value, 3) + end;
     const size = Math.max(exponentOf(value), exponentOf(error));
-    // the decimal place of the error's second digit, after it has been rounded to two
-    const place = Number(error.toExponential(1).split("e")[1]) - 1;
+    const place = placeOf(error);
     if (size >= 5 || size < -3) {
       const scaled = [value, error].map((one) => local(rounded(one / 10 ** size, Math.max(0, size - place))));
       return `(${scaled.join(" ± ")})·10${superscript(size)}${end}`;
     }
     return `${local(rounded(value, -place))} ± ${local(rounded(error, -place))}${end}`;
+  }
+
+  /**
+   * A deviation: to the second digit of a standard error where there is one that it goes with, else
+   * in µm to one decimal, in mm to three, in other units to four digits. The unit is not written.
+   * @param {Maybe} value @param {string | undefined} unit @param {Maybe} [error]
+   */
+  function deviation(value, unit, error) {
+    if (!isNumber(value)) return ABSENT;
+    if (isNumber(error) && error > 0) return local(rounded(value, -placeOf(error)));
+    if (unit === "µm") return fixed(value, 1);
+    return unit === "mm" ? fixed(value, 3) : significant(value, 4);
   }
 
   /**
@@ -65,7 +76,7 @@ export function formats(locale) {
     const [low, high] = ends ?? [];
     if (!isNumber(low) || !isNumber(high)) return ABSENT;
     const size = isNumber(error) && error > 0 ? error : (high - low) / 4;
-    const place = size > 0 ? Number(size.toExponential(1).split("e")[1]) - 1 : -3;
+    const place = size > 0 ? placeOf(size) : -3;
     const written = [low, high].map((end) => local(rounded(end, -place)));
     return written.join(" … ") + (unit ? `${NARROW}${unit}` : "");
   }
@@ -80,6 +91,7 @@ export function formats(locale) {
     fixed,
     significant,
     withError,
+    deviation,
     interval,
     /** Micrometres: one decimal. @param {Maybe} value */
     um: (value) => fixed(value, 1),
@@ -115,6 +127,11 @@ export function parseNumber(text) {
 /** @param {Maybe} value @returns {value is number} */
 function isNumber(value) {
   return typeof value === "number" && Number.isFinite(value);
+}
+
+/** The decimal place of an error's second digit, once it has been rounded to two. @param {number} error */
+function placeOf(error) {
+  return Number(error.toExponential(1).split("e")[1]) - 1;
 }
 
 /** @param {number} value */

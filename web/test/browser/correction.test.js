@@ -63,6 +63,9 @@ browserTest("a correction is asked for, entered, and compared with what was meas
     const cells = figures.nth(i).locator("td .cell");
     agrees(await cells.nth(0).textContent(), told.before.value_um);
     agrees(await cells.nth(1).textContent(), told.predicted_um);
+    const places = (/** @type {string | null} */ text) => /\d+(?:\.(\d+))?/.exec(text ?? "")?.[1]?.length ?? 0;
+    const [before, predicted] = [await cells.nth(0).textContent(), await cells.nth(1).textContent()];
+    assert.equal(places(predicted), places(before), `${predicted} beside ${before}`);
     agrees(await cells.nth(2).textContent(), told.measured.value_um);
     agrees(await cells.nth(3).textContent(), told.change.value_um);
     agrees(await cells.nth(4).textContent(), told.beyond_predicted.value_um);

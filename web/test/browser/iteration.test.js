@@ -8,7 +8,7 @@ const map = (/** @type {string} */ id, /** @type {number} */ number, query = "")
   `/jobs/${id}/iterations/${number}${query}`;
 
 /** @param {number} value */
-const digits = (value) => value.toPrecision(4).replace("-", "−");
+const digits = (value) => value.toFixed(1).replace("-", "−");
 
 browserTest("the map names the least and the greatest node", {}, async ({ page, open, job, iteration, call }) => {
   const { id } = await job();
@@ -25,10 +25,7 @@ browserTest("the map names the least and the greatest node", {}, async ({ page, 
     const best = all.reduce((/** @type {any} */ a, /** @type {any} */ b) => (sign * b.z > sign * a.z ? b : a));
     const text = (await page.locator(`[data-extreme="${name}"]`).textContent()) ?? "";
     assert.ok(text.includes(`row ${best.row + 1}, column ${best.column + 1}`), `${name}: ${text}`);
-    assert.ok(
-      text.includes(`${best.z.toFixed(best.z <= -10 || best.z >= 10 ? 2 : 3)} µm`.replace("-", "−")),
-      `${name}: ${text}`,
-    );
+    assert.ok(text.includes(`${digits(best.z)} µm`), `${name}: ${text}`);
   }
   await page.getByText("3 nodes missing").waitFor();
 });

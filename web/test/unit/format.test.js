@@ -70,3 +70,13 @@ test("intervals stand to the second digit of their error", () => {
   assert.equal(en.interval([1, 1], undefined), "1.000 … 1.000");
   assert.equal(en.interval(undefined, 0.1), ABSENT);
 });
+
+test("deviations have the digits of an error that they go with, else those of their unit", () => {
+  assert.equal(en.deviation(7.7412, "µm", 0.517), "7.74");
+  assert.equal(de.deviation(-14.861, undefined, 0.03), "−14,861");
+  assert.equal(en.deviation(1234.5, "µm", 120), "1230");
+  assert.equal(en.deviation(7.7412, "µm"), "7.7");
+  assert.equal(en.deviation(0.0774, "mm"), "0.077");
+  assert.equal(en.deviation(0.077412, undefined), "0.07741");
+  assert.equal(en.deviation(undefined, "µm", 0.5), ABSENT);
+});
