@@ -135,7 +135,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
       return html`<section key=${kind} class="panel" aria-labelledby=${kind}>
         <header><h2 id=${kind}>${t[kind]}</h2></header>
         ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band })}
-        ${band !== undefined && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", " "))}</p>`}
+        ${band !== undefined && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", ""))}</p>`}
         ${h(EvaluationTable, { kind, evaluation, tolerances: known, csvName: `${job.name} ${number} ${t[kind]}` })}
       </section>`;
     })}

@@ -40,7 +40,7 @@ export function LambdaSlider({ range, value, symbol, ranks, onMove }) {
     <form class="lambda-exact" onSubmit=${take}>
       ${h(TextField, {
         label: t.exactValue,
-        value: text ?? fmt.value.input(value),
+        value: text ?? fmt.value.input(ranks ? value : shortened(value)),
         onInput: setText,
         numeric: true,
         required: true,
@@ -50,3 +50,6 @@ export function LambdaSlider({ range, value, symbol, ranks, onMove }) {
     </form>
   </div>`;
 }
+
+/** Six digits are enough to begin from. @param {number | undefined} value */
+const shortened = (value) => (value === undefined ? undefined : Number(value.toPrecision(6)));

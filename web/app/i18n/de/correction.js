@@ -8,7 +8,7 @@ export default {
   change: "Änderung",
   error: "Standardfehler",
   bound: "Schranke der Verzerrung",
-  notes: "Zu wissen",
+  notes: "Hinweise",
   atLimit: "an ihrer Grenze",
   fixed: "bleibt, wie sie ist",
   undetermined: "von dieser Messung nicht bestimmt",

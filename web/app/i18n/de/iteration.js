@@ -1,6 +1,6 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/iteration.js").default>} */
 export default {
-  map: "Flankentopografie",
+  map: "Flankenkarte",
   layer: "Ebene",
   measured: "Gemessen",
   fitted: "Ausgeglichen",
@@ -11,7 +11,7 @@ export default {
   minus: "Abzüglich",
   lessIteration: (/** @type {number} */ number) => `abzüglich Iteration ${number}`,
   noMap:
-    "Die Messpunkte sind Zeilen einer Messmatrix und haben keinen Ort auf einer Flanke. Die Kennwerte der Ausgleichung stehen daneben.",
+    "Die Messpunkte sind Zeilen einer Messmatrix und haben keinen Ort auf einer Flanke. Die Kennwerte der Anpassung stehen daneben.",
   noLayer: "Auf dieser Ebene ist nichts zu zeigen.",
   interpolated:
     "Die beiden Iterationen haben andere Messpunkte; die andere Fläche ist zwischen ihren eigenen interpoliert.",

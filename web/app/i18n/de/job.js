@@ -20,7 +20,7 @@ export default {
   flank: "Flanke, Zahn",
   tooth: "Zahn",
   measured: "Gemessen",
-  fits: "Ausgleiche",
+  fits: "Anpassungen",
   criterion: "λ* nach",
   lambda: "λ*",
   rms: "RMS",

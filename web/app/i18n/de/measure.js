@@ -56,7 +56,7 @@ export default {
   axesRoll: "Wälzlänge und Zahnbreite in mm, Abweichungen in µm",
   axesDiameter: "Durchmesser und Zahnbreite in mm, Abweichungen in µm",
   axesHint: "JSON-Dateien bringen ihre eigenen mit. Korrekturen brauchen sie.",
-  fit: "Ausgleichung",
+  fit: "Anpassung",
   fromFile: "Eine JSON-Datei kann sagen, wie ausgeglichen wird; was hier geändert wird, geht vor.",
   model: "Modell",
   second: "zweite Ordnung",

@@ -61,7 +61,7 @@ export default {
   undercut: "Unterschnitt",
   yes: "ja",
   no: "nein",
-  warnings: "Zu wissen",
+  warnings: "Hinweise",
   create: "Auftrag anlegen",
   created: (name) => `„${name}“ ist angelegt.`,
 };

@@ -15,7 +15,7 @@ export default {
   opened: "Geöffnet",
   lastBlock: "Letzter Block",
   noResult: "Warum es noch kein Ergebnis gibt",
-  nothingKept: "Der Messstrom ist abgeschlossen. Seine Iteration hat die Messpunkte und die Ausgleichung.",
+  nothingKept: "Der Messstrom ist abgeschlossen. Seine Iteration hat die Messpunkte und die Anpassung.",
   course: "Verlauf der Schätzung",
   since: "Seit diese Seite in diesem Tab offen ist; der Server behält nur die letzte Schätzung.",
   coefficients: "Koeffizienten",

@@ -49,7 +49,7 @@ export default {
   interval: (/** @type {string} */ percent) => `${percent} % interval`,
   low: "lower end",
   high: "upper end",
-  toKnow: "To be known",
+  toKnow: "To note",
   notApart: (/** @type {number} */ count) => `What cannot be told apart (${count})`,
   estimable: (/** @type {number} */ count) => `What is known all the same (${count})`,
   inSpace: "3-D",

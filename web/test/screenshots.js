@@ -1,0 +1,106 @@
+// The pictures of docs/dashboard.md, of the job that `flankfit demo` tells: measured, corrected,
+// machined again, accepted. Run by web/screenshots.
+
+import assert from "node:assert/strict";
+import { mkdir, rm, writeFile } from "node:fs/promises";
+import path from "node:path";
+import { after, test } from "node:test";
+import { fileURLToPath } from "node:url";
+import { example, inBrowser, serve } from "./browser/harness.js";
+import { palettePng } from "./palette_png.js";
+
+/** @typedef {import("./browser/harness.js").World} World */
+/** @typedef {{ name: string, place: string, height?: number, ready?: string, look?: "tablet" }} Picture */
+
+const folder = fileURLToPath(new URL("../../docs/dashboard", import.meta.url));
+const MOST_BYTES = 200_000;
+const LOOKS = {
+  desktop: { settings: { theme: "light" }, context: { viewport: { width: 1280, height: 800 } } },
+  tablet: { settings: { theme: "dark" }, context: { viewport: { width: 768, height: 1024 } } },
+};
+
+/** What stands beside the job of the demonstration in the list. */
+const OTHERS = [
+  { name: "Planet gear, generating grinding", part_number: "41207", serial_number: "0112", machine: "RZ 260" },
+  { name: "Sun gear, hobbed", part_number: "41201", serial_number: "0031", machine: "hobber 1" },
+  { name: "Pump gear, finish grinding", part_number: "97340", serial_number: "0018", machine: "form grinder 3" },
+  { name: "Pump gear, finish grinding", part_number: "97340", serial_number: "0019", machine: "form grinder 2" },
+];
+
+/** @param {World} world */
+async function jobs({ call, job, iteration }) {
+  for (const [i, fields] of OTHERS.entries()) {
+    const { id } = await job(fields);
+    if (i === 1) continue;
+    await iteration(id, i === 2 ? "flank_z52_remachined.json" : "flank_z52.json");
+    const decision = ["remachine", "", "accept"][i];
+    if (decision)
+      await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision, reason: "as the limits of class 5 say" });
+  }
+  const { id } = await job();
+  const { fits } = await iteration(id);
+  const at = `/v1/jobs/${id}/iterations`;
+  const spec = fits[0].spec;
+  await call("POST", `${at}/1/fits`, {
+    ...spec,
+    regularization: { ...spec.regularization, lambda_star: { criterion: "l_curve" } },
+    reason: "what l_curve makes of it",
+  });
+  await call("POST", `${at}/1/evaluations`, JSON.parse(await example("requests/gear_evaluate.json")));
+  await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
+  await call("PATCH", `${at}/1`, {
+    decision: "remachine",
+    reason: "profile slope 8.66 µm, class 5 allows 4.45 µm",
+  });
+  await iteration(id, "flank_z52_remachined.json");
+  await call("PATCH", `${at}/2`, {
+    decision: "accept",
+    reason: "profile slope 0.28 µm, class 5 allows 4.45 µm",
+  });
+  return id;
+}
+
+/** @param {string} id @returns {Picture[]} */
+function pictures(id) {
+  const first = `/jobs/${id}/iterations/1`;
+  return [
+    { name: "list", place: "/jobs", height: 560 },
+    { name: "flank-2d", place: `${first}?contours=1&lines=1&at=8.742,7.5`, height: 1000 },
+    { name: "flank-3d", place: `${first}?space=1&lines=1`, ready: ".flank-3d canvas" },
+    { name: "lambda", place: `${first}/lambda?by=gcv`, height: 1120 },
+    { name: "statistics", place: `${first}/statistics?direction=1`, height: 1000 },
+    { name: "evaluation", place: `${first}/evaluation?class=4`, height: 1000 },
+    { name: "correction", place: `${first}/correction`, height: 1250 },
+    { name: "trace", place: `/jobs/${id}/trace`, height: 1000 },
+    { name: "tablet-dark", place: `${first}?contours=1`, look: "tablet" },
+    { name: "report", place: `/jobs/${id}/report`, height: 1400 },
+  ];
+}
+
+test("pictures of the dashboard", async () => {
+  const server = await serve();
+  after(async () => {
+    await server.stop();
+    await rm(server.folder, { recursive: true, force: true });
+  });
+  await mkdir(folder, { recursive: true });
+  /** @type {Picture[] | undefined} */
+  let list;
+  for (const [look, options] of Object.entries(LOOKS)) {
+    await inBrowser(server, options, async (world) => {
+      list ??= pictures(await jobs(world));
+      for (const { name, place, height, ready, look: own = "desktop" } of list) {
+        if (own !== look) continue;
+        const { page } = world;
+        await page.setViewportSize({ ...options.context.viewport, ...(height ? { height } : {}) });
+        await world.open(place);
+        if (ready) await page.locator(ready).waitFor();
+        const whole = await page.screenshot({ animations: "disabled" });
+        const png = whole.length <= MOST_BYTES ? whole : palettePng(whole);
+        assert.ok(png.length <= MOST_BYTES, `${name}: ${png.length} bytes`);
+        await writeFile(path.join(folder, `${name}.png`), png);
+        console.log(`${name}.png: ${Math.round(png.length / 1000)} kB`);
+      }
+    });
+  }
+});
