@@ -16,10 +16,10 @@ use crate::{
         rates,
         server::{self, Service, Tls, TlsError},
     },
-    jobs::{JobService, OrderedIds, Store, SystemClock, audit::Auditor},
+    jobs::{JobService, OrderedIds, Store, SystemClock, archive::Holdings, audit::Auditor},
     store::{
-        Migrate, OpenError, PostgresAuditor, PostgresError, PostgresSettings, PostgresStore, SqliteAuditor,
-        SqliteStore, StoreSettings,
+        Migrate, OpenError, PostgresAuditor, PostgresError, PostgresHoldings, PostgresSettings, PostgresStore,
+        SqliteAuditor, SqliteHoldings, SqliteStore, StoreSettings,
     },
     telemetry,
 };
@@ -196,6 +196,19 @@ pub async fn open_auditor(url: &str) -> Result<Box<dyn Auditor>, StartError> {
         return Ok(Box::new(PostgresAuditor::open(&PostgresSettings::of_url(url)?)));
     }
     Ok(Box::new(SqliteAuditor::open(&StoreSettings::of_url(url)?).await?))
+}
+
+/// The jobs of the database that the URL names. To store jobs there, SQLite's must be in no other
+/// use.
+pub async fn open_holdings(url: &str, to_write: bool) -> Result<Box<dyn Holdings>, StartError> {
+    if PostgresSettings::takes(url) {
+        return Ok(Box::new(PostgresHoldings::open(&PostgresSettings::of_url(url)?)));
+    }
+    let settings = StoreSettings::of_url(url)?;
+    Ok(Box::new(match to_write {
+        true => SqliteHoldings::open_to_write(&settings).await?,
+        false => SqliteHoldings::open(&settings).await?,
+    }))
 }
 
 /// How a PostgreSQL database is used.

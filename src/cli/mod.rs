@@ -7,6 +7,7 @@ pub mod evaluate;
 pub mod fit;
 pub mod healthcheck;
 pub mod keys;
+pub mod life;
 pub mod migrate;
 pub mod openapi;
 mod progress;
@@ -47,6 +48,12 @@ enum Command {
     Openapi(openapi::OpenapiArguments),
     /// Copy the database to a new file, consistently, also while a server writes to it.
     Backup(backup::BackupArguments),
+    /// Write jobs, with all that was stored of them and who changed it, to a new file.
+    Export(life::ExportArguments),
+    /// Store the jobs of a file that `flankfit export` wrote.
+    Import(life::ImportArguments),
+    /// Store the jobs of a database in another one, of either kind.
+    Copy(life::CopyArguments),
     /// Make or renew the schema of a PostgreSQL database. (SQLite's is renewed at start.)
     Migrate(migrate::MigrateArguments),
     /// Make API keys on the database.
@@ -69,6 +76,9 @@ pub fn main() -> ExitCode {
         Command::Study(arguments) => study::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Backup(arguments) => backup::run(&arguments),
+        Command::Export(arguments) => life::export(&arguments),
+        Command::Import(arguments) => life::import(&arguments),
+        Command::Copy(arguments) => life::copy(&arguments),
         Command::Migrate(arguments) => migrate::run(&arguments),
         Command::Keys(arguments) => keys::run(&arguments),
         Command::Audit(arguments) => return audit::run(&arguments),

@@ -15,6 +15,7 @@
 //! waits for a fit.
 
 mod ambient;
+pub mod archive;
 pub mod audit;
 mod callers;
 mod draft;

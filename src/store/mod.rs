@@ -10,6 +10,9 @@ mod shared;
 mod sqlite;
 
 pub use postgres::{
-    Migrate, PostgresAuditor, PostgresError, PostgresSettings, PostgresStore, migrate, postgres_migrations,
+    Migrate, PostgresAuditor, PostgresError, PostgresHoldings, PostgresSettings, PostgresStore, migrate,
+    postgres_migrations,
 };
-pub use sqlite::{BackupError, OpenError, SqliteAuditor, SqliteStore, StoreSettings, backup, migrations};
+pub use sqlite::{
+    BackupError, OpenError, SqliteAuditor, SqliteHoldings, SqliteStore, StoreSettings, backup, migrations,
+};

@@ -1,6 +1,7 @@
 //! The store on real files: what the schema refuses, what the trace keeps, what survives.
 
 mod backup;
+mod carry;
 mod conformance;
 mod disk;
 mod group_commit;

@@ -35,6 +35,7 @@ mod document;
 mod error;
 mod events;
 mod fits;
+mod holdings;
 mod insert_iterations;
 mod iterations;
 mod jobs;
@@ -60,6 +61,7 @@ mod writer;
 
 pub use auditor::PostgresAuditor;
 pub use error::PostgresError;
+pub use holdings::PostgresHoldings;
 pub use migrate::{migrate, postgres_migrations};
 pub use settings::{Migrate, PostgresSettings};
 pub use store::PostgresStore;

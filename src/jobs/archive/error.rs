@@ -1,0 +1,27 @@
+//! Why jobs are not taken elsewhere.
+
+use std::io;
+
+use uuid::Uuid;
+
+use crate::jobs::outcome::RepositoryError;
+
+#[derive(Debug, thiserror::Error)]
+pub enum ArchiveError {
+    #[error(transparent)]
+    Store(#[from] RepositoryError),
+    #[error("{0}")]
+    File(#[from] io::Error),
+    #[error("the file is no export of flankfit, or of another version")]
+    Foreign,
+    #[error("the file is cut off; nothing of it was stored")]
+    Cut,
+    #[error("line {line} of the file is not as it was written; nothing of it was stored")]
+    Damaged { line: u64 },
+    #[error("job {0} is there already and differs; nothing was stored")]
+    Differs(Uuid),
+    #[error("job {job} was not stored, the jobs before it were: {error}")]
+    NotStored { job: Uuid, error: RepositoryError },
+    #[error("there is no job {0}, and there never was")]
+    NoSuchJob(Uuid),
+}
