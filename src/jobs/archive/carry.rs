@@ -68,7 +68,7 @@ pub async fn export<W: Write>(
 pub fn listed<R: Read>(file: R) -> Result<Vec<(Key, Digested)>, ArchiveError> {
     let mut reader = ArchiveReader::begin(file)?;
     let (mut jobs, mut current) = (Vec::new(), None);
-    while let Some(next) = reader.next()? {
+    while let Some(next) = reader.next_part()? {
         match next {
             Listed::Section(key) => current = Some(key),
             Listed::Row(_) => {}
@@ -80,15 +80,15 @@ pub fn listed<R: Read>(file: R) -> Result<Vec<(Key, Digested)>, ArchiveError> {
 
 /// Stores the next job of a file, or passes over it.
 pub async fn import<R: Read>(file: &mut ArchiveReader<R>, to: &dyn Holdings, wanted: bool) -> Result<(), ArchiveError> {
-    let Some(Listed::Section(key)) = file.next()? else { return Err(ArchiveError::Cut) };
+    let Some(Listed::Section(key)) = file.next_part()? else { return Err(ArchiveError::Cut) };
     if !wanted {
-        while let Some(Listed::Row(_)) = file.next()? {}
+        while let Some(Listed::Row(_)) = file.next_part()? {}
         return Ok(());
     }
     let (rows, coming) = mpsc::channel(ON_THE_WAY);
     let reading = async move {
         loop {
-            let next = match file.next()? {
+            let next = match file.next_part()? {
                 Some(Listed::Row(row)) => Coming::Row(row),
                 Some(Listed::End(told)) => Coming::All(told),
                 Some(Listed::Section(_)) | None => return Err(ArchiveError::Cut),

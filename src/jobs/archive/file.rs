@@ -130,7 +130,7 @@ impl<R: Read> ArchiveReader<R> {
     }
 
     /// What comes next; `None` once the whole file was read and is as it was written.
-    pub fn next(&mut self) -> Result<Option<Listed>, ArchiveError> {
+    pub fn next_part(&mut self) -> Result<Option<Listed>, ArchiveError> {
         let line = self.next_line()?;
         let marks = ["{\"section\"", "{\"end\"", "{\"whole\""];
         if !marks.iter().any(|mark| line.starts_with(mark)) {
