@@ -66,7 +66,7 @@ browserTest("a dropped flank is fitted and nothing is stored", {}, async ({ page
   await page.getByRole("columnheader", { name: "95 % interval" }).waitFor();
   await page.getByLabel("Layer").selectOption({ label: "Residual" });
   const greatest = Math.max(...result.residuals.values);
-  await page.locator('[data-extreme="greatest"]', { hasText: greatest.toPrecision(4) }).waitFor();
+  await page.locator('[data-extreme="greatest"]', { hasText: `${greatest.toFixed(1)} µm` }).waitFor();
   for (const { code } of result.warnings) await page.getByText(code, { exact: true }).waitFor();
   assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
 });
