@@ -3,6 +3,7 @@
 //! the same cores.
 
 mod fits;
+mod job_list;
 mod store;
 
 /// The one of the program.

@@ -14,20 +14,26 @@ use super::{
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf, QueryOf},
     idempotency::{IdempotencyKey, idempotent},
-    paging::PageQuery,
+    job_query::JobsQuery,
     state::AppState,
 };
 use crate::{
     api::{
-        jobs::job::{JobBody, JobPageBody, JobPatchBody, NewJobBody},
+        jobs::{
+            job::{JobBody, JobPatchBody, NewJobBody},
+            job_list::{JobPageBody, JobSummaryBody},
+        },
         json::{value::read_json, writer::text_of},
         problem::Problem,
     },
-    jobs::{Answer, Job, List, Stored},
+    jobs::{Answer, Job, Stored},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(create_job, list_jobs)).routes(routes!(get_job, update_job, delete_job))
+    OpenApiRouter::new()
+        .routes(routes!(create_job, list_jobs))
+        .routes(routes!(summarize_jobs))
+        .routes(routes!(get_job, update_job, delete_job))
 }
 
 /// Creates a job.
@@ -66,19 +72,32 @@ fn created(job: &Job, stored: Stored) -> Answer {
     }
 }
 
-/// Lists jobs, newest first.
+/// Lists jobs with what became of their last iterations, last changed first.
 ///
-/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+/// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
+/// page repeats a job; one that is changed while the list is read by `changed` goes to its first
+/// page.
 #[utoipa::path(
     get, path = "/v1/jobs", operation_id = "list_jobs", tag = "jobs",
-    params(PageQuery),
+    params(JobsQuery),
     responses(
         (status = 200, description = "Some jobs, and where the next page begins.", body = JobPageBody)
     )
 )]
-async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Result<axum::Json<JobPageBody>, Problem> {
-    let page = state.jobs.list_jobs(query.check(List::Jobs)?).await?;
+async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<JobsQuery>) -> Result<axum::Json<JobPageBody>, Problem> {
+    let page = state.jobs.list_jobs(query.check()?).await?;
     Ok(axum::Json(page.into()))
+}
+
+/// Counts jobs by status, by machine, and by the week in which they were changed last.
+///
+/// Weeks are those of ISO 8601 in UTC.
+#[utoipa::path(
+    get, path = "/v1/jobs/summary", operation_id = "summarize_jobs", tag = "jobs",
+    responses((status = 200, description = "How many jobs there are.", body = JobSummaryBody))
+)]
+async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummaryBody>, Problem> {
+    Ok(axum::Json(state.jobs.summary().await?.into()))
 }
 
 /// A job.

@@ -28,6 +28,7 @@ mod imports;
 pub mod include;
 mod iterations;
 pub mod job_fits;
+mod job_query;
 pub mod jobs;
 mod keys;
 mod long;

@@ -24,29 +24,41 @@ impl PageQuery {
     /// The request for a page of `list`, with its defaults.
     pub fn check(self, list: List) -> Result<PageRequest, Problem> {
         let mut faults = Faults::default();
-        let limit = match self.limit.as_deref() {
-            None => PageRequest::DEFAULT_LIMIT,
-            // 0 is refused with what is no number
-            Some(text) => text.parse().unwrap_or(0),
-        };
-        if !(1..=PageRequest::MOST).contains(&limit) {
-            faults.push("/limit", format!("it must be a whole number from 1 to {}", PageRequest::MOST));
-        }
+        let limit = read_limit(self.limit.as_deref(), &mut faults);
         let after = match self.cursor.map(|text| Cursor::decode(&text, list)) {
             None => None,
             Some(Ok(cursor)) => Some(cursor),
             Some(Err(CursorError::Unknown)) => {
-                faults.push("/cursor", "not a cursor that was answered as `next_cursor`; leave it out to begin anew");
+                faults.push("/cursor", UNKNOWN_CURSOR);
                 None
             }
             Some(Err(CursorError::OtherList(other))) => {
-                let (this, other) = (list.items(), other.items());
-                let detail =
-                    format!("it is of a list of {other}; take `next_cursor` of the page of {this} before this");
-                faults.push("/cursor", detail);
+                faults.push("/cursor", of_other_list(list, other));
                 None
             }
         };
         faults.into_result(PageRequest { limit, after }).map_err(Problem::invalid)
     }
+}
+
+/// What to say of a cursor that no list answered.
+pub const UNKNOWN_CURSOR: &str = "not a cursor that was answered as `next_cursor`; leave it out to begin anew";
+
+/// What to say of a cursor of another list.
+pub fn of_other_list(list: List, other: List) -> String {
+    let (this, other) = (list.items(), other.items());
+    format!("it is of a list of {other}; take `next_cursor` of the page of {this} before this")
+}
+
+/// How many items are wanted.
+pub fn read_limit(text: Option<&str>, faults: &mut Faults) -> u32 {
+    let limit = match text {
+        None => PageRequest::DEFAULT_LIMIT,
+        // 0 is refused with what is no number
+        Some(text) => text.parse().unwrap_or(0),
+    };
+    if !(1..=PageRequest::MOST).contains(&limit) {
+        faults.push("/limit", format!("it must be a whole number from 1 to {}", PageRequest::MOST));
+    }
+    limit
 }

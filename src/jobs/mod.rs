@@ -29,6 +29,7 @@ mod iteration;
 mod iterations;
 mod job;
 mod known_jobs;
+mod listing;
 mod measurand;
 mod measurement;
 pub mod nodes_codec;
@@ -43,6 +44,7 @@ mod repository;
 mod runs;
 mod service;
 mod streams;
+mod summary;
 mod tasks;
 mod wake;
 
@@ -62,6 +64,7 @@ pub use iteration::{
     TracedFit, TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};
+pub use listing::{JobFilter, JobPage, JobPlace, JobPlaceError, JobQuery, JobSort, JobStatus, ListedJob, folded};
 pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;
 pub use origin::Origin;
@@ -75,6 +78,7 @@ pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,
 };
+pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS, monday};
 pub use tasks::{
     Begun, ClaimedTask, EndedTask, KEPT_FOR, LEASE, Lease, MOST_ATTEMPTS, NewTask, Task, TaskAnswer, TaskDraft,
     TaskQuery, TaskResult, TaskState, Tasks,

@@ -61,6 +61,10 @@ impl List {
     }
 }
 
+/// What cursors of jobs begin with that are in another order than that of their creation.
+pub const JOBS_BY_CHANGE: &str = "0b";
+pub const JOBS_BY_NAME: &str = "0c";
+
 /// Why a text is no cursor of a list.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum CursorError {
@@ -96,6 +100,9 @@ impl Cursor {
         let id = |(_, id): (&str, &str)| (id.len() == 32).then(|| Uuid::try_parse(id).ok())?;
         let parts = text.split_at_checked(2);
         let of = parts.and_then(|(kind, _)| List::ALL.into_iter().find(|list| format!("{:02x}", list.kind()) == kind));
+        if parts.is_some_and(|(kind, _)| [JOBS_BY_CHANGE, JOBS_BY_NAME].contains(&kind)) {
+            return Err(CursorError::OtherList(List::Jobs));
+        }
         match (of, parts.and_then(id)) {
             (Some(of), Some(id)) if of == list => Ok(Cursor(id)),
             (Some(of), Some(_)) => Err(CursorError::OtherList(of)),

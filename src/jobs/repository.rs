@@ -16,12 +16,14 @@ use super::{
     idempotency::{Answer, Receipt},
     iteration::{Choice, DecisionEvent, FitSummary, Iteration, NewIteration, NewRun, Trace},
     job::{Job, JobPatch},
+    listing::{JobPage, JobQuery},
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryFuture, Stored},
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
     record::{Record, RecordKind, RecordSummary},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
+    summary::JobCounts,
     tasks::{NewTask, Task, TaskQuery, TaskResult, Tasks},
     wake::Wake,
 };
@@ -94,8 +96,9 @@ macro_rules! repository_operations {
             Repository
             reads {
                 GetJob = job(id: Uuid) -> Job;
-                /// Newest first.
-                ListJobs = jobs(page: PageRequest) -> Page<Job>;
+                ListJobs = jobs(query: JobQuery) -> JobPage;
+                /// Counted by day from that time on.
+                GetJobCounts = job_counts(from: Timestamp) -> JobCounts;
 
                 GetIteration = iteration(job: Uuid, number: u32) -> Iteration;
                 GetNodes = nodes(job: Uuid, number: u32) -> Nodes;

@@ -16,10 +16,12 @@ use super::{
     iteration::Trace,
     job::{Job, JobPatch},
     known_jobs::KnownJobs,
+    listing::{JobPage, JobQuery},
     outcome::{Precondition, RepositoryError},
     page::{Page, PageRequest},
     repository::{Repository, Store, Wakes},
     streams::StreamCache,
+    summary::{JobSummary, first_week},
     tasks::Tasks,
 };
 
@@ -158,9 +160,13 @@ impl Jobs {
         }
     }
 
-    /// Newest first.
-    pub async fn list_jobs(&self, page: PageRequest) -> Result<Page<Job>, RepositoryError> {
-        self.repository.jobs(page).await
+    pub async fn list_jobs(&self, query: JobQuery) -> Result<JobPage, RepositoryError> {
+        self.repository.jobs(query).await
+    }
+
+    /// How many jobs there are.
+    pub async fn summary(&self) -> Result<JobSummary, RepositoryError> {
+        Ok(self.repository.job_counts(first_week(self.now())).await?.summary())
     }
 
     pub async fn job(&self, id: Uuid) -> Result<Job, RepositoryError> {

@@ -90,7 +90,11 @@ async fn the_detail_alone_is_worth_logging() {
         "{told}"
     );
     let answer = send(app.get("/v1/jobs?limt=3")).await.problem(422, "invalid_request");
-    assert_eq!(answer["detail"], "/limt: there is no such query parameter; expected `limit` or `cursor`.");
+    assert_eq!(
+        answer["detail"],
+        "/limt: there is no such query parameter; expected `q`, `status`, `machine`, \
+         `part_number`, `tag`, `from`, `to`, `sort`, `limit` or `cursor`."
+    );
     app.stop().await;
 }
 

@@ -268,7 +268,8 @@ async fn every_column_of_a_jobs_tables_is_taken_along() {
     place.open().await.close().await;
     let mut own = place.connect().await;
     let tables = [
-        ("job", "jobs", "tenant id"),
+        // what the list of jobs goes by is made anew
+        ("job", "jobs", "tenant id changed_at folded iteration_count status"),
         ("iteration", "iterations", "job"),
         ("nodes", "nodes", "iteration"),
         ("fit", "fits", "iteration"),

@@ -5,6 +5,7 @@ mod carry;
 mod conformance;
 mod disk;
 mod group_commit;
+mod job_list;
 mod lost;
 mod migrations;
 mod power_loss;

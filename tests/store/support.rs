@@ -12,9 +12,9 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Caller, Clock, Computed, Figures, Ids, Job, KeyedRequest, Measurand, MeasurementDetails, NewBlock,
-        NewFit, NewIteration, NewStream, OrderedIds, PageRequest, Receipt, Record, RecordDraft, RecordKind, Repository,
-        Store, Stored, Tenant,
+        Answer, Caller, Clock, Computed, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, KeyedRequest, Measurand,
+        MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest, Receipt, Record,
+        RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
     },
     store::{SqliteStore, StoreSettings},
 };
@@ -25,6 +25,11 @@ use uuid::Uuid;
 
 /// More than any test stores.
 pub const WHOLE: PageRequest = PageRequest { limit: 1000, after: None };
+
+/// All jobs, newest first.
+pub fn all_jobs() -> JobQuery {
+    JobQuery { filter: JobFilter::default(), limit: WHOLE.limit, from: JobPlace::Created(None) }
+}
 
 /// Fresh ids.
 pub fn ids() -> Arc<OrderedIds> {

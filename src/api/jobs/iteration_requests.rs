@@ -161,6 +161,16 @@ pub enum DecisionName {
     Reject,
 }
 
+impl From<Decision> for DecisionName {
+    fn from(decision: Decision) -> Self {
+        match decision {
+            Decision::Accept => DecisionName::Accept,
+            Decision::Remachine => DecisionName::Remachine,
+            Decision::Reject => DecisionName::Reject,
+        }
+    }
+}
+
 impl From<DecisionName> for Decision {
     fn from(name: DecisionName) -> Self {
         match name {

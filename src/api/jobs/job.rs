@@ -14,7 +14,7 @@ use crate::{
             writer::text_of,
         },
     },
-    jobs::{Job, JobDraft, JobGear, JobPatch, List, Page, Update},
+    jobs::{Job, JobDraft, JobGear, JobPatch, Update},
 };
 
 /// A job to create.
@@ -139,17 +139,6 @@ impl ClearableName {
     }
 }
 
-/// Some jobs, newest first.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = JobPage)]
-pub struct JobPageBody {
-    /// The jobs of this page.
-    pub items: Vec<JobBody>,
-    /// Where the next page begins; absent on the last one.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub next_cursor: Option<String>,
-}
-
 impl TryFrom<NewJobBody> for JobDraft {
     type Error = Faults;
 
@@ -216,15 +205,6 @@ impl From<Job> for JobBody {
             tags: Tags(job.tags),
             created_at: Moment(job.created_at),
             updated_at: Moment(job.updated_at),
-        }
-    }
-}
-
-impl From<Page<Job>> for JobPageBody {
-    fn from(page: Page<Job>) -> Self {
-        JobPageBody {
-            items: page.items.into_iter().map(JobBody::from).collect(),
-            next_cursor: page.next.map(|next| next.encode(List::Jobs)),
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod import;
 pub mod iteration_requests;
 pub mod iterations;
 pub mod job;
+pub mod job_list;
 pub mod operation;
 pub mod problem;
 pub mod records;

@@ -6,12 +6,12 @@ use uuid::Uuid;
 use super::{locate::signed, session::Session, streams, time::stamp};
 use crate::{
     jobs::{
-        Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant,
+        Caller, Job, JobGear, RepositoryError, Resource, Stored, Tenant,
         audit::{Action, Prepared},
     },
     store::shared::{
-        Asked, DeleteJob, GetJob, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob, Read, Tags,
-        Write, job_columns, of_job, target,
+        Asked, DeleteJob, GetJob, InsertJob, Integer, JobRow, MeasuredTooth, Outcome, PatchJob, Read, Tags, Write,
+        job_columns, of_job, target,
     },
 };
 
@@ -33,30 +33,13 @@ impl Read<PgPool> for GetJob {
     }
 }
 
-impl Read<PgPool> for ListJobs {
-    /// One row more than asked for tells whether there is a next page.
-    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Page<Job>> {
-        let PageRequest { limit, after } = self.page;
-        let rows: Vec<JobRow> = sqlx::query_as(concat!(
-            "SELECT ",
-            job_columns!(),
-            " FROM jobs WHERE tenant = $1 AND id < $2 ORDER BY id DESC LIMIT $3"
-        ))
-        .bind(caller.tenant.as_str())
-        .bind(after.map_or(Uuid::max(), |Cursor(id)| id))
-        .bind(i64::from(limit) + 1)
-        .fetch_all(from)
-        .await?;
-        Ok(Page::of(rows.into_iter().map(Job::from).collect(), limit, |job: &Job| Cursor(job.id)))
-    }
-}
-
 /// Stores a job of a tenant.
 pub async fn insert(db: &mut PgConnection, tenant: &Tenant, job: &Job) -> Outcome<()> {
     sqlx::query(
         "INSERT INTO jobs
-             (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+             (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at,
+              folded)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
     )
     .bind(tenant.as_str())
     .bind(job.id)
@@ -69,6 +52,7 @@ pub async fn insert(db: &mut PgConnection, tenant: &Tenant, job: &Job) -> Outcom
     .bind(signed(job.version))
     .bind(stamp(job.created_at))
     .bind(stamp(job.updated_at))
+    .bind(job.searched())
     .execute(db)
     .await?;
     Ok(())
@@ -100,7 +84,7 @@ impl Write<Session> for PatchJob {
             session.chain(asked.by(), *id).await?.add(asked.by(), prepared, Action::ChangeJob, target::job(*id));
             sqlx::query(
                 "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5, tags = $6,
-                 version = $7, updated_at = $8 WHERE id = $9",
+                 version = $7, updated_at = $8, folded = $9 WHERE id = $10",
             )
             .bind(after.name.as_str())
             .bind(after.part_number.as_deref())
@@ -110,6 +94,7 @@ impl Write<Session> for PatchJob {
             .bind(Tags::write(&after.tags))
             .bind(signed(after.version))
             .bind(stamp(after.updated_at))
+            .bind(after.searched())
             .bind(*id)
             .execute(&mut session.db)
             .await?;

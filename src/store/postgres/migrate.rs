@@ -4,7 +4,7 @@ use std::sync::LazyLock;
 
 use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection, migrate::Migrator};
 
-use super::{error::PostgresError, settings::PostgresSettings};
+use super::{error::PostgresError, folded, settings::PostgresSettings};
 
 static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
     let mut migrations = sqlx::migrate!("./migrations/postgres");
@@ -35,6 +35,7 @@ pub async fn migrate(settings: &PostgresSettings) -> Result<(), PostgresError> {
         .await
         .map_err(failed)?
         .map_err(|migration| PostgresError::Newer { address: address(), migration })?;
+    folded::complete(&mut db).await.map_err(failed)?;
     // everything is done
     let _closed = db.close().await;
     Ok(())

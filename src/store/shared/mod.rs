@@ -38,19 +38,21 @@ pub use maintenance::{
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
     Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256,
-    GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetKey, GetLastEvent, GetLatestRecord, GetMeasurand, GetNodes,
-    GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask,
-    GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant,
-    InsertRecord, InsertRuns, InsertStream, InsertTask, Key, ListFits, ListJobs, ListKeys, ListPlants, ListRecords,
-    ListTasks, Operation, PatchJob, PatchKey, PatchPlant, RevokeKey, RotateKey, VerifyAudit, key_of,
+    GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent, GetLatestRecord,
+    GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetSeals, GetStream, GetStreamState,
+    GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob,
+    InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, Key, ListFits, ListJobs, ListKeys,
+    ListPlants, ListRecords, ListTasks, Operation, PatchJob, PatchKey, PatchPlant, RevokeKey, RotateKey, VerifyAudit,
+    key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
-    AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow, FoundBlock,
-    FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, GrownRow, HeadRow, IterationRow, JobRow,
-    KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow, Latest, MeasurandRow, MeasuredTooth, NewestSealRow,
-    NodesRow, PlantRow, RecordRow, RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StreamRow, TaskResultRow,
-    TaskRow, TracedFitRow, TracedIterationRow, entries, grown, last_seals, page_of_seals,
+    AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DayRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow,
+    FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, GrownRow, HeadRow, IterationRow,
+    JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow, Latest, ListedJobRow, MachineRow, MachinesRow,
+    MeasurandRow, MeasuredTooth, NewestSealRow, NodesRow, PlantRow, RecordRow, RecordSummaryRow, SealRow,
+    SealedHeadRow, StateRow, StatusRow, StreamRow, TaskResultRow, TaskRow, TracedFitRow, TracedIterationRow, counts,
+    entries, grown, last_seals, page_of_seals,
 };
 pub(in crate::store) use row::{
     claimed_task_columns, entry_columns, figure_columns, job_columns, key_columns, plant_columns, seal_columns,

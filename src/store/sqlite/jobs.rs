@@ -10,12 +10,12 @@ use super::{
 };
 use crate::{
     jobs::{
-        Caller, Cursor, Job, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Tenant,
+        Caller, Job, JobGear, RepositoryError, Resource, Stored, Tenant,
         audit::{Action, Chain, Prepared},
     },
     store::shared::{
-        Asked, DeleteJob, GetJob, Growing, InsertJob, Integer, JobRow, ListJobs, MeasuredTooth, Outcome, PatchJob,
-        Read, Tags, Write, job_columns, of_job, target,
+        Asked, DeleteJob, GetJob, Growing, InsertJob, Integer, JobRow, MeasuredTooth, Outcome, PatchJob, Read, Tags,
+        Write, job_columns, of_job, target,
     },
 };
 
@@ -38,31 +38,13 @@ impl Read<SqlitePool> for GetJob {
     }
 }
 
-impl Read<SqlitePool> for ListJobs {
-    /// One row more than asked for tells whether there is a next page.
-    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<Job>> {
-        let PageRequest { limit, after } = self.page;
-        let after = after.map_or([0xff; 16].to_vec(), |Cursor(id)| id.as_bytes().to_vec());
-        let rows: Vec<JobRow> = sqlx::query_as(concat!(
-            "SELECT ",
-            job_columns!(),
-            " FROM jobs WHERE tenant = ? AND id < ? ORDER BY id DESC LIMIT ?"
-        ))
-        .bind(caller.tenant.as_str())
-        .bind(after)
-        .bind(i64::from(limit) + 1)
-        .fetch_all(from)
-        .await?;
-        Ok(Page::of(rows.into_iter().map(Job::from).collect(), limit, |job: &Job| Cursor(job.id)))
-    }
-}
-
 /// Stores a job of a tenant.
 pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, job: &Job) -> Outcome<()> {
     sqlx::query(
         "INSERT INTO jobs
-             (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+             (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at,
+              folded)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(tenant.as_str())
     .bind(job.id)
@@ -75,6 +57,7 @@ pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, job: &Job) -> Ou
     .bind(signed(job.version))
     .bind(time::to_text(job.created_at))
     .bind(time::to_text(job.updated_at))
+    .bind(job.searched())
     .execute(db)
     .await?;
     Ok(())
@@ -107,7 +90,7 @@ impl Write<SqliteConnection> for PatchJob {
             let mut chain = audit::of_job(db, asked.by(), *id).await?;
             sqlx::query(
                 "UPDATE jobs SET name = ?, part_number = ?, serial_number = ?, machine = ?, gear = ?, tags = ?,
-                 version = ?, updated_at = ? WHERE seq = ?",
+                 version = ?, updated_at = ?, folded = ? WHERE seq = ?",
             )
             .bind(after.name.as_str())
             .bind(after.part_number.as_deref())
@@ -117,6 +100,7 @@ impl Write<SqliteConnection> for PatchJob {
             .bind(Tags::write(&after.tags))
             .bind(signed(after.version))
             .bind(time::to_text(after.updated_at))
+            .bind(after.searched())
             .bind(seq)
             .execute(&mut *db)
             .await?;

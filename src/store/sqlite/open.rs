@@ -8,7 +8,7 @@ use sqlx::{
     sqlite::{SqliteConnectOptions, SqliteJournalMode, SqlitePoolOptions, SqliteSynchronous},
 };
 
-use super::error::OpenError;
+use super::{error::OpenError, folded};
 
 static MIGRATIONS: Migrator = sqlx::migrate!("./migrations");
 
@@ -76,6 +76,7 @@ impl StoreSettings {
         let failed = |source| OpenError::from_sqlx(self.path(), source);
         let mut connection = self.writer_options().connect().await.map_err(failed)?;
         MIGRATIONS.run(&mut connection).await.map_err(|source| OpenError::from_migration(self.path(), source))?;
+        folded::complete(&mut connection).await.map_err(failed)?;
         Ok(connection)
     }
 

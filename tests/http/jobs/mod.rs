@@ -12,6 +12,7 @@ mod idempotency;
 pub mod kill;
 mod lean;
 mod life;
+mod list;
 pub mod long;
 mod measurand;
 mod plant;

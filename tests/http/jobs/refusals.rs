@@ -30,9 +30,25 @@ async fn bad_jobs_are_refused_with_pointers() {
     for (body, pointer) in [(json!({"name": null}), "/name"), (json!({"id": NOBODY}), "/id")] {
         assert_eq!(app.patch(&job, &body).await.problem(422, "invalid_request"), [pointer]);
     }
-    for (query, pointer) in [("limit=0", "/limit"), ("limit=201", "/limit"), ("cursor=here", "/cursor")] {
-        assert_eq!(app.get(&format!("/v1/jobs?{query}")).await.problem(422, "invalid_request"), [pointer]);
+    let long = format!("tag={}", "x".repeat(402));
+    for (query, pointer) in [
+        ("limit=0", "/limit"),
+        ("limit=201", "/limit"),
+        ("cursor=here", "/cursor"),
+        ("status=done", "/status"),
+        ("sort=status", "/sort"),
+        ("q=", "/q"),
+        ("q=%00", "/q"),
+        ("machine=%20", "/machine"),
+        ("part_number=", "/part_number"),
+        (long.as_str(), "/tag"),
+        ("from=yesterday", "/from"),
+        ("from=2026-11-21T08:30:00Z&to=2026-11-21T10:30:00%2B02:00", "/to"),
+    ] {
+        assert_eq!(app.get(&format!("/v1/jobs?{query}")).await.problem(422, "invalid_request"), [pointer], "{query}");
     }
+    let all = app.get("/v1/jobs?status=done&sort=age&from=now&limit=many").await;
+    assert_eq!(all.problem(422, "invalid_request"), ["/status", "/from", "/sort", "/limit"]);
     app.get("/v1/jobs?limit=many").await.problem(422, "invalid_request");
     app.stop().await;
 }

@@ -9,7 +9,7 @@ use flankfit::jobs::{
 use tokio::task::JoinSet;
 
 use super::pair::Pair;
-use crate::support::{WHOLE, receipt};
+use crate::support::{WHOLE, all_jobs, receipt};
 
 pub async fn a_key_stores_once_and_its_answer_outlives_the_store(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
@@ -96,7 +96,7 @@ pub async fn a_taken_key_stores_nothing(pair: &mut Pair) {
     store.insert_block(place.block(stream.id, 1), None).await.unwrap();
     store.insert_job(place.job("first"), Some(receipt("k", "POST /there"))).await.unwrap();
     let before = (
-        store.jobs(WHOLE).await.unwrap(),
+        store.jobs(all_jobs()).await.unwrap(),
         store.trace(job, WHOLE).await.unwrap(),
         store.events(job, 0, 1000).await.unwrap(),
         store.stream(stream.id).await.unwrap(),
@@ -117,7 +117,7 @@ pub async fn a_taken_key_stores_nothing(pair: &mut Pair) {
         assert!(matches!(outcome, Err(RepositoryError::KeyTaken)), "{write}: {outcome:?}");
     }
     let after = (
-        store.jobs(WHOLE).await.unwrap(),
+        store.jobs(all_jobs()).await.unwrap(),
         store.trace(job, WHOLE).await.unwrap(),
         store.events(job, 0, 1000).await.unwrap(),
         store.stream(stream.id).await.unwrap(),

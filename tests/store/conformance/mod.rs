@@ -10,6 +10,7 @@ mod blocks;
 mod examination;
 mod extremes;
 mod grounds;
+mod job_list;
 mod keys;
 mod neighbours;
 mod paging;
@@ -100,6 +101,13 @@ conformance! {
             nodes_keep_their_bits,
             figures_keep_their_bits_or_are_none,
             texts_of_any_letters_and_length_come_back;
+        job_list:
+            a_job_is_listed_with_what_became_of_it,
+            whatever_makes_an_iteration_opens_its_job,
+            jobs_are_found_by_what_is_asked_for,
+            lists_of_jobs_neither_repeat_nor_skip,
+            a_full_last_page_has_no_next,
+            jobs_are_counted;
         keys:
             a_key_comes_back_as_it_was_made,
             keys_are_changed_rotated_and_revoked,
@@ -112,8 +120,6 @@ conformance! {
         neighbours:
             neighbours_are_of_the_same_flank_and_tooth;
         paging:
-            pages_are_stable_while_jobs_come_and_go,
-            a_full_last_page_has_no_next,
             lists_that_grow_are_read_without_gaps_or_repeats,
             the_order_is_that_of_storing_not_of_ids;
         records:

@@ -10,11 +10,11 @@ use std::{
 use flankfit::{
     jobs::{
         Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask, FinishedStream,
-        FitRecord, FitSummary, Iteration, Job, JobEvent, JobPatch, KeyId, KeyPatch, Keys, KnownKey, Lease, Measurand,
-        NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page, PageRequest, Plant,
-        PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository,
-        RepositoryError, RepositoryFuture, Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors,
-        Task, TaskQuery, TaskResult, Tasks, Tenant, Trace, Upkeep, Wakes,
+        FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId, KeyPatch, Keys,
+        KnownKey, Lease, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page,
+        PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind,
+        RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Rotation, San, Store, Stored, Stream,
+        StreamState, Successors, Task, TaskQuery, TaskResult, Tasks, Tenant, Trace, Upkeep, Wakes,
         audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
     },
     key_operations, repository_operations,

@@ -1,9 +1,9 @@
 //! Jobs that are stored with all their iterations, in one transaction.
 
-use flankfit::jobs::{NewRun, PageRequest, RepositoryError};
+use flankfit::jobs::{NewRun, RepositoryError};
 
 use super::pair::Pair;
-use crate::support::{WHOLE, receipt};
+use crate::support::{WHOLE, all_jobs, receipt};
 
 pub async fn runs_are_stored_as_a_whole_or_not_at_all(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
@@ -27,7 +27,7 @@ pub async fn runs_are_stored_as_a_whole_or_not_at_all(pair: &mut Pair) {
     assert!(matches!(taken, Err(RepositoryError::KeyTaken)), "{taken:?}");
     let twice = store.insert_runs(vec![run(1), runs[0].clone()], Some(receipt("l", scope)), place.now()).await;
     assert!(matches!(twice, Err(RepositoryError::Failed(_))), "{twice:?}");
-    assert_eq!(store.jobs(PageRequest { limit: 10, after: None }).await.unwrap().items.len(), 2);
+    assert_eq!(store.jobs(all_jobs()).await.unwrap().items.len(), 2);
     assert!(store.answer("k".to_owned(), scope.to_owned()).await.unwrap().is_some());
     assert_eq!(store.answer("l".to_owned(), scope.to_owned()).await.unwrap(), None);
     // without a run the answer alone is kept

@@ -10,7 +10,7 @@ use flankfit_engine::gear::Side;
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{Values, WHOLE, receipt};
+use crate::support::{Values, WHOLE, all_jobs, receipt};
 
 const SCOPE: &str = "POST /there";
 
@@ -42,7 +42,7 @@ async fn everything(store: &Arc<dyn Repository>, of: &Possessions) -> String {
     let Possessions { job, iteration, record, stream, empty } = of;
     let all: [Box<dyn Debug>; 15] = [
         Box::new(store.audit(Chain::Job(*job), WHOLE).await.unwrap()),
-        Box::new(store.jobs(WHOLE).await.unwrap()),
+        Box::new(store.jobs(all_jobs()).await.unwrap()),
         Box::new(store.job(*job).await.unwrap()),
         Box::new(store.trace(*job, WHOLE).await.unwrap()),
         Box::new(store.iteration(*job, 1).await.unwrap()),
@@ -68,7 +68,7 @@ pub async fn another_tenants_reads_find_nothing(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let other = pair.seen_by("other");
     let Possessions { job, iteration, record, stream, .. } = possessions(&store, &place).await;
-    let found = other.jobs(WHOLE).await.unwrap();
+    let found = other.jobs(all_jobs()).await.unwrap();
     assert_eq!((found.items, found.next), (Vec::new(), None));
     missing(other.job(job).await, Resource::Job);
     missing(other.trace(job, WHOLE).await, Resource::Job);
@@ -147,7 +147,7 @@ pub async fn tenants_do_not_meet(pair: &mut Pair) {
         for _ in 0..=k {
             place.stored_job(&store).await;
         }
-        let job = store.jobs(WHOLE).await.unwrap().items.pop().unwrap();
+        let job = store.jobs(all_jobs()).await.unwrap().items.pop().unwrap().job;
         let left = Measurand { flank: Some(Side::Left), tooth: Some((k + 1).to_string()), axes: None };
         let iteration =
             Arc::new(NewIteration { measurand: left.clone(), ..NewIteration::clone(&place.iteration(job.id)) });
@@ -157,7 +157,8 @@ pub async fn tenants_do_not_meet(pair: &mut Pair) {
     }
     for (k, name) in names.iter().enumerate() {
         let store = pair.seen_by(name);
-        let jobs = store.jobs(WHOLE).await.unwrap().items;
+        let jobs = store.jobs(all_jobs()).await.unwrap().items;
+        let jobs: Vec<_> = jobs.into_iter().map(|listed| listed.job).collect();
         assert_eq!(jobs.len(), k + 1);
         assert_eq!(store.measurand(jobs[k].id, 1).await.unwrap().tooth, Some((k + 1).to_string()));
         let again = store.insert_iteration(place.iteration(jobs[k].id), Some(receipt("same", SCOPE))).await;

@@ -249,8 +249,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists jobs, newest first.
-         * @description In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none.
+         * Lists jobs with what became of their last iterations, last changed first.
+         * @description In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
+         *     page repeats a job; one that is changed while the list is read by `changed` goes to its first
+         *     page.
          */
         get: operations["list_jobs"];
         put?: never;
@@ -260,6 +262,26 @@ export interface paths {
          *     refer to.
          */
         post: operations["create_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/summary": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Counts jobs by status, by machine, and by the week in which they were changed last.
+         * @description Weeks are those of ISO 8601 in UTC.
+         */
+        get: operations["summarize_jobs"];
+        put?: never;
+        post?: never;
         delete?: never;
         options?: never;
         head?: never;
@@ -5521,10 +5543,10 @@ export interface components {
          * @enum {string}
          */
         JobOptionalField: "part_number" | "serial_number" | "machine" | "gear";
-        /** @description Some jobs, newest first. */
+        /** @description Some jobs, in the order that was asked for. */
         JobPage: {
             /** @description The jobs of this page. */
-            items: components["schemas"]["Job"][];
+            items: components["schemas"]["ListedJob"][];
             /** @description Where the next page begins; absent on the last one. */
             next_cursor?: string;
         };
@@ -5591,6 +5613,41 @@ export interface components {
              *     example what `POST /v1/curves` answers to the request.
              */
             result: Record<string, never>;
+        };
+        /**
+         * @description How far a job has come, by the latest decision on its last iteration: `new` without iterations,
+         *     `open` without a decision.
+         * @enum {string}
+         */
+        JobStatus: "new" | "open" | "remachine" | "accepted" | "rejected";
+        /** @description How many jobs there are. */
+        JobSummary: {
+            /**
+             * Format: int64
+             * @description All jobs.
+             */
+            total: number;
+            /** @description Every status, also those that no job has. */
+            by_status: components["schemas"]["StatusCount"][];
+            /** @description Machines by their jobs, those with most first, at most 100. */
+            by_machine: components["schemas"]["MachineCount"][];
+            /** @description Machines beyond those; absent where all are listed. */
+            other_machines?: components["schemas"]["OtherMachines"];
+            /**
+             * Format: int64
+             * @description Jobs without a machine.
+             */
+            without_machine: number;
+            /**
+             * @description Weeks in which jobs were changed last, oldest first: of the last 53, this one included,
+             *     those with jobs.
+             */
+            by_week: components["schemas"]["WeekCount"][];
+            /**
+             * Format: int64
+             * @description Jobs changed last before those 53 weeks.
+             */
+            earlier: number;
         };
         /** @description One line between two patches. */
         Joint: {
@@ -5948,6 +6005,72 @@ export interface components {
              */
             type: "linear";
         };
+        /** @description A job with what became of its last iteration. */
+        ListedJob: {
+            /**
+             * Format: uuid
+             * @description UUIDv7: ids in ascending order are jobs in order of creation.
+             */
+            id: string;
+            /** @description As the cell calls the job. */
+            name: string;
+            /** @description Of the gear's drawing. */
+            part_number?: string;
+            /** @description Of this gear. */
+            serial_number?: string;
+            /** @description The machine that it is made on. */
+            machine?: string;
+            gear?: components["schemas"]["Gear"];
+            /** @description Names and values by which the job can be found again. */
+            tags: {
+                [key: string]: string;
+            };
+            /**
+             * Format: date-time
+             * @description When the job was stored.
+             * @example 2026-11-21T08:30:00.000000Z
+             */
+            created_at: string;
+            /**
+             * Format: date-time
+             * @description When the job was changed last.
+             * @example 2026-11-21T08:30:00.000000Z
+             */
+            updated_at: string;
+            status: components["schemas"]["JobStatus"];
+            /**
+             * Format: int32
+             * @description How many iterations it has.
+             */
+            iteration_count: number;
+            /**
+             * Format: date-time
+             * @description When anything of the job was stored last: its data, an iteration, a fit, a choice, a
+             *     decision, a record.
+             * @example 2026-11-21T08:30:00.000000Z
+             */
+            changed_at: string;
+            /**
+             * Format: date-time
+             * @description When the last iteration was measured, as it was posted, or stored where that was left out;
+             *     absent without iterations.
+             */
+            last_measured_at?: string;
+            /** @description The latest decision on the last iteration; absent before the first. */
+            decision?: components["schemas"]["DecisionName"];
+            /**
+             * Format: double
+             * @description Root mean square of the residuals of the last iteration's chosen fit, in the unit of its
+             *     heights; left out where it does not exist.
+             */
+            rms?: number;
+            /**
+             * Format: double
+             * @description Condition number of the scaled Fisher information matrix of that fit; left out where it is
+             *     infinite.
+             */
+            condition?: number;
+        };
         /**
          * @description Huber's is convex; the others give far nodes no weight at all and may have several local
          *     solutions.
@@ -6105,6 +6228,16 @@ export interface components {
              *     out where the nodes do not tell them.
              */
             figure_changes?: components["schemas"]["FigureChanges"];
+        };
+        /** @description Jobs on one machine. */
+        MachineCount: {
+            /** @description As the jobs name it. */
+            machine: string;
+            /**
+             * Format: int64
+             * @description How many jobs name it.
+             */
+            count: number;
         };
         /**
          * @description How the machine answered.
@@ -6707,6 +6840,19 @@ export interface components {
          * @enum {string}
          */
         OperationState: "queued" | "running" | "succeeded" | "failed" | "cancelled";
+        /** @description Machines that are not listed. */
+        OtherMachines: {
+            /**
+             * Format: int64
+             * @description How many there are.
+             */
+            machines: number;
+            /**
+             * Format: int64
+             * @description How many jobs name one of them.
+             */
+            count: number;
+        };
         /** @description Neighbouring samples that stand out. */
         OutlierPlace: {
             /**
@@ -8790,6 +8936,15 @@ export interface components {
          * @enum {string}
          */
         StartName: "least_squares" | "least_trimmed_squares";
+        /** @description Jobs of one status. */
+        StatusCount: {
+            status: components["schemas"]["JobStatus"];
+            /**
+             * Format: int64
+             * @description How many jobs have it.
+             */
+            count: number;
+        };
         /** @description A point without a flank. */
         StrayPoint: {
             /** @description Which point, from 0. */
@@ -9814,6 +9969,25 @@ export interface components {
             code: string;
             /** @description In words, with the numbers that matter. */
             message: string;
+        };
+        /** @description Jobs changed last in one week. */
+        WeekCount: {
+            /**
+             * @description Year and week of ISO 8601, in UTC.
+             * @example 2026-W47
+             */
+            week: string;
+            /**
+             * Format: date
+             * @description Its Monday.
+             * @example 2026-11-16
+             */
+            begins: string;
+            /**
+             * Format: int64
+             * @description How many jobs were changed last in it.
+             */
+            count: number;
         };
         /** @description Weights of control points: numbers for a curve, rows of numbers for a surface. */
         Weights: number[] | number[][];
@@ -13171,9 +13345,31 @@ export interface operations {
     list_jobs: {
         parameters: {
             query?: {
+                /**
+                 * @description Stands in name, part number, serial number, machine or a tag (as `name:value`), in upper or
+                 *     lower case.
+                 */
+                q?: string;
+                /** @description How far the job has come. */
+                status?: "new" | "open" | "remachine" | "accepted" | "rejected";
+                /** @description The whole name of the machine. */
+                machine?: string;
+                /** @description The whole part number. */
+                part_number?: string;
+                /** @description The name of a tag, whatever its value, or `name:value`. */
+                tag?: string;
+                /** @description Changed at this time (`changed_at`) or later. */
+                from?: string;
+                /** @description Changed before this time, which is later than `from`. */
+                to?: string;
+                /**
+                 * @description `changed`, last changed first (default); `name`, in alphabetical order whatever the letters'
+                 *     case; `created`, newest first.
+                 */
+                sort?: "changed" | "name" | "created";
                 /** @description Most items on a page. */
                 limit?: number;
-                /** @description `next_cursor` of the page before. */
+                /** @description `next_cursor` of the page before, of the same `sort`. */
                 cursor?: string;
             };
             header?: never;
@@ -13597,6 +13793,206 @@ export interface operations {
                 };
             };
             /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    summarize_jobs: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description How many jobs there are. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobSummary"];
+                };
+            };
+            /** @description No API key was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The query has a parameter that this operation has not, or one twice. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */

@@ -7,6 +7,7 @@ mod found;
 mod iteration;
 mod job;
 mod key;
+mod listing;
 mod record;
 mod seal;
 mod stream;
@@ -19,6 +20,7 @@ pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, Foun
 pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};
+pub use listing::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, counts};
 pub use record::{RecordRow, RecordSummaryRow};
 pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, last_seals, page_of_seals};
 pub use stream::{BlockRow, EventRow, StateRow, StreamRow};

@@ -1,0 +1,229 @@
+//! Jobs as they are listed, and how many there are.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::{iteration_requests::DecisionName, job::JobBody};
+use crate::{
+    api::json::text::Moment,
+    jobs::{JobPage, JobSort, JobStatus, JobSummary, ListedJob, monday},
+};
+
+/// How far a job has come, by the latest decision on its last iteration: `new` without iterations,
+/// `open` without a decision.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = JobStatus)]
+pub enum JobStatusName {
+    New,
+    Open,
+    Remachine,
+    Accepted,
+    Rejected,
+}
+
+/// What jobs are listed by: `changed`, last changed first; `name`, in alphabetical order whatever
+/// the letters' case; `created`, newest first.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = JobSort)]
+pub enum JobSortName {
+    #[default]
+    Changed,
+    Name,
+    Created,
+}
+
+/// A job with what became of its last iteration.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ListedJob)]
+pub struct ListedJobBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub job: JobBody,
+    pub status: JobStatusName,
+    /// How many iterations it has.
+    pub iteration_count: u32,
+    /// When anything of the job was stored last: its data, an iteration, a fit, a choice, a
+    /// decision, a record.
+    #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
+    pub changed_at: Moment,
+    /// When the last iteration was measured, as it was posted, or stored where that was left out;
+    /// absent without iterations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub last_measured_at: Option<Moment>,
+    /// The latest decision on the last iteration; absent before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decision: Option<DecisionName>,
+    /// Root mean square of the residuals of the last iteration's chosen fit, in the unit of its
+    /// heights; left out where it does not exist.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rms: Option<f64>,
+    /// Condition number of the scaled Fisher information matrix of that fit; left out where it is
+    /// infinite.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub condition: Option<f64>,
+}
+
+/// Some jobs, in the order that was asked for.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = JobPage)]
+pub struct JobPageBody {
+    /// The jobs of this page.
+    pub items: Vec<ListedJobBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+/// How many jobs there are.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = JobSummary)]
+pub struct JobSummaryBody {
+    /// All jobs.
+    pub total: u64,
+    /// Every status, also those that no job has.
+    pub by_status: Vec<StatusCountBody>,
+    /// Machines by their jobs, those with most first, at most 100.
+    pub by_machine: Vec<MachineCountBody>,
+    /// Machines beyond those; absent where all are listed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_machines: Option<OtherMachinesBody>,
+    /// Jobs without a machine.
+    pub without_machine: u64,
+    /// Weeks in which jobs were changed last, oldest first: of the last 53, this one included,
+    /// those with jobs.
+    pub by_week: Vec<WeekCountBody>,
+    /// Jobs changed last before those 53 weeks.
+    pub earlier: u64,
+}
+
+/// Jobs of one status.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = StatusCount)]
+pub struct StatusCountBody {
+    pub status: JobStatusName,
+    /// How many jobs have it.
+    pub count: u64,
+}
+
+/// Jobs on one machine.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = MachineCount)]
+pub struct MachineCountBody {
+    /// As the jobs name it.
+    pub machine: String,
+    /// How many jobs name it.
+    pub count: u64,
+}
+
+/// Machines that are not listed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = OtherMachines)]
+pub struct OtherMachinesBody {
+    /// How many there are.
+    pub machines: u64,
+    /// How many jobs name one of them.
+    pub count: u64,
+}
+
+/// Jobs changed last in one week.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[schema(as = WeekCount)]
+pub struct WeekCountBody {
+    /// Year and week of ISO 8601, in UTC.
+    #[schema(example = "2026-W47")]
+    pub week: String,
+    /// Its Monday.
+    #[schema(value_type = String, format = Date, example = "2026-11-16")]
+    pub begins: String,
+    /// How many jobs were changed last in it.
+    pub count: u64,
+}
+
+impl From<JobStatus> for JobStatusName {
+    fn from(status: JobStatus) -> Self {
+        match status {
+            JobStatus::New => JobStatusName::New,
+            JobStatus::Open => JobStatusName::Open,
+            JobStatus::Remachine => JobStatusName::Remachine,
+            JobStatus::Accepted => JobStatusName::Accepted,
+            JobStatus::Rejected => JobStatusName::Rejected,
+        }
+    }
+}
+
+impl From<JobStatusName> for JobStatus {
+    fn from(name: JobStatusName) -> Self {
+        match name {
+            JobStatusName::New => JobStatus::New,
+            JobStatusName::Open => JobStatus::Open,
+            JobStatusName::Remachine => JobStatus::Remachine,
+            JobStatusName::Accepted => JobStatus::Accepted,
+            JobStatusName::Rejected => JobStatus::Rejected,
+        }
+    }
+}
+
+impl From<JobSortName> for JobSort {
+    fn from(name: JobSortName) -> Self {
+        match name {
+            JobSortName::Changed => JobSort::Changed,
+            JobSortName::Name => JobSort::Name,
+            JobSortName::Created => JobSort::Created,
+        }
+    }
+}
+
+impl From<ListedJob> for ListedJobBody {
+    fn from(listed: ListedJob) -> Self {
+        ListedJobBody {
+            job: listed.job.into(),
+            status: listed.status.into(),
+            iteration_count: listed.iteration_count,
+            changed_at: Moment(listed.changed_at),
+            last_measured_at: listed.last_measured_at.map(Moment),
+            decision: listed.decision.map(DecisionName::from),
+            rms: listed.rms,
+            condition: listed.condition,
+        }
+    }
+}
+
+impl From<JobPage> for JobPageBody {
+    fn from(page: JobPage) -> Self {
+        JobPageBody {
+            items: page.items.into_iter().map(ListedJobBody::from).collect(),
+            next_cursor: page.next.and_then(|next| next.encode()),
+        }
+    }
+}
+
+impl From<JobSummary> for JobSummaryBody {
+    fn from(summary: JobSummary) -> Self {
+        let status = |(status, count): (JobStatus, u64)| StatusCountBody { status: status.into(), count };
+        let (machines, count) = summary.other_machines;
+        JobSummaryBody {
+            total: summary.total,
+            by_status: summary.by_status.into_iter().map(status).collect(),
+            by_machine: summary
+                .by_machine
+                .into_iter()
+                .map(|(machine, count)| MachineCountBody { machine, count })
+                .collect(),
+            other_machines: (machines > 0).then_some(OtherMachinesBody { machines, count }),
+            without_machine: summary.without_machine,
+            by_week: summary
+                .by_week
+                .into_iter()
+                .map(|(week, count)| WeekCountBody {
+                    week: format!("{:04}-W{:02}", week.year(), week.week()),
+                    begins: monday(week).to_string(),
+                    count,
+                })
+                .collect(),
+            earlier: summary.earlier,
+        }
+    }
+}

@@ -1,0 +1,123 @@
+//! The query of the list of jobs.
+
+use serde::{
+    Deserialize,
+    de::{DeserializeOwned, value::StrDeserializer},
+};
+use utoipa::IntoParams;
+
+use super::paging::{UNKNOWN_CURSOR, of_other_list, read_limit};
+use crate::{
+    api::{
+        faults::Faults,
+        jobs::job_list::{JobSortName, JobStatusName},
+        json::{
+            refusal::Refusal,
+            text::{Moment, SHORT, ShortText, Text},
+        },
+        problem::Problem,
+    },
+    jobs::{CursorError, JobFilter, JobPlace, JobPlaceError, JobQuery, JobSort, List, folded},
+};
+
+/// Which jobs are wanted: those for which all of this holds.
+#[derive(Clone, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+pub struct JobsQuery {
+    /// Stands in name, part number, serial number, machine or a tag (as `name:value`), in upper or
+    /// lower case.
+    #[param(min_length = 1, max_length = 200)]
+    q: Option<String>,
+    /// How far the job has come.
+    #[param(inline, value_type = Option<JobStatusName>)]
+    status: Option<String>,
+    /// The whole name of the machine.
+    #[param(min_length = 1, max_length = 200)]
+    machine: Option<String>,
+    /// The whole part number.
+    #[param(min_length = 1, max_length = 200)]
+    part_number: Option<String>,
+    /// The name of a tag, whatever its value, or `name:value`.
+    #[param(min_length = 1, max_length = 401)]
+    tag: Option<String>,
+    /// Changed at this time (`changed_at`) or later.
+    #[param(value_type = Option<String>, format = DateTime)]
+    from: Option<String>,
+    /// Changed before this time, which is later than `from`.
+    #[param(value_type = Option<String>, format = DateTime)]
+    to: Option<String>,
+    /// `changed`, last changed first (default); `name`, in alphabetical order whatever the letters'
+    /// case; `created`, newest first.
+    #[param(inline, value_type = Option<JobSortName>)]
+    sort: Option<String>,
+    /// Most items on a page.
+    #[param(value_type = Option<u32>, minimum = 1, maximum = 200, default = 50)]
+    limit: Option<String>,
+    /// `next_cursor` of the page before, of the same `sort`.
+    cursor: Option<String>,
+}
+
+impl JobsQuery {
+    /// What is asked for, with its defaults.
+    pub fn check(self) -> Result<JobQuery, Problem> {
+        let mut faults = Faults::default();
+        let text = value::<ShortText>("/q", self.q, &mut faults);
+        let status = value::<JobStatusName>("/status", self.status, &mut faults);
+        let machine = value::<ShortText>("/machine", self.machine, &mut faults);
+        let part_number = value::<ShortText>("/part_number", self.part_number, &mut faults);
+        let tag = value::<Text<{ 2 * SHORT + 1 }>>("/tag", self.tag, &mut faults);
+        let since = value::<Moment>("/from", self.from, &mut faults);
+        let to = value::<Moment>("/to", self.to, &mut faults);
+        if let (Some(Moment(since)), Some(Moment(to))) = (since, to)
+            && to <= since
+        {
+            faults
+                .push("/to", "it must be later than `from`, which is the first time that counts; `to` is not counted");
+        }
+        let sort: Option<JobSortName> = value("/sort", self.sort, &mut faults);
+        let limit = read_limit(self.limit.as_deref(), &mut faults);
+        let sort = JobSort::from(sort.unwrap_or_default());
+        let from = match self.cursor.map(|text| JobPlace::decode(&text, sort)) {
+            None => JobPlace::beginning(sort),
+            Some(Ok(place)) => place,
+            Some(Err(error)) => {
+                faults.push("/cursor", told(error, sort));
+                JobPlace::beginning(sort)
+            }
+        };
+        let filter = JobFilter {
+            text: text.map(|text| folded(text.as_str())),
+            status: status.map(Into::into),
+            machine: machine.map(Into::into),
+            part_number: part_number.map(Into::into),
+            tag: tag.map(Into::into),
+            from: since.map(|Moment(time)| time),
+            to: to.map(|Moment(time)| time),
+        };
+        faults.into_result(JobQuery { filter, limit, from }).map_err(Problem::invalid)
+    }
+}
+
+/// The value of a parameter, read as the same value in a body is.
+fn value<T: DeserializeOwned>(pointer: &str, text: Option<String>, faults: &mut Faults) -> Option<T> {
+    match T::deserialize(StrDeserializer::<Refusal>::new(text.as_deref()?)) {
+        Ok(value) => Some(value),
+        Err(refusal) => {
+            faults.push(pointer, refusal.to_string());
+            None
+        }
+    }
+}
+
+fn told(error: JobPlaceError, sort: JobSort) -> String {
+    match error {
+        JobPlaceError::Cursor(CursorError::Unknown) => UNKNOWN_CURSOR.to_owned(),
+        JobPlaceError::Cursor(CursorError::OtherList(other)) => of_other_list(List::Jobs, other),
+        JobPlaceError::OtherSort(other) => format!(
+            "it is of jobs sorted by `{}`, not by `{}`; ask for the same `sort` on each page, or leave the cursor out",
+            other.name(),
+            sort.name()
+        ),
+    }
+}

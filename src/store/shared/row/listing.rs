@@ -1,0 +1,90 @@
+//! Jobs as they are listed and counted.
+
+use jiff::civil::Date;
+use sqlx::FromRow;
+
+use super::job::JobRow;
+use crate::{
+    jobs::{Decision, JobCounts, JobStatus, ListedJob, RepositoryError},
+    store::shared::{
+        columns::{Integer, Moment},
+        error::{Outcome, damaged},
+    },
+};
+
+#[derive(FromRow)]
+pub struct ListedJobRow {
+    #[sqlx(flatten)]
+    job: JobRow,
+    status: JobStatus,
+    iteration_count: Integer<u32>,
+    changed_at: Moment,
+    last_measured_at: Option<Moment>,
+    decision: Option<Decision>,
+    rms: Option<f64>,
+    condition: Option<f64>,
+    sort_name: String,
+}
+
+impl From<ListedJobRow> for (ListedJob, String) {
+    /// With what the job stands at by name.
+    fn from(row: ListedJobRow) -> Self {
+        let job = ListedJob {
+            job: row.job.into(),
+            status: row.status,
+            iteration_count: row.iteration_count.0,
+            changed_at: row.changed_at.0,
+            last_measured_at: row.last_measured_at.map(|at| at.0),
+            decision: row.decision,
+            rms: row.rms,
+            condition: row.condition,
+        };
+        (job, row.sort_name)
+    }
+}
+
+#[derive(FromRow)]
+pub struct StatusRow {
+    status: JobStatus,
+    jobs: Integer<u64>,
+}
+
+#[derive(FromRow)]
+pub struct MachineRow {
+    machine: String,
+    jobs: Integer<u64>,
+}
+
+/// How many machines there are, and how many jobs have one.
+#[derive(FromRow)]
+pub struct MachinesRow {
+    machines: Integer<u64>,
+    jobs: Integer<u64>,
+}
+
+/// A day as `2026-11-21`.
+#[derive(FromRow)]
+pub struct DayRow {
+    day: String,
+    jobs: Integer<u64>,
+}
+
+/// What was counted.
+pub fn counts(
+    statuses: Vec<StatusRow>,
+    machines: Vec<MachineRow>,
+    all: &MachinesRow,
+    days: Vec<DayRow>,
+) -> Outcome<JobCounts> {
+    let day = |row: DayRow| match row.day.parse::<Date>() {
+        Ok(day) => Ok((day, row.jobs.0)),
+        Err(_) => Err(RepositoryError::Failed(damaged("a day", &row.day))),
+    };
+    Ok(JobCounts {
+        statuses: statuses.into_iter().map(|row| (row.status, row.jobs.0)).collect(),
+        machines: machines.into_iter().map(|row| (row.machine, row.jobs.0)).collect(),
+        machine_count: all.machines.0,
+        with_machine: all.jobs.0,
+        days: days.into_iter().map(day).collect::<Result<_, _>>()?,
+    })
+}
