@@ -137,39 +137,46 @@ proptest! {
     }
 }
 
-/// Mean corrected prediction over mean true error. Errors have heavy tails: so few draws leave the
-/// ratio of a case uncertain by a third, and that of all of them together by a seventh.
+/// Mean corrected prediction over mean true error, of the cases in which it lies farthest off: where
+/// the truth is as large along the worst direction as the noise, where nothing is told from noise,
+/// and with three degrees of freedom. A prediction scatters by once to twice itself: 1,500 draws
+/// leave its mean uncertain by 3 to 5 %, ten times as many that of the error by 2 %.
 #[test]
 fn corrected_predictions_are_near_the_truth() {
-    let (mut logarithm, mut uncorrected, mut cases) = (0.0, 0.0, 0.0);
-    for design in [&designs()[0], &designs()[3], &designs()[5]] {
+    let designs = designs();
+    let ridge = Regularization::Ridge { parameter: by(Criterion::MinMse) };
+    for (at, truth, noise, regularization) in [
+        (0, Truth::Smallest, 1.0, linear().regularization),
+        (5, Truth::Every, 10.0, ridge.clone()),
+        (7, Truth::Smallest, 1.0, linear().regularization),
+        (7, Truth::Every, 0.1, ridge),
+    ] {
+        let design = &designs[at];
         let n = design.x[0].len();
         let length = |j: usize| design.x.iter().map(|row| row[j] * row[j]).sum::<f64>().sqrt();
         let lengths: Vec<f64> = (0..n).map(length).collect();
-        for (truth, noise) in [(Truth::Smallest, 1.0), (Truth::Every, 0.1), (Truth::Largest, 10.0)] {
-            let (coefficients, sigma) = (design.truth(truth, 1.0), noise * design.directions[0].0);
-            let mut random = Random::new(5);
-            let (mut error, mut corrected, mut plain) = (0.0, 0.0, 0.0);
-            for _ in 0..150 {
-                let fitted = |row: &Vec<f64>| row.iter().zip(&coefficients).map(|(x, a)| x * a).sum::<f64>();
-                let y: Vec<f64> = design.x.iter().map(|row| fitted(row) + sigma * random.normal()).collect();
-                let include = Include { predicted_mse: true, ..Include::default() };
-                let result = fit(&matrix(&design.x, &y, None), &FitSpec { include, ..linear() });
-                let own = result.coefficients.iter().zip(&coefficients).zip(&lengths);
-                error += own.map(|((c, a), length)| ((c.value - a) * length).powi(2)).sum::<f64>();
-                corrected += result.regularization.predicted_mse_corrected.unwrap();
+        let (coefficients, sigma) = (design.truth(truth, 1.0), noise * design.directions[0].0);
+        let mut random = Random::new(5);
+        let (mut error, mut corrected, mut plain) = (0.0, 0.0, 0.0);
+        let (draws, predicted) = (15_000, 1500);
+        for draw in 0..draws {
+            let fitted = |row: &Vec<f64>| row.iter().zip(&coefficients).map(|(x, a)| x * a).sum::<f64>();
+            let y: Vec<f64> = design.x.iter().map(|row| fitted(row) + sigma * random.normal()).collect();
+            let include = Include { predicted_mse: draw < predicted, ..Include::default() };
+            let spec = FitSpec { include, regularization: regularization.clone(), ..linear() };
+            let result = fit(&matrix(&design.x, &y, None), &spec);
+            let own = result.coefficients.iter().zip(&coefficients).zip(&lengths);
+            error += own.map(|((c, a), length)| ((c.value - a) * length).powi(2)).sum::<f64>() / draws as f64;
+            if draw < predicted {
+                corrected += result.regularization.predicted_mse_corrected.unwrap() / predicted as f64;
                 let chosen = result.regularization.choices.iter().find(|c| c.criterion == Some(Criterion::MinMse));
-                plain += chosen.unwrap().predicted_mse.unwrap();
+                plain += chosen.unwrap().predicted_mse.unwrap() / predicted as f64;
             }
-            let (ratio, plain) = (corrected / error, plain / error);
-            assert!((0.4..2.0).contains(&ratio), "{} {truth:?} {noise}: {ratio}, uncorrected {plain}", design.name);
-            logarithm += ratio.ln();
-            uncorrected += plain.ln();
-            cases += 1.0;
         }
+        let (ratio, plain) = (corrected / error, plain / error);
+        assert!((0.8..1.25).contains(&ratio), "{} {truth:?} {noise}: {ratio}, uncorrected {plain}", design.name);
+        assert!(plain < 0.85, "{} {truth:?} {noise}: uncorrected {plain}", design.name);
     }
-    let [mean, plain] = [logarithm, uncorrected].map(|sum: f64| (sum / cases).exp());
-    assert!((0.8..1.4).contains(&mean) && plain < 0.7, "{mean}, uncorrected {plain}");
 }
 
 /// No choice takes away the variance of what the filter lets pass.

@@ -12,7 +12,14 @@
 //! lets pass what others would damp, the sums are those of the few draws that lie far off. The seed
 //! is fixed: the same nodes give the same figure. So an error of the draws would be that of every
 //! fit, and errors have heavy tails: along each direction the draws are a Latin hypercube, one in
-//! each sixtieth of the normal distribution (McKay, Beckman and Conover, Technometrics 21, 1979).
+//! each equal share of the normal distribution (McKay, Beckman and Conover, Technometrics 21,
+//! 1979), and so are those of χ²; their variance and mean are made those of the distributions.
+//!
+//! Where σ̂ rests on few degrees of freedom, product and quotient hang on the same wrong σ̂ and are
+//! too small together, or too large. There Stein's unbiased estimate of the error,
+//! `Σ (1−f)²a² + σ̂²/λ (2 ∂(fa)/∂a − 1)` with derivatives through the choice of λ* (Stein, Annals of
+//! Statistics 9, 1981), has the share (2/ν)², the square of the relative variance of σ̂²: alone it
+//! scatters too widely, and is negative where little is left.
 
 use nalgebra::DVector;
 
@@ -26,14 +33,24 @@ use crate::{
         },
         spec::{Criterion, Parameter},
     },
-    numerics::{cancel::Asking, distribution::normal},
+    numerics::{
+        cancel::Asking,
+        distribution::{chi_squared, normal},
+    },
 };
 
-/// Draws of the simulation.
-const DRAWS: usize = 60;
+/// Draws of the simulation, and how many there are where each takes long: of so many directions.
+const DRAWS: usize = 240;
+const FEWER_DRAWS: usize = 60;
+const MANY_DIRECTIONS: usize = 50;
 const SEED: u64 = 0x5eed;
-/// Up to so many degrees of freedom χ² is a sum of squares, beyond a cube (Wilson and Hilferty).
-const FEW: usize = 60;
+/// Beyond so many degrees of freedom χ² is the cube of a normal number (Wilson and Hilferty).
+const FEW: usize = 100;
+/// The share of Stein's estimate at most, and that below which it is left out.
+const MOST_OF_STEIN: f64 = 0.3;
+const LEAST_OF_STEIN: f64 = 0.01;
+/// The step of its derivatives in standard errors: λ* may jump, which is an error too.
+const STEP: f64 = 0.3;
 
 /// What is drawn of σ: the variance, and the residual sum of squares that goes with it.
 struct Noise {
@@ -48,34 +65,58 @@ impl Noise {
         Some(Noise { variance, given: context.spec.noise_sigma.is_some(), freedom: context.degrees_of_freedom })
     }
 
-    /// σ*² and RSS*.
-    fn draw(&self, random: &mut Normals) -> (f64, f64) {
+    /// χ²/ν at `draws` equal shares of its distribution, ascending, with mean 1.
+    fn shares(&self, draws: usize) -> Vec<f64> {
         let nu = self.freedom as f64;
-        let chi_squared = match self.freedom {
-            0 => 0.0,
-            few if few <= FEW => random.take(few).iter().map(|x| x * x).sum(),
-            _ => {
-                let share = 2.0 / (9.0 * nu);
-                nu * (1.0 - share + share.sqrt() * random.draw()).powi(3)
-            }
+        let spread = 2.0 / (9.0 * nu);
+        let at = |rank: usize| match self.freedom {
+            0 => 1.0,
+            few if few <= FEW => chi_squared::upper_quantile(1.0 - (rank as f64 + 0.5) / draws as f64, nu) / nu,
+            _ => (1.0 - spread + spread.sqrt() * middle(rank, draws)).powi(3),
         };
-        let rss = self.variance * chi_squared;
-        (if self.given || self.freedom == 0 { self.variance } else { rss / nu }, rss)
+        let found: Vec<f64> = (0..draws).map(at).collect();
+        let mean = found.iter().sum::<f64>() / draws as f64;
+        found.iter().map(|x| x / mean).collect()
+    }
+
+    /// σ*² and RSS* where χ²/ν is `share`.
+    fn at(&self, share: f64) -> (f64, f64) {
+        let drawn = self.variance * share;
+        (if self.given { self.variance } else { drawn }, drawn * self.freedom as f64)
+    }
+
+    /// The share of Stein's estimate.
+    fn share_of_stein(&self) -> f64 {
+        if self.given || self.freedom == 0 {
+            return 0.0;
+        }
+        let share = (2.0 / self.freedom as f64).powi(2).min(MOST_OF_STEIN);
+        if share < LEAST_OF_STEIN { 0.0 } else { share }
     }
 }
 
-/// Normal numbers along `size` directions: those of each direction are the middles of as many equal
-/// shares of the distribution as there are draws, in an order of their own.
-fn hypercube(size: usize) -> Vec<Vec<f64>> {
-    let middle = |rank: usize| -normal::upper_quantile((rank as f64 + 0.5) / DRAWS as f64);
-    let middles: Vec<f64> = (0..DRAWS).map(middle).collect();
-    let mut rows = vec![vec![0.0; size]; DRAWS];
+/// The middle of an equal share of the normal distribution.
+fn middle(rank: usize, draws: usize) -> f64 {
+    -normal::upper_quantile((rank as f64 + 0.5) / draws as f64)
+}
+
+/// The ranks of `draws` draws along direction `stream`, in an order of its own.
+fn order(stream: usize, draws: usize) -> Vec<usize> {
+    let lots = Normals::new(SEED, stream as u64).take(draws);
+    let mut order: Vec<usize> = (0..draws).collect();
+    order.sort_by(|&a, &b| lots[a].total_cmp(&lots[b]));
+    order
+}
+
+/// Normal numbers along `size` directions: those of each direction are the middles of equal shares
+/// of the distribution, scaled to variance 1.
+fn hypercube(size: usize, draws: usize) -> Vec<Vec<f64>> {
+    let middles: Vec<f64> = (0..draws).map(|rank| middle(rank, draws)).collect();
+    let deviation = (middles.iter().map(|z| z * z).sum::<f64>() / draws as f64).sqrt();
+    let mut rows = vec![vec![0.0; size]; draws];
     for i in 0..size {
-        let lots = Normals::new(SEED, (DRAWS + i) as u64).take(DRAWS);
-        let mut order: Vec<usize> = (0..DRAWS).collect();
-        order.sort_by(|&a, &b| lots[a].total_cmp(&lots[b]));
-        for (&draw, middle) in order.iter().zip(&middles) {
-            rows[draw][i] = *middle;
+        for (draw, middle) in order(i, draws).into_iter().zip(&middles) {
+            rows[draw][i] = middle / deviation;
         }
     }
     rows
@@ -89,9 +130,12 @@ fn corrected(
     (size, work): (usize, usize),
     again: impl Fn(&[f64], f64, f64) -> Option<(f64, f64)>,
 ) -> Option<f64> {
+    let draws = if size > MANY_DIRECTIONS { FEWER_DRAWS } else { DRAWS };
+    let mut shares = vec![0.0; draws];
+    order(size, draws).into_iter().zip(noise.shares(draws)).for_each(|(draw, share)| shares[draw] = share);
     let (mut errors, mut predictions) = (0.0, 0.0);
-    for (draw, normals) in hypercube(size).iter().enumerate().asking(work) {
-        let (variance, rss) = noise.draw(&mut Normals::new(SEED, draw as u64));
+    for (normals, share) in hypercube(size, draws).iter().zip(shares).asking(work) {
+        let (variance, rss) = noise.at(share);
         let (error, prediction) = again(normals, variance, rss)?;
         errors += error;
         predictions += prediction;
@@ -122,20 +166,42 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
     let truth: Vec<f64> = (0..a.len()).map(|i| rule.at(i, lambda[i], value).factor * a[i]).collect();
     let passed = |(i, l): (usize, &f64)| if *l > 0.0 { rule.at(i, *l, value).factor.powi(2) / l } else { 0.0 };
     let least = noise.variance * lambda.iter().enumerate().map(passed).sum::<f64>();
-    corrected([predicted, least], &noise, (a.len(), 2000 * a.len()), |normals, variance, rss| {
+    let again = |drawn: &[f64], variance: f64, rss: f64| {
+        let sigma = context.spec.noise_sigma;
+        let again =
+            Spectral::new(lambda, drawn, Some(variance), rss, problem.count, problem.unpenalised).with_sigma(sigma);
+        let value = filters::choose(&again, rule, drawn, asked)?;
+        Some((value, again.sums(rule, value).mse[0]))
+    };
+    let simulated = corrected([predicted, least], &noise, (a.len(), 2000 * a.len()), |normals, variance, rss| {
         let drawn: Vec<f64> = lambda
             .iter()
             .zip(&truth)
             .zip(normals)
             .map(|((&l, t), z)| if l > 0.0 { t + (noise.variance / l).sqrt() * z } else { 0.0 })
             .collect();
-        let sigma = context.spec.noise_sigma;
-        let again =
-            Spectral::new(lambda, &drawn, Some(variance), rss, problem.count, problem.unpenalised).with_sigma(sigma);
-        let value = filters::choose(&again, rule, &drawn, asked)?;
+        let (value, prediction) = again(&drawn, variance, rss)?;
         let error = (0..a.len()).map(|i| (rule.at(i, lambda[i], value).factor * drawn[i] - truth[i]).powi(2)).sum();
-        Some((error, again.sums(rule, value).mse[0]))
-    })
+        Some((error, prediction))
+    })?;
+    let share = noise.share_of_stein();
+    if share == 0.0 {
+        return Some(simulated);
+    }
+    let answered = |i: usize, aside: f64| {
+        let mut moved = a.clone();
+        moved[i] += aside;
+        let (value, _) = again(&moved, noise.variance, problem.rss)?;
+        Some(rule.at(i, lambda[i], value).factor * moved[i])
+    };
+    let mut stein = 0.0;
+    for i in (0..a.len()).filter(|&i| lambda[i] > 0.0).asking(4000 * a.len()) {
+        let (removed, spread) = (rule.at(i, lambda[i], value).removed * a[i], noise.variance / lambda[i]);
+        let aside = STEP * spread.sqrt();
+        let slope = (answered(i, aside)? - answered(i, -aside)?) / (2.0 * aside);
+        stein += removed * removed + spread * (2.0 * slope - 1.0);
+    }
+    Some((1.0 - share) * simulated + share * stein.max(least)).filter(|corrected| corrected.is_finite())
 }
 
 /// Coefficients at most for which λ of a penalty is chosen again so many times.
@@ -183,15 +249,34 @@ mod tests {
     /// Every direction has each share of the normal distribution once, in an order of its own.
     #[test]
     fn a_latin_hypercube() {
-        let rows = hypercube(3);
+        let rows = hypercube(3, 60);
         let column = |i: usize| rows.iter().map(|row| row[i]).collect::<Vec<f64>>();
         assert!(column(0) != column(1) && column(1) != column(2));
         for i in 0..3 {
             let mut sorted = column(i);
+            assert!((sorted.iter().map(|z| z * z).sum::<f64>() / 60.0 - 1.0).abs() < 1e-12);
             sorted.sort_by(f64::total_cmp);
+            let scale = sorted[59] / -normal::upper_quantile(59.5 / 60.0);
             for (k, z) in sorted.iter().enumerate() {
-                assert!((normal::upper_tail(*z) - (1.0 - (k as f64 + 0.5) / 60.0)).abs() < 1e-12, "{k}: {z}");
+                let tail = 1.0 - (k as f64 + 0.5) / 60.0;
+                assert!((normal::upper_tail(*z / scale) - tail).abs() < 1e-12, "{k}: {z}");
             }
         }
+    }
+
+    /// Moments of χ²/ν: mean 1, variance 2/ν but for what the outermost shares lose.
+    #[test]
+    fn shares_of_the_noise() {
+        for freedom in [1, 3, 40, 100, 101, 5000] {
+            let noise = Noise { variance: 1.0, given: false, freedom };
+            let shares = noise.shares(240);
+            let moment = |power: i32| shares.iter().map(|x| (x - 1.0).powi(power)).sum::<f64>() / 240.0;
+            assert!(moment(1).abs() < 1e-12, "{freedom}");
+            let variance = moment(2) * freedom as f64 / 2.0;
+            assert!((0.85..1.01).contains(&variance), "{freedom}: {variance}");
+            assert!(shares.is_sorted() && shares[0] > 0.0);
+        }
+        let alone = Noise { variance: 2.0, given: false, freedom: 0 };
+        assert_eq!((alone.at(alone.shares(60)[7]), alone.share_of_stein()), ((2.0, 0.0), 0.0));
     }
 }
