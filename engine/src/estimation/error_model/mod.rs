@@ -5,7 +5,6 @@
 //! estimated, the estimate is an average over them. Variances come in as weights, or as a sandwich
 //! about least squares.
 
-pub(super) mod group_spread;
 pub(super) mod lines;
 pub(super) mod mixture;
 pub(super) mod position_spread;
@@ -17,5 +16,6 @@ pub(super) mod sandwich;
 pub(super) mod serial;
 pub(super) mod spread;
 pub(super) mod unequal;
+pub(super) mod variance_spread;
 pub(super) mod white;
 pub(super) mod whiteness;

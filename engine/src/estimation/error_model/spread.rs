@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 
-use super::{group_spread::GroupSpread, mixture::Mixture};
+use super::{mixture::Mixture, variance_spread::VarianceSpread};
 use crate::{
     estimation::{
         factor::Factor,
@@ -24,7 +24,7 @@ enum Kind {
     /// A mixture, with the matrix that leads from Q's coordinates to those of plain least squares.
     Mixture(Mixture, DMatrix<f64>),
     /// Student's distribution with each form's own degrees of freedom.
-    Groups(GroupSpread),
+    Variances(VarianceSpread),
 }
 
 impl ErrorSpread {
@@ -41,21 +41,21 @@ impl ErrorSpread {
         Some(ErrorSpread { root: &turn * mixture.root()?, kind: Kind::Mixture(mixture, turn) })
     }
 
-    /// Of groups whose variances are estimated; σ of the weighted problem. `None` where the
-    /// covariance is singular to rounding.
-    pub(crate) fn of_groups(groups: GroupSpread, sigma: f64) -> Option<Self> {
-        Some(ErrorSpread { root: groups.root()? * sigma, kind: Kind::Groups(groups) })
+    /// Of variances that are estimated; σ of the weighted problem. `None` where the covariance is
+    /// singular to rounding.
+    pub(crate) fn of_variances(variances: VarianceSpread, sigma: f64) -> Option<Self> {
+        Some(ErrorSpread { root: variances.root()? * sigma, kind: Kind::Variances(variances) })
     }
 
     /// Whether errors are those of R but for a factor, so that unit vectors of a tube are R's.
     pub(crate) fn is_weighted(&self) -> bool {
-        matches!(self.kind, Kind::Groups(_))
+        matches!(self.kind, Kind::Variances(_))
     }
 
     /// The noise with the distribution that the error of a form has over its standard error.
     pub(crate) fn noise_of(&self, form: &[f64], noise: &Noise) -> Noise {
         let student: Student = match &self.kind {
-            Kind::Groups(groups) => groups.student(form),
+            Kind::Variances(variances) => variances.student(form),
             Kind::Student | Kind::Mixture(..) => noise.student,
         };
         Noise { student, ..*noise }

@@ -104,9 +104,9 @@ const STEEPEST: f64 = 6.0;
 const STEPS: usize = 48;
 
 /// δ of standard deviations that go as |x|^δ; `None` where no δ between ± 6 is likelier than those
-/// beside it. `x` holds the ratio of each counted node's place to their geometric mean.
-pub(crate) fn exponent(rows: &Rows, x: &[f64]) -> Option<f64> {
-    let logs: Vec<f64> = x.iter().map(|x| libm::log(*x)).collect();
+/// beside it. `logs` holds the logarithm of the ratio of each counted node's place to their
+/// geometric mean.
+pub(crate) fn exponent(rows: &Rows, logs: &[f64]) -> Option<f64> {
     let likelihood = |delta: f64| {
         let found = rows.solved(|k| libm::exp(-2.0 * delta * logs[k]))?;
         let determinant: f64 = (0..rows.n).map(|i| libm::log(found.r[(i, i)])).sum();

@@ -14,7 +14,6 @@ use crate::{
         diagnostics::{dependence, within_range},
         error::FitError,
         error_model::{
-            group_spread::GroupSpread,
             lines::{Lines, Measure},
             mixture::{Family, Mixture, lower_root},
             process::Whitening,
@@ -22,6 +21,7 @@ use crate::{
             sandwich::hc3,
             spread::ErrorSpread,
             unequal::{self, Rows},
+            variance_spread::VarianceSpread,
             white::{white_heights, white_rows},
         },
         estimate::Frame,
@@ -261,7 +261,7 @@ impl Plain<'_> {
         let (q, residuals) = (self.orthonormal(), self.residuals());
         let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
         let group: Vec<i64> = (0..residuals.len()).map(|k| groups[self.sample.posted(k)]).collect();
-        let (count, most) = (group.iter().collect::<BTreeSet<_>>().len(), GroupSpread::most(self.design.size()));
+        let (count, most) = (group.iter().collect::<BTreeSet<_>>().len(), VarianceSpread::most(self.design.size()));
         if count > most {
             return Err(Faults::one(Field::Variance, ErrorsReason::ManyGroups { groups: count, most }).into());
         }
@@ -273,7 +273,8 @@ impl Plain<'_> {
         let place: Vec<usize> = group.iter().map(|g| places[g]).collect();
         // a posterior has weights for known
         let alone = weights.len() == 1 || self.spec.prior.is_some();
-        let (mut result, few) = self.weighted(&omega, (!alone).then_some((&place, weights.len())))?;
+        let estimated = Estimated::Groups { place: &place, count: weights.len() };
+        let (mut result, few) = self.weighted(&omega, (!alone).then_some(estimated))?;
         if let Some((place, freedom)) = few.filter(|(_, freedom)| *freedom < FEW_OF_GROUP) {
             let group = weights.keys().nth(place).copied().unwrap_or(0);
             result.warnings.push(Warning::GroupVarianceUncertain { group, freedom });
@@ -293,29 +294,32 @@ impl Plain<'_> {
         }
         let middle = libm::exp(places.iter().map(|x| libm::log(*x)).sum::<f64>() / places.len() as f64);
         let x: Vec<f64> = places.iter().map(|x| x / middle).collect();
+        let logs: Vec<f64> = x.iter().map(|x| libm::log(*x)).collect();
+        // a power that is told is known, and a posterior has weights for known
+        let estimated = exponent.is_none() && self.spec.prior.is_none();
         let exponent = match exponent {
             Some(exponent) => exponent,
             None => {
                 let (q, residuals) = (self.orthonormal(), self.residuals());
                 let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
-                unequal::exponent(&rows, &x).ok_or_else(|| refused(ErrorsReason::Power))?
+                unequal::exponent(&rows, &logs).ok_or_else(|| refused(ErrorsReason::Power))?
             }
         };
         let omega: Vec<f64> = x.iter().map(|x| libm::pow(*x, -2.0 * exponent)).collect();
-        let (mut result, _) = self.weighted(&omega, None)?;
+        let (mut result, _) = self.weighted(&omega, estimated.then_some(Estimated::Power { logs: &logs }))?;
         result.variance = Some(VarianceReport::Power { exponent, at: middle });
         Ok(result)
     }
 
-    /// Least squares with the weights of the nodes times ω, by counted node; `groups` has the place
-    /// of each node's group among so many, where ω was estimated by groups. With it the group whose
-    /// variance is known least, and on how many degrees of freedom that rests.
+    /// Least squares with the weights of the nodes times ω, by counted node, and what of them was
+    /// estimated. Of groups also the one whose variance is known least, and on how many degrees of
+    /// freedom that rests.
     fn weighted(
         &self,
         omega: &[f64],
-        groups: Option<(&[usize], usize)>,
+        estimated: Option<Estimated>,
     ) -> Result<(FitResult, Option<(usize, f64)>), FitError> {
-        if omega.iter().all(|w| *w == 1.0) && groups.is_none() {
+        if omega.iter().all(|w| *w == 1.0) && estimated.is_none() {
             return Ok((conclude_plain(self)?, None));
         }
         let mut weights = vec![0.0; self.nodes.posted()];
@@ -332,16 +336,41 @@ impl Plain<'_> {
         let evidence = Evidence::Posted { sample: &sample, nodes: self.nodes };
         let linear = LinearProblem { design: self.design, factor: &factor, heights: heights.about_zero, evidence };
         let frame = Frame::new(self.design, &factor, self.spec, heights.weight)?;
-        let Some((place, count)) = groups else {
+        let Some(estimated) = estimated else {
             return Ok((conclude(&linear, &heights, self.spec, &frame, None)?, None));
         };
-        let undetermined = || FitError::from(Faults::one(Field::Variance, ErrorsReason::Group));
+        let undetermined = || FitError::from(Faults::one(Field::Variance, estimated.reason()));
         let (m, n) = (sample.count(), self.design.size());
         let rows = orthonormal_rows(self.design, &factor, &sample);
-        let found = GroupSpread::new(n, &rows, place, count).ok_or_else(undetermined)?;
-        let few = found.least_freedom(place);
+        let (found, few) = match estimated {
+            Estimated::Groups { place, count } => {
+                let found = VarianceSpread::of_groups(n, &rows, place, count).ok_or_else(undetermined)?;
+                let few = found.least_freedom(place);
+                (found, Some(few))
+            }
+            Estimated::Power { logs } => (VarianceSpread::of_power(n, &rows, logs).ok_or_else(undetermined)?, None),
+        };
         let sigma = (factor.rss / (m - n) as f64).sqrt();
-        let spread = ErrorSpread::of_groups(found, sigma).ok_or_else(undetermined)?;
-        Ok((conclude_with(&linear, &heights, self.spec, &frame, None, Some(&spread))?, Some(few)))
+        let spread = ErrorSpread::of_variances(found, sigma).ok_or_else(undetermined)?;
+        Ok((conclude_with(&linear, &heights, self.spec, &frame, None, Some(&spread))?, few))
+    }
+}
+
+/// What of the weights was estimated, by counted node.
+#[derive(Clone, Copy)]
+enum Estimated<'a> {
+    /// The variances of groups: the place of each node's group among so many.
+    Groups { place: &'a [usize], count: usize },
+    /// The power of a coordinate with these logarithms.
+    Power { logs: &'a [f64] },
+}
+
+impl Estimated<'_> {
+    /// Why there is no answer where the residuals do not determine it.
+    fn reason(self) -> ErrorsReason {
+        match self {
+            Estimated::Groups { .. } => ErrorsReason::Group,
+            Estimated::Power { .. } => ErrorsReason::Power,
+        }
     }
 }

@@ -1,15 +1,17 @@
-//! What estimated variances of groups do to the errors of weighted least squares.
+//! What estimated variances do to the errors of weighted least squares.
 //!
-//! Weights that come of few residuals are uncertain themselves. In the coordinates of the
-//! orthonormal rows qₖ of the weighted problem, with `S_g = Σ qₖqₖᵀ` over the nodes of group g, the
-//! relative variances of the groups have the restricted information and the covariance
+//! Weights that come of few residuals are uncertain themselves. Node k has the logarithmic variance
+//! `Σ θ_g d_gk`: of groups d is 1 for the nodes of group g and θ the logarithm of its variance, of a
+//! power of a coordinate d is 1 and twice the logarithm of the coordinate. In the coordinates of the
+//! orthonormal rows qₖ of the weighted problem, with `S_g = Σ d_gk qₖqₖᵀ`, θ has the restricted
+//! information and the covariance
 //!
 //! ```text
-//! I_gh = ½ [δ_gh (m_g − 2 tr S_g) + tr S_g S_h],  W = I⁻¹
+//! I_gh = ½ [Σ d_gk d_hk (1 − 2 qₖᵀqₖ) + tr S_g S_h],  W = I⁻¹
 //! ```
 //!
-//! The covariance of the coefficients becomes `σ²(1 + 2 Σ W_gh (δ_gh S_g − S_g S_h))`, and a form q
-//! has as many degrees of freedom as its variance is determined by:
+//! The covariance of the coefficients becomes `σ²(1 + 2 Σ W_gh (Σ d_gk d_hk qₖqₖᵀ − S_g S_h))`, and
+//! a form q has as many degrees of freedom as its variance is determined by:
 //!
 //! ```text
 //! ν = 2 ‖q‖⁴ / Σ W_gh (qᵀS_g q)(qᵀS_h q)
@@ -22,10 +24,12 @@ use nalgebra::DMatrix;
 use super::mixture::lower_root;
 use crate::numerics::{cancel::Asking, distribution::Student};
 
-/// The shares of the groups in what the nodes say, and how well their variances are known.
-pub(crate) struct GroupSpread {
+/// The shares of the parameters in what the nodes say, and how well they are known.
+pub(crate) struct VarianceSpread {
     /// S_g.
     shares: Vec<DMatrix<f64>>,
+    /// `Σ W_gh d_gk d_hk qₖqₖᵀ`.
+    squares: DMatrix<f64>,
     /// W.
     scatter: DMatrix<f64>,
     /// m − n.
@@ -39,7 +43,7 @@ const MOST_GROUPS: usize = 100;
 /// Degrees of freedom that Student's distribution begins with.
 const LEAST_FREEDOM: f64 = 1.0;
 
-impl GroupSpread {
+impl VarianceSpread {
     /// How many groups a fit of so many coefficients may have.
     pub(crate) fn most(coefficients: usize) -> usize {
         (MOST / coefficients.pow(2).max(1)).clamp(2, MOST_GROUPS)
@@ -47,28 +51,54 @@ impl GroupSpread {
 
     /// Of orthonormal rows of `n` numbers; `group` has the place of each row's group among
     /// `groups`. `None` where the residuals leave a variance undetermined.
-    pub(crate) fn new(n: usize, rows: &[f64], group: &[usize], groups: usize) -> Option<Self> {
+    pub(crate) fn of_groups(n: usize, rows: &[f64], group: &[usize], groups: usize) -> Option<Self> {
         let mut shares = vec![DMatrix::<f64>::zeros(n, n); groups];
         let mut counts = vec![0.0; groups];
         for (row, &g) in rows.chunks_exact(n).zip(group).asking(n * n) {
             counts[g] += 1.0;
-            for (j, &x) in row.iter().enumerate() {
-                shares[g].column_mut(j).iter_mut().zip(row).for_each(|(to, y)| *to += x * y);
-            }
+            add(&mut shares[g], 1.0, row);
         }
         let information = DMatrix::from_fn(groups, groups, |g, h| {
             let own = if g == h { counts[g] - 2.0 * shares[g].trace() } else { 0.0 };
             0.5 * (own + shares[g].dot(&shares[h]))
         });
         let scatter = information.cholesky()?.inverse();
-        let freedom = (group.len() - n) as f64;
-        Some(GroupSpread { shares, scatter, freedom })
+        let mut squares = DMatrix::<f64>::zeros(n, n);
+        for (g, share) in shares.iter().enumerate() {
+            squares += share * scatter[(g, g)];
+        }
+        Some(VarianceSpread { shares, squares, scatter, freedom: (group.len() - n) as f64 })
+    }
+
+    /// Of orthonormal rows of `n` numbers whose standard deviations go as a power of a coordinate
+    /// with these logarithms. `None` where the residuals leave the power undetermined.
+    pub(crate) fn of_power(n: usize, rows: &[f64], logs: &[f64]) -> Option<Self> {
+        // Σ dʲ qqᵀ and Σ dʲ (1 − 2 qᵀq)
+        let mut moments = vec![DMatrix::<f64>::zeros(n, n); 3];
+        let mut sums = [0.0; 3];
+        for (row, log) in rows.chunks_exact(n).zip(logs).asking(3 * n * n) {
+            let left = 1.0 - 2.0 * row.iter().map(|x| x * x).sum::<f64>();
+            for (power, (moment, sum)) in moments.iter_mut().zip(&mut sums).enumerate() {
+                let weight = (2.0 * log).powi(power as i32);
+                *sum += weight * left;
+                add(moment, weight, row);
+            }
+        }
+        let information = DMatrix::from_fn(2, 2, |g, h| 0.5 * (sums[g + h] + moments[g].dot(&moments[h])));
+        let scatter = information.cholesky()?.inverse();
+        let mut squares = DMatrix::<f64>::zeros(n, n);
+        for (g, h) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
+            squares += &moments[g + h] * scatter[(g, h)];
+        }
+        moments.truncate(2);
+        Some(VarianceSpread { shares: moments, squares, scatter, freedom: (logs.len() - n) as f64 })
     }
 
     /// A root of the covariance over σ².
     pub(crate) fn root(&self) -> Option<DMatrix<f64>> {
         let n = self.shares[0].nrows();
         let mut covariance = DMatrix::<f64>::identity(n, n);
+        covariance.zip_apply(&self.squares, |to, x| *to += 2.0 * x);
         let mut mean = DMatrix::<f64>::zeros(n, n);
         for (g, share) in self.shares.iter().enumerate().asking(2 * n * n * n) {
             mean.fill(0.0);
@@ -76,8 +106,6 @@ impl GroupSpread {
                 let w = 2.0 * self.scatter[(g, h)];
                 mean.zip_apply(other, |to, x| *to += w * x);
             }
-            let own = 2.0 * self.scatter[(g, g)];
-            covariance.zip_apply(share, |to, x| *to += own * x);
             covariance.gemm(-1.0, share, &mean, 1.0);
         }
         lower_root(&covariance)
@@ -108,5 +136,12 @@ impl GroupSpread {
             count - 2.0 * self.shares[g].trace() + self.shares[g].norm_squared()
         };
         (0..self.shares.len()).map(|g| (g, free(g))).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, self.freedom))
+    }
+}
+
+/// Adds `weight · q qᵀ`.
+fn add(to: &mut DMatrix<f64>, weight: f64, q: &[f64]) {
+    for (j, &x) in q.iter().enumerate() {
+        to.column_mut(j).iter_mut().zip(q).for_each(|(to, y)| *to += weight * x * y);
     }
 }
