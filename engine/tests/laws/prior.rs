@@ -328,41 +328,64 @@ fn a_prior_is_of_the_constant_too() {
 /// and the coverage of the intervals, at moves of 0, 0.1, 0.3, 1 and 3 standard errors.
 #[test]
 fn the_chain_is_better_than_least_squares_whatever_the_flank_does() {
-    let (n, m, sets) = (4, 20, 1000);
+    for (step, most) in [(0.0, 0.24), (0.1, 0.23), (0.3, 0.33), (0.6, 0.6), (1.0, 0.76), (3.0, 1.05)] {
+        let found = sets(1000, step, |_| true);
+        assert!(found.ratio <= most && found.least >= 0.92, "{step}: {found:?}");
+        assert!(found.alone >= 0.93, "{step}: {found:?}");
+    }
+}
+
+/// One of four coefficients moves while the others stand still: its own interval holds too, and what
+/// is answered is still better than least squares on the whole. With one size of the moves for all
+/// the worst would hold in 0.75 to 0.82.
+#[test]
+fn the_interval_of_a_coefficient_that_moves_alone_holds() {
+    for step in [0.5, 1.0, 2.0, 3.0] {
+        let found = sets(1000, step, |j| j == 2);
+        assert!(found.ratio < 0.9 && found.least >= 0.91 && found.alone >= 0.93, "{step}: {found:?}");
+    }
+}
+
+/// What came of sets of six iterations.
+#[derive(Debug)]
+struct Sets {
+    /// Mean squared error over that of least squares.
+    ratio: f64,
+    /// Coverage of the worst coefficient's interval, and of the worst about least squares alone.
+    least: f64,
+    alone: f64,
+}
+
+/// Sets between which the coefficients that are `moving` move by `step` standard errors.
+fn sets(sets: usize, step: f64, moving: impl Fn(usize) -> bool) -> Sets {
+    let (n, m) = (4, 20);
     let mut random = Random::new(77);
     // columns of length 1 at right angles: standard errors are σ
     let wave = |k: usize, j: usize| (std::f64::consts::PI * (k as f64 + 0.5) * j as f64 / m as f64).cos();
     let length = |j: usize| if j == 0 { (m as f64).sqrt() } else { (m as f64 / 2.0).sqrt() };
     let x: Vec<Vec<f64>> = (0..m).map(|k| (0..n).map(|j| wave(k, j) / length(j)).collect()).collect();
-    for (step, most, least) in
-        [(0.0, 0.24, 0.94), (0.1, 0.23, 0.94), (0.3, 0.33, 0.92), (1.0, 0.76, 0.87), (3.0, 1.05, 0.93)]
-    {
-        let (mut ours, mut theirs, mut hits) = (0.0, 0.0, 0usize);
-        for _ in 0..sets {
-            let mut truth = random.normals(n);
-            let mut all = Vec::new();
-            for k in 0..6 {
-                if k > 0 {
-                    truth.iter_mut().for_each(|a| *a += step * 0.1 * random.normal());
-                }
-                let y: Vec<f64> = x.iter().map(|row| dot(row, &truth) + 0.1 * random.normal()).collect();
-                all.push(matrix(&x, &y, None));
+    let (mut ours, mut theirs, mut hits) = (0.0, 0.0, vec![[0usize; 2]; n]);
+    for _ in 0..sets {
+        let mut truth = random.normals(n);
+        let mut all = Vec::new();
+        for k in 0..6 {
+            if k > 0 {
+                let moved = truth.iter_mut().enumerate().filter(|(j, _)| moving(*j));
+                moved.for_each(|(_, a)| *a += step * 0.1 * random.normal());
             }
-            let found = answered(&all, Moves::Estimated);
-            let gap = |of: &dyn Fn(usize) -> f64| -> f64 {
-                let e: Vec<f64> = (0..n).map(|j| of(j) - truth[j]).collect();
-                x.iter().map(|row| dot(row, &e).powi(2)).sum()
-            };
-            ours += gap(&|j| found.coefficients[j].value);
-            theirs += gap(&|j| found.coefficients[j].least_squares);
-            hits += (0..n)
-                .filter(|&j| {
-                    let [low, high] = found.coefficients[j].interval.unwrap().ends;
-                    low <= truth[j] && truth[j] <= high
-                })
-                .count();
+            let y: Vec<f64> = x.iter().map(|row| dot(row, &truth) + 0.1 * random.normal()).collect();
+            all.push(matrix(&x, &y, None));
         }
-        let (ratio, coverage) = (ours / theirs, hits as f64 / (sets * n) as f64);
-        assert!(ratio <= most && coverage >= least, "{step}: {ratio} {coverage}");
+        let found = answered(&all, Moves::Estimated);
+        for ((c, a), hits) in found.coefficients.iter().zip(&truth).zip(&mut hits) {
+            ours += (c.value - a).powi(2);
+            theirs += (c.least_squares - a).powi(2);
+            let interval = c.interval.unwrap();
+            for (ends, hits) in [interval.ends, interval.least_squares.unwrap_or(interval.ends)].iter().zip(hits) {
+                *hits += usize::from(ends[0] <= *a && *a <= ends[1]);
+            }
+        }
     }
+    let least = |of: usize| hits.iter().map(|hits| hits[of]).min().unwrap_or(0) as f64 / sets as f64;
+    Sets { ratio: ours / theirs, least: least(0), alone: least(1) }
 }

@@ -5156,7 +5156,7 @@ export interface components {
          *     estimate), as nothing limits the bias of the regularised one;
          *     `bias_aware`, the shortest interval about a filtered estimate that holds for all
          *     coefficients within the norm limit that was given; `posterior`, Student's t about the mean
-         *     of the posterior of nodes and prior: it holds as far as the prior does (docs/prior.md).
+         *     of the posterior, widened for what moves alone where moves are estimated (docs/prior.md).
          * @enum {string}
          */
         IntervalKind: "student" | "least_squares" | "bias_aware" | "posterior";

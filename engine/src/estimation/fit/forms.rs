@@ -7,6 +7,7 @@ use crate::{
         design::Along,
         error_model::spread::ErrorSpread,
         inference::{Inferred, LinearForm, Noise, bias_aware, half_width},
+        prior::FormMoves,
         problem::LinearProblem,
         regularized::{Form, LinearMap},
         result::Covariance,
@@ -29,6 +30,8 @@ pub(super) struct Forms<'a> {
     pub further: Option<f64>,
     /// Whether the estimate is the mean of a posterior, whose bands are about itself.
     pub posterior: bool,
+    /// What intervals of a posterior are made of, where moves were estimated.
+    pub moves: Option<&'a FormMoves>,
     /// Standard errors of a robust estimate.
     pub robust: Option<&'a Spread>,
     /// Covariances that do not follow from σ and R alone.
@@ -144,8 +147,9 @@ impl Forms<'_> {
     pub(super) fn interval(&self, estimated: &Estimated, own: f64) -> Option<[f64; 2]> {
         let noise = &self.noise_of(&estimated.form)?;
         if self.posterior {
-            let half = noise.quantile() * estimated.std_error?.hypot(own);
-            return Some([estimated.value - half, estimated.value + half]);
+            let [middle, deviation] = self.of_posterior(estimated)?;
+            let half = noise.quantile() * deviation.hypot(own);
+            return Some([middle - half, middle + half]);
         }
         if let Some(errors) = self.errors {
             let value = self.least_squares(&estimated.form);
@@ -169,6 +173,13 @@ impl Forms<'_> {
             }
         }
         Some([middle - half, middle + half])
+    }
+
+    /// Middle and standard deviation of intervals about a posterior.
+    pub(super) fn of_posterior(&self, estimated: &Estimated) -> Option<[f64; 2]> {
+        let Some(moves) = self.moves else { return Some([estimated.value, estimated.std_error?]) };
+        let (sigma, [aside, deviation]) = (self.noise.as_ref()?.sigma, moves.of(&estimated.form.q));
+        Some([self.least_squares(&estimated.form) + sigma * aside, sigma * deviation])
     }
 
     fn along<'a>(&'a self, form: &'a Form) -> LinearForm<'a> {

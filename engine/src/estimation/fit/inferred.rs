@@ -62,6 +62,7 @@ impl Solved<'_> {
             further: noise.as_ref().and_then(|noise| self.further(applied, noise)),
             noise,
             posterior: pooled.is_some(),
+            moves: applied.moves(),
             robust: self.robust.map(|robust| &robust.estimate.spread),
             errors: self.errors,
             given_limit: intervals::given_limit(&applied.bias).filter(|_| plain),
@@ -145,12 +146,13 @@ impl Solved<'_> {
         }
     }
 
-    /// Student's interval about the mean of the posterior, and that about least squares by the
-    /// nodes alone.
+    /// Student's interval about the posterior, and that about least squares by the nodes alone.
     fn posterior_intervals(&self, applied: &Applied, noise: &Noise) -> Vec<Option<Interval>> {
         let alone = self.noise(self.spec.level);
-        let of = |j: usize| {
-            let (value, std_error) = (applied.estimate.coefficients[j], noise.sigma * applied.estimate.spread[j]);
+        let forms = self.forms_at(applied, self.spec.level);
+        let found = forms.coefficients(&applied.estimate.coefficients);
+        let of = |(j, one): (usize, &Estimated)| {
+            let [value, std_error] = forms.of_posterior(one)?;
             let half = noise.quantile() * std_error;
             let plain = alone.map(|alone| alone.quantile() * alone.sigma * applied.estimate.leverage[j]);
             let middle = self.least_squares.coefficients[j];
@@ -162,7 +164,7 @@ impl Solved<'_> {
                 gain: plain.filter(|plain| *plain > 0.0).map(|plain| half / plain),
             })
         };
-        (0..applied.estimate.coefficients.len()).map(of).collect()
+        found.iter().enumerate().map(of).collect()
     }
 }
 

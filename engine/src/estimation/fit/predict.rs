@@ -186,9 +186,12 @@ fn band(
         .asking(1000)
         .map(|one| {
             if biased {
-                let bias = if forms.posterior { 0.0 } else { one.bias_bound };
-                let half = factors.of(noise) * one.std_error? + bias;
-                return Some([one.value - half, one.value + half]);
+                let ([middle, deviation], bias) = match forms.posterior {
+                    true => (forms.of_posterior(one)?, 0.0),
+                    false => ([one.value, one.std_error?], one.bias_bound),
+                };
+                let half = factors.of(noise) * deviation + bias;
+                return Some([middle - half, middle + half]);
             }
             let own = forms.noise_of(&one.form)?;
             let (middle, factor) = (forms.least_squares(&one.form), factors.of(&own));

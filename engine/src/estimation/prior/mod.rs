@@ -13,6 +13,7 @@
 mod chain;
 mod conflict;
 mod current;
+mod form_moves;
 mod information;
 mod mixture;
 mod observe;
@@ -39,6 +40,7 @@ use super::{
 use self::reason::PriorReason;
 pub(crate) use self::{
     current::{Current, PooledNoise},
+    form_moves::FormMoves,
     mixture::Mixture,
 };
 
@@ -56,6 +58,8 @@ pub(crate) struct Outcome {
     pub ratio: Option<f64>,
     /// `None` where the prior was let go.
     pub posterior: Option<Mixture>,
+    /// What intervals are made of, where moves were estimated.
+    pub moves: Option<Arc<FormMoves>>,
 }
 
 /// Refuses what cannot be asked for with a prior, and a prior that does not suit the model.
@@ -134,7 +138,7 @@ fn positive(deviations: &[f64], field: fn(usize) -> Field, faults: &mut Faults) 
 pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>, FitError> {
     let n = current.coefficients.len();
     let now = Information { r: DMatrix::identity(n, n), d: DVector::zeros(n) };
-    let (noise, branches, judged, ratios) = match prior {
+    let (noise, branches, judged, estimated) = match prior {
         Prior::Given { mean, spread } => {
             let noise = pooled_noise(current, &[])?;
             let known = observe::given(mean, spread, current, noise.sigma)?;
@@ -159,7 +163,9 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
                 Moves::Estimated => {
                     let sizes: Vec<f64> = ratios().collect();
                     let branches: Result<Vec<_>, _> = sizes.iter().map(|&q| follow(&Spread::Even(q))).collect();
-                    (noise, branches?, links.len() >= JUDGED_FROM, Some(sizes))
+                    let branches = branches?;
+                    let moves = FormMoves::new(&links, &branches, &sizes).map(Arc::new);
+                    (noise, branches, links.len() >= JUDGED_FROM, Some((sizes, moves)))
                 }
             }
         }
@@ -169,12 +175,15 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
     if !mixture.is_finite() {
         return Err(beyond_double(prior).into());
     }
-    let ratio = ratios.map(|sizes| {
-        let square: f64 = sizes.iter().zip(&mixture.weights).map(|(q, weight)| weight * q * q).sum();
-        square.sqrt()
-    });
+    let (ratio, moves) = match estimated {
+        None => (None, None),
+        Some((sizes, moves)) => {
+            let square: f64 = sizes.iter().zip(&mixture.weights).map(|(q, weight)| weight * q * q).sum();
+            (Some(square.sqrt()), moves)
+        }
+    };
     let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
-    Ok(Some(Outcome { noise, conflict, ratio, posterior }))
+    Ok(Some(Outcome { noise, conflict, ratio, posterior, moves }))
 }
 
 /// What a prior says beside these nodes is beyond doubles.

@@ -4,7 +4,7 @@ use super::{linear_map::LinearMap, prior_applied::PriorApplied};
 use crate::estimation::{
     diagnostics::perturbation,
     estimate::{Estimate, LeastSquares},
-    prior::PooledNoise,
+    prior::{FormMoves, PooledNoise},
     problem::{LinearProblem, Residuals},
     result::{
         BiasReport, Choice, ConstraintsReport, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport,
@@ -156,6 +156,11 @@ pub(crate) struct Applied {
 }
 
 impl Applied {
+    /// What intervals of a posterior are made of, where moves were estimated.
+    pub(crate) fn moves(&self) -> Option<&FormMoves> {
+        self.prior.as_ref()?.moves.as_deref()
+    }
+
     /// The noise by which the posterior of a prior was weighed, where there is one.
     pub(crate) fn pooled(&self) -> Option<PooledNoise> {
         self.prior.as_ref().and_then(|prior| prior.noise)

@@ -1,10 +1,17 @@
 //! What a prior adds to a fit.
 
-use crate::estimation::{prior::PooledNoise, result::PriorReport};
+use std::sync::Arc;
+
+use crate::estimation::{
+    prior::{FormMoves, PooledNoise},
+    result::PriorReport,
+};
 
 /// What a prior adds to a fit.
 pub(crate) struct PriorApplied {
     pub report: PriorReport,
     /// The noise by which the posterior was weighed; `None` where there is no posterior.
     pub noise: Option<PooledNoise>,
+    /// What intervals are made of, where moves were estimated.
+    pub moves: Option<Arc<FormMoves>>,
 }

@@ -74,7 +74,7 @@ names! {
     /// estimate), as nothing limits the bias of the regularised one;
     /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
     /// coefficients within the norm limit that was given; `posterior`, Student's t about the mean
-    /// of the posterior of nodes and prior: it holds as far as the prior does (docs/prior.md).
+    /// of the posterior, widened for what moves alone where moves are estimated (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
