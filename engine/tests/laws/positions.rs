@@ -68,7 +68,8 @@ fn bands_hold_where_positions_are_off() {
     let other = held(&uncertain(0.5, 1.0, nominal), false, 150);
     assert!(plain < 0.85 && other < read - 0.04, "{plain} {other}");
     let other = held(&uncertain(0.5, 1.0, measured), true, 600);
-    assert!(other < missed - 0.01, "{other} {missed}");
+    // what the bend of the flank adds makes up for a part of it
+    assert!(other < missed, "{other} {missed}");
 }
 
 /// Coverage of each coefficient where positions of a cubic are off by half a millimetre, and how
@@ -95,19 +96,17 @@ fn coefficients_held(cubic: [f64; 4], sigma: f64, draws: usize) -> ([f64; 4], us
     (hits.map(|hits| hits as f64 / settled as f64), warned)
 }
 
-/// The single coefficient of 1,000 draws is uncertain by 0.0075. Without the scatter of the
-/// positions taken out of the information the highest coefficient would hold in 0.86 to 0.9.
+/// The single coefficient of 1,000 draws is uncertain by 0.007. Without the scatter of the positions
+/// taken out of the information the highest coefficient would hold in 0.86 to 0.9; without the bend
+/// of the flank the worst of the two steep ones in 0.905 and 0.926.
 #[test]
 fn every_coefficient_holds_where_positions_are_read_wrongly() {
-    for (cubic, sigma) in [(positions::CUBICS[0], 2.0), (positions::CUBICS[1], 1.0)] {
-        let (held, warned) = coefficients_held(cubic, sigma, 1000);
-        assert!(held.iter().all(|held| *held > 0.925), "{held:?}");
-        assert!(held.iter().sum::<f64>() > 4.0 * 0.94, "{held:?}");
-        assert!(warned < 50, "{warned}");
+    for (at, sigma) in [(0, 0.5), (0, 2.0), (1, 0.5), (1, 1.0), (2, 0.5), (2, 1.0), (3, 0.5), (3, 1.0), (3, 2.0)] {
+        let (held, warned) = coefficients_held(positions::CUBICS[at], sigma, 1000);
+        assert!(held.iter().all(|held| (0.93..0.985).contains(held)), "{at} {sigma}: {held:?}");
+        // where the profile bends within the scatter the answer says so
+        assert!(if at < 2 { warned < 50 } else { warned > 300 }, "{at} {sigma}: {warned}");
     }
-    // where the profile bends within the scatter the answer says so
-    let (held, warned) = coefficients_held(positions::CUBICS[2], 1.0, 100);
-    assert!(warned > 50 && held.iter().sum::<f64>() > 4.0 * 0.9, "{held:?} {warned}");
 }
 
 /// Of a line the covariance is that of Fuller (Measurement Error Models, 1987, Eq. 1.3.32), in

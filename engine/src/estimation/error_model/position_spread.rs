@@ -8,8 +8,10 @@
 //! Fuller (Measurement Error Models, 1987, section 1.3).
 //!
 //! The expansion is of first order in the scatter. A surface that bends within it is off by half
-//! its second derivative times C at each node, which shifts the coefficients; and weights hang on
-//! slopes that are themselves uncertain.
+//! its second derivative times C at each node, which shifts the coefficients by b; and weights hang
+//! on slopes that are themselves uncertain. In simulation coefficients are off by once to twice b,
+//! towards the side that the signs of the terms left out decide. So 2b counts as an error like
+//! the others: the covariance is `σ² M⁻¹ G M⁻¹ + 4 b bᵀ`.
 
 use nalgebra::DMatrix;
 
@@ -21,10 +23,12 @@ use crate::{
 
 /// Scatter beyond this share of the information is counted as so much.
 const MOST: f64 = 0.9;
+/// By how many times its first order a bend shifts coefficients at most.
+const SHIFTED: f64 = 2.0;
 
 /// The scatter of the positions as the coefficients feel it.
 pub(crate) struct Scatter {
-    /// A root of the covariance in Q's coordinates.
+    /// A root of the covariance in Q's coordinates, the bend in its last column.
     pub root: DMatrix<f64>,
     /// The largest share of the information along any direction that is scatter.
     pub share: f64,
@@ -71,10 +75,13 @@ pub(crate) fn scatter(
     }
     let found = symmetric::eigen(scatter)?;
     let left: Vec<f64> = found.values.iter().map(|share| 1.0 - share.clamp(0.0, MOST)).collect();
-    let root = DMatrix::from_fn(n, n, |i, j| found.vectors[(i, j)] * sigma / left[j]);
+    let mut root = DMatrix::from_fn(n, n, |i, j| found.vectors[(i, j)] * sigma / left[j]);
     let share = found.values.last().copied().unwrap_or(0.0);
     let weights = uncertain_weights(design, &r, settled, &coefficients, ratio, &root);
-    Some(Scatter { root, share, bend: dot(&shift, &shift).sqrt() / sigma, weights })
+    let bend = dot(&shift, &shift).sqrt() / sigma;
+    root = root.insert_column(n, 0.0);
+    root.column_mut(n).iter_mut().zip(&shift).for_each(|(to, b)| *to = SHIFTED * b);
+    Some(Scatter { root, share, bend, weights })
 }
 
 /// The weights `1/(1/w + ρ²‖g‖²)` have the relative error `2ρ²W gᵀδg`.
