@@ -48,7 +48,8 @@ USER 65532:65532
 ENV FLANKFIT_BIND=0.0.0.0:8080 \
     FLANKFIT_DATABASE_URL=sqlite:///data/flankfit.db \
     FLANKFIT_LOG_FORMAT=json \
-    SQLITE_TMPDIR=/data
+    SQLITE_TMPDIR=/data \
+    TMPDIR=/data
 VOLUME /data
 EXPOSE 8080
 HEALTHCHECK --interval=30s --timeout=5s --retries=3 CMD ["/usr/local/bin/flankfit", "healthcheck"]

@@ -1,11 +1,13 @@
 //! Wiring: settings in, a running server out.
 
+mod retention;
 mod seals;
 
 use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
 use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
+use retention::{NoArchives, Retention};
 use seals::{SealError, SealKeeper};
 
 use crate::{
@@ -46,6 +48,7 @@ pub struct App {
     state: AppState,
     store: Arc<dyn Store>,
     seals: Arc<SealKeeper>,
+    retention: Option<Retention>,
 }
 
 /// Why the server did not start.
@@ -67,6 +70,8 @@ pub enum StartError {
     Dashboard(#[from] MissingFiles),
     #[error(transparent)]
     Seals(#[from] SealError),
+    #[error(transparent)]
+    Archives(#[from] NoArchives),
     #[error("cannot start the fit workers: {0}")]
     Workers(io::Error),
 }
@@ -75,6 +80,7 @@ impl App {
     /// Binds the address and opens what the handlers need.
     pub async fn start(settings: ServeSettings) -> Result<Self, StartError> {
         let seals = Arc::new(SealKeeper::load(&settings.audit)?);
+        let retention = Retention::of(&settings.retention)?;
         let tls = Tls::load(&settings.tls, Arc::new(SystemClock))?;
         let listener = bind(settings.bind, "--bind or FLANKFIT_BIND").await?;
         if settings.ops_bind.is_some_and(|address| address == settings.bind && address.port() != 0) {
@@ -90,7 +96,7 @@ impl App {
         let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
         state.dashboard.as_ref().map_or(Ok(()), Files::check)?;
         warn_if_open(&state).await;
-        Ok(App { listener, operation, tls, state, store, seals })
+        Ok(App { listener, operation, tls, state, store, seals, retention })
     }
 
     /// The address that was bound (its port is known even when 0 was asked for).
@@ -126,7 +132,7 @@ impl App {
         };
         let state = self.state.clone();
         // ends with this function
-        let _background = background(&state, self.tls.clone(), self.seals);
+        let _background = background(&state, self.tls.clone(), self.seals, self.retention);
         // ends by itself when the server stops
         let operations = tokio::spawn(http::run_operations(state.clone()));
         let (operation_ends, operation_ended) = oneshot::channel::<()>();
@@ -236,7 +242,12 @@ async fn bind(address: SocketAddr, setting: &'static str) -> Result<TcpListener,
 }
 
 /// What goes on beside the requests, until it is dropped.
-fn background(state: &AppState, tls: Option<Arc<Tls>>, seals: Arc<SealKeeper>) -> JoinSet<()> {
+fn background(
+    state: &AppState,
+    tls: Option<Arc<Tls>>,
+    seals: Arc<SealKeeper>,
+    retention: Option<Retention>,
+) -> JoinSet<()> {
     let mut all = JoinSet::new();
     all.spawn(telemetry::upkeep());
     let jobs = state.clone();
@@ -245,6 +256,10 @@ fn background(state: &AppState, tls: Option<Arc<Tls>>, seals: Arc<SealKeeper>) -
     all.spawn(async move { seals.run(&jobs.jobs).await });
     let jobs = state.clone();
     all.spawn(async move { jobs.jobs.follow_others().await });
+    if let Some(retention) = retention {
+        let jobs = state.clone();
+        all.spawn(async move { retention.run(&jobs.jobs, UPKEEP).await });
+    }
     let keys = state.clone();
     all.spawn(async move { keys.callers.kept().write_uses().await });
     let callers = state.clone();

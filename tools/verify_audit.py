@@ -69,17 +69,28 @@ def sealed(tenant, job, seals):
 def verify(tenant, job, entries, seals=()):
     told = sealed(tenant, job, seals)
     head = sha256("flankfit audit 1", tenant, job)
+    nameless, first = b"", None
     for number, entry in enumerate(entries, 1):
-        own = sha256(bytes.fromhex(entry["previous"]), number, entry["id"], entry["at"], entry["actor"],
+        own = sha256(bytes.fromhex(entry["previous"]), number, entry["id"], entry["at"], entry.get("actor", ""),
                      entry["action"], entry["target"], entry.get("request_id"), entry.get("peer"),
                      contents(entry["contents"]), entry["outcome"])
+        if "actor" not in entry:
+            # a purge took the name away, and has a digest of what is left of such entries
+            whole = bytes.fromhex(entry["sha256"])
+            nameless, first, own = nameless + field(own) + field(whole), first or number, whole
         if entry["number"] != number or own.hex() != entry["sha256"]:
             return f"{number} entry"
         if entry["previous"] != head.hex():
             return f"{number} link"
         if told.pop(number, own.hex()) != own.hex():
             return f"{number} seal"
+        if "entries" in entry["contents"]:
+            if hashlib.sha256(nameless).hexdigest() != entry["contents"]["entries"]:
+                return f"{number} content"
+            nameless, first = b"", None
         head = own
+    if first:
+        return f"{first} entry"
     if told:
         return f"{len(entries) + 1} entry"
     return f"intact {len(entries)} {head.hex() if entries else '-'}"

@@ -97,6 +97,8 @@ pub enum ProblemCode {
     OperationRunning,
     /// 410: the operation was cancelled.
     OperationCancelled,
+    /// 410: what is asked for was purged.
+    Purged,
     /// 412: `If-Match` names another version.
     PreconditionFailed,
     /// 413.
@@ -133,7 +135,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 30] = [
+    pub const ALL: [ProblemCode; 31] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -148,6 +150,7 @@ impl ProblemCode {
         Self::IdempotencyKeyInUse,
         Self::OperationRunning,
         Self::OperationCancelled,
+        Self::Purged,
         Self::PreconditionFailed,
         Self::BodyTooLarge,
         Self::UnsupportedMediaType,
@@ -193,6 +196,7 @@ impl ProblemCode {
             Self::OperationCancelled => {
                 (410, "urn:flankfit:problem:operation_cancelled", "The operation was cancelled")
             }
+            Self::Purged => (410, "urn:flankfit:problem:purged", "What is asked for was purged"),
             Self::PreconditionFailed => {
                 (412, "urn:flankfit:problem:precondition_failed", "The resource has changed meanwhile")
             }

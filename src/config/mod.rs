@@ -9,6 +9,7 @@ mod digest;
 mod host;
 mod network;
 mod origin;
+mod retention;
 mod store;
 mod tls;
 
@@ -24,6 +25,7 @@ pub use digest::{Digest, Digests, parse_digests};
 pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
 pub use origin::{Origin, Origins, parse_origins};
+pub use retention::RetentionSettings;
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
 
@@ -136,6 +138,8 @@ pub struct ServeSettings {
     pub api_keys_role: KeysRole,
     #[command(flatten)]
     pub audit: AuditSettings,
+    #[command(flatten)]
+    pub retention: RetentionSettings,
     /// Origins (such as `https://cell.example`, comma-separated) whose web pages may call this
     /// server; if empty, only its own.
     #[arg(
@@ -233,6 +237,7 @@ impl Default for ServeSettings {
             api_keys_sha256: Vec::new(),
             api_keys_role: KeysRole::default(),
             audit: AuditSettings::default(),
+            retention: RetentionSettings::default(),
             cors_origins: Vec::new(),
             allowed_hosts: Hosts::default(),
             log_format: LogFormat::Pretty,

@@ -6,7 +6,7 @@ use std::time::Duration;
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use tower_http::cors::CorsLayer;
 
-use super::{idempotency::REPLAYED, observe::REQUEST_ID};
+use super::{idempotency::REPLAYED, life::ARCHIVE_SHA256, observe::REQUEST_ID};
 use crate::config::Origin;
 
 /// How long a browser may keep what a preflight was told.
@@ -42,6 +42,7 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             header::RETRY_AFTER,
             header::ALLOW,
             header::CONTENT_DISPOSITION,
+            ARCHIVE_SHA256.clone(),
             REPLAYED.clone(),
             name("preference-applied"),
             REQUEST_ID.clone(),

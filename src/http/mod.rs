@@ -31,6 +31,7 @@ pub mod job_fits;
 mod job_query;
 pub mod jobs;
 mod keys;
+mod life;
 mod long;
 mod media_type;
 pub mod meta;

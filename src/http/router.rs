@@ -3,13 +3,19 @@
 
 use axum::{Router, middleware};
 use tower::{ServiceBuilder, util::option_layer};
-use tower_http::{CompressionLevel, compression::CompressionLayer};
+use tower_http::{
+    CompressionLevel,
+    compression::{
+        CompressionLayer, Predicate,
+        predicate::{DefaultPredicate, NotForContentType},
+    },
+};
 use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     audit, conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations, job_fits, jobs,
-    keys, long, meta, observe,
+    keys, life, long, meta, observe,
     openapi::{self, Contract, scopes},
     operations::{self, Operations},
     previews, records, shapes, simulations,
@@ -45,6 +51,7 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(events::group())
         .merge(streams::group())
         .merge(stream_socket::group())
+        .merge(life::group())
         .merge(long::group())
         .merge(keys::group())
         .merge(tenants::group());
@@ -71,6 +78,11 @@ pub fn operation_router(state: AppState) -> Router {
     complete(meta::health().merge(meta::operation()), Router::new(), state)
 }
 
+/// What gains by being compressed.
+fn is_not_compressed() -> impl Predicate {
+    DefaultPredicate::new().and(NotForContentType::const_new(life::ARCHIVE))
+}
+
 fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: AppState) -> Router {
     let (documented, document) = served.split_for_parts();
     // One pile: a router boxes every layer that it is given by itself. The first is the outermost.
@@ -80,7 +92,7 @@ fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: Ap
         .map_request(headers::offered_encodings)
         // Answers are digits: the fastest level halves them, higher ones cost ten times as much for
         // little.
-        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest))
+        .layer(CompressionLayer::new().quality(CompressionLevel::Fastest).compress_when(is_not_compressed()))
         .layer(middleware::from_fn_with_state(state.clone(), observe::observe))
         .layer(middleware::from_fn_with_state(state.clone(), unsent::charge))
         .layer(middleware::from_fn(conditional::not_modified))

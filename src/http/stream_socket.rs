@@ -204,6 +204,7 @@ async fn ended(state: &CallerState, id: Uuid) -> Option<SessionEnd> {
         Ok(stream) if stream.iteration.is_some() => {
             Some(SessionEnd::Close(close_code::NORMAL, "the stream is finished"))
         }
+        Err(RepositoryError::Purged { .. }) => Some(SessionEnd::Close(close_code::NORMAL, "the job is purged")),
         Err(RepositoryError::NotFound(_)) => Some(SessionEnd::Close(close_code::NORMAL, "the stream is deleted")),
         // a store that does not answer now says so at the next block
         Ok(_) | Err(_) => None,

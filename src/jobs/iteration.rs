@@ -80,6 +80,8 @@ pub struct Iteration {
     pub earlier_fits: u64,
     /// The latest decision, if there is one.
     pub decision: Option<DecisionEvent>,
+    /// When its nodes, results, texts and names were taken away, if they were.
+    pub purged_at: Option<Timestamp>,
 }
 
 /// What is done with the gear after an iteration.
@@ -174,7 +176,7 @@ pub struct FitSummary {
 #[derive(Clone, Debug, PartialEq)]
 pub struct TracedFit {
     pub summary: FitSummary,
-    /// The answered coefficients, as the JSON array that was answered.
+    /// The answered coefficients, as the JSON array that was answered; of a purged job `[]`.
     pub coefficients: String,
     /// What it says of its prior, as the JSON object that was answered.
     pub prior: Option<String>,

@@ -21,6 +21,8 @@ pub struct Job {
     pub version: u64,
     pub created_at: Timestamp,
     pub updated_at: Timestamp,
+    /// When its nodes, results, texts and names were taken away, if they were.
+    pub purged_at: Option<Timestamp>,
 }
 
 /// What a patch does to an optional field.
@@ -82,6 +84,11 @@ impl Job {
         }
         job
     }
+
+    /// The job once it is purged.
+    pub fn purged(&self, at: Timestamp) -> Job {
+        Job { version: self.version + 1, updated_at: at, purged_at: Some(at), ..self.clone() }
+    }
 }
 
 #[cfg(test)]
@@ -101,6 +108,7 @@ mod tests {
             version: 1,
             created_at: now,
             updated_at: now,
+            purged_at: None,
         }
     }
 

@@ -37,6 +37,8 @@ mod origin;
 mod outcome;
 mod page;
 mod prior;
+mod purge;
+mod purges;
 mod record;
 mod records;
 mod replay;
@@ -71,9 +73,11 @@ pub use origin::Origin;
 pub use outcome::{Precondition, RepositoryError, RepositoryFuture, Resource, Stored};
 pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
+pub use purge::{NewPurge, Purge, Seen};
+pub use purges::RETENTION;
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
-pub use repository::{Repository, Store, Upkeep, Wakes};
+pub use repository::{Repository, Store, Turn, Upkeep, Wakes};
 pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,

@@ -2,6 +2,7 @@
 
 use std::pin::Pin;
 
+use jiff::Timestamp;
 use uuid::Uuid;
 
 /// What a request named and the store did not find.
@@ -49,6 +50,18 @@ pub enum RepositoryError {
     /// A fit was named that belongs elsewhere or nowhere.
     #[error("fit {0} is not of this iteration")]
     ForeignFit(Uuid),
+    /// What is asked for was taken away, or is of a job that takes nothing more since then.
+    #[error("purged at {at}: {reason}")]
+    Purged { at: Timestamp, reason: String },
+    /// The job is not as it is in the archive that was named.
+    #[error("the job has gone on since it was archived")]
+    ArchiveDiffers,
+    /// An operation of the job has not ended.
+    #[error("the job has {0} operation(s) that have not ended")]
+    HasTasks(u64),
+    /// The job's audit is broken: what would be taken away is what there is to find out by.
+    #[error("the audit of the job is broken at entry {0}")]
+    AuditBroken(u64),
     /// An answer is already kept under this idempotency key.
     #[error("the idempotency key is taken")]
     KeyTaken,

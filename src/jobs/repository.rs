@@ -9,6 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    archive::{Holdings, Key},
     audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
     callers::{Caller, Credentials, Keys},
     event::JobEvent,
@@ -21,6 +22,7 @@ use super::{
     outcome::{Precondition, RepositoryFuture, Stored},
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
+    purge::NewPurge,
     record::{Record, RecordKind, RecordSummary},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
     summary::JobCounts,
@@ -46,6 +48,9 @@ pub trait Store: Upkeep {
     /// The tasks of all tenants, for whoever does them.
     fn tasks(&self) -> Arc<dyn Tasks>;
 
+    /// The jobs of all tenants as rows, to be read.
+    fn holdings(&self) -> Arc<dyn Holdings>;
+
     /// How the processes that use the store wake each other; `None` where it is one process's
     /// alone.
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
@@ -65,6 +70,9 @@ pub trait Wakes: Send + Sync + 'static {
     fn last_events(&self, jobs: Vec<Uuid>) -> RepositoryFuture<'_, Vec<(Uuid, u64)>>;
 }
 
+/// That one process alone does something, until it is dropped.
+pub struct Turn(pub Option<Box<dyn Send>>);
+
 /// What is done with a store as a whole, for no caller.
 pub trait Upkeep: Send + Sync + 'static {
     /// Forgets kept answers from before a time, the oldest first, at most so many; answers how
@@ -74,6 +82,12 @@ pub trait Upkeep: Send + Sync + 'static {
     /// Seals the chains of every tenant that grew, if no process has done so since then; the new
     /// seals, or none where another process is at it.
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>>;
+
+    /// A turn to purge what is old; none where another process has it.
+    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>>;
+
+    /// Jobs that nobody has touched since a time and that are not purged, at most so many.
+    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>>;
 
     /// Whether anything can be written: writes something small, and answers once it is synced.
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()>;
@@ -162,6 +176,9 @@ macro_rules! repository_operations {
                 InsertJob = insert_job(job: Job, receipt: Option<Receipt>) -> Stored;
                 PatchJob = patch_job(id: Uuid, patch: JobPatch, precondition: Precondition, now: Timestamp) -> Job;
                 DeleteJob = delete_job(id: Uuid, precondition: Precondition) -> ();
+                /// Takes nodes, results, texts and names of a job away, if it is still as it was
+                /// archived.
+                PurgeJob = purge_job(purge: Arc<NewPurge>, receipt: Option<Receipt>) -> Stored;
                 /// Stores jobs with their iterations and keeps the receipt, all or nothing.
                 InsertRuns = insert_runs(runs: Vec<NewRun>, receipt: Option<Receipt>, now: Timestamp) -> Stored;
 

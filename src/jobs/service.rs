@@ -3,11 +3,12 @@
 use std::sync::Arc;
 
 use jiff::{SignedDuration, Timestamp};
-use tokio::sync::watch;
+use tokio::sync::{Semaphore, watch};
 use uuid::Uuid;
 
 use super::{
     ambient::{Clock, Ids},
+    archive::Holdings,
     audit::{Chain, Entry, Seal, Sealing, SigningKey, Verdict, WholeSeal},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
@@ -25,12 +26,17 @@ use super::{
     tasks::Tasks,
 };
 
+/// Archives that are written at a time.
+const ARCHIVES: usize = 2;
+
 /// What the use cases of all callers share.
 pub struct JobService {
     pub(super) store: Arc<dyn Store>,
+    /// The jobs as rows.
+    pub(super) holdings: Arc<dyn Holdings>,
     pub(super) clock: Arc<dyn Clock>,
     ids: Arc<dyn Ids>,
-    known: KnownJobs,
+    pub(super) known: KnownJobs,
     pub(super) cache: StreamCache,
     pub(super) notifier: JobNotifier,
     /// Told when some key was changed, here or by another process.
@@ -39,6 +45,8 @@ pub struct JobService {
     pub(super) tasks: Arc<dyn Tasks>,
     /// Told when something happened to a task, here or at another process.
     pub(super) task_changes: watch::Sender<u64>,
+    /// Archives that may be written at a time.
+    pub(super) archiving: Semaphore,
     /// How other processes are woken that use the store.
     pub(super) wakes: Option<Arc<dyn Wakes>>,
 }
@@ -48,8 +56,22 @@ impl JobService {
         let (known, cache, notifier) = Default::default();
         let wakes = store.wakes();
         let (key_changes, task_changes) = (watch::channel(0).0, watch::channel(0).0);
-        let tasks = store.tasks();
-        Arc::new(JobService { store, clock, ids, known, cache, notifier, key_changes, tasks, task_changes, wakes })
+        let archiving = Semaphore::new(ARCHIVES);
+        let (tasks, holdings) = (store.tasks(), store.holdings());
+        Arc::new(JobService {
+            store,
+            holdings,
+            clock,
+            ids,
+            known,
+            cache,
+            notifier,
+            key_changes,
+            tasks,
+            task_changes,
+            archiving,
+            wakes,
+        })
     }
 
     /// The jobs of a caller's tenant.
@@ -107,7 +129,7 @@ impl JobService {
 #[derive(Clone)]
 pub struct Jobs {
     pub(super) repository: Arc<dyn Repository>,
-    tenant: Tenant,
+    pub(super) tenant: Tenant,
     pub(super) service: Arc<JobService>,
 }
 
@@ -157,6 +179,7 @@ impl Jobs {
             version: 1,
             created_at: now,
             updated_at: now,
+            purged_at: None,
         }
     }
 

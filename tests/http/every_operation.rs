@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use flankfit::http::openapi::openapi_json;
 use jiff::SignedDuration;
 use reqwest::{Method, RequestBuilder};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use crate::harness::{Answer, TestApp, send};
 
@@ -161,8 +161,8 @@ async fn a_key_is_for_one_body() {
     let key = key.as_str().unwrap();
     let mut keyed: Vec<&Operation> =
         operations.iter().filter(|operation| operation.parameters("header").contains(&"Idempotency-Key")).collect();
-    // what is finished takes no more nodes
-    keyed.sort_by_key(|operation| operation.id == "finish_stream");
+    // what is finished takes no more nodes, and a purged job nothing at all
+    keyed.sort_by_key(|operation| ["finish_stream", "purge_job"].iter().position(|id| *id == operation.id));
     let (mut seen, mut secrets) = (BTreeSet::new(), 0);
     for operation in &keyed {
         let path = operation.path.replace("/v1/jobs/{job_id}", &job).replace("/v1/streams/{stream_id}", &stream);
@@ -170,7 +170,12 @@ async fn a_key_is_for_one_body() {
         let post = async |body: &str| send(app.post(&path, body.to_owned()).header("idempotency-key", "one key")).await;
         let examples = &operation.declared["requestBody"]["content"]["application/json"]["examples"];
         let Some((_, shown)) = examples.as_object().and_then(|examples| examples.iter().next()) else { continue };
-        let body = shown["value"].to_string();
+        let mut body = shown["value"].to_string();
+        if operation.id == "purge_job" {
+            let archive = send(app.client.post(app.url(&format!("{job}/archive")))).await;
+            let reason = &shown["value"]["reason"];
+            body = json!({"reason": reason, "archive_sha256": archive.header("archive-sha256")}).to_string();
+        }
         let first = post(&body).await;
         assert!(first.status.is_success() && first.header("idempotency-replayed").is_empty(), "{}", first.text);
         let again = post(&body).await;

@@ -18,7 +18,7 @@ use uuid::Uuid;
 
 use crate::{
     server::Server,
-    support::{Opened, Place, caller},
+    support::{Opened, Place, archived, caller, purge_of},
 };
 
 /// The program, told to do something: whether it did, and what it printed.
@@ -104,6 +104,12 @@ async fn fill(place: &Place, opened: &Opened) -> Uuid {
     store.delete_stream(streams[1].id, Precondition::None, place.now()).await.unwrap();
     store.insert_task(task(place, job), 1 << 20).await.unwrap();
 
+    let purged = place.stored_job(store).await.id;
+    place.stored_iteration(store, purged).await;
+    store.insert_stream(Arc::new(place.stream(purged)), None).await.unwrap();
+    let (_, told) = archived(&opened.store, "default", purged).await;
+    store.purge_job(purge_of(place, purged, &told), None).await.unwrap();
+
     let other = opened.store.of(&caller("other"));
     let gone = place.stored_job(&other).await.id;
     other.delete_job(gone, Precondition::None).await.unwrap();
@@ -137,17 +143,17 @@ async fn jobs_go_to_postgresql_and_back_and_are_the_same() {
     }
 
     let there = Server::shared().database().await;
-    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &there]), stored(3, 0));
+    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &there]), stored(4, 0));
     let (_, second) = exported(&place, "second", &there);
     assert_eq!(text(&second), told);
     assert_eq!(second, first);
     let back = place.beside("back.db");
-    assert_eq!(done(&["copy", "--from", &there, "--to", &url(&back)]), stored(3, 0));
+    assert_eq!(done(&["copy", "--from", &there, "--to", &url(&back)]), stored(4, 0));
     let (_, third) = exported(&place, "third", &url(&back));
     assert_eq!(third, first);
     // what is there already is left
-    assert_eq!(done(&["copy", "--from", &url(&back), "--to", &there]), stored(0, 3));
-    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &url(&back)]), stored(0, 3));
+    assert_eq!(done(&["copy", "--from", &url(&back), "--to", &there]), stored(0, 4));
+    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &url(&back)]), stored(0, 4));
 
     for database in [&here, &there, &url(&back)] {
         let said = done(&["audit", "verify", "--database-url", database]);
@@ -236,7 +242,7 @@ async fn a_file_that_is_not_as_it_was_written_stores_nothing() {
     assert!(!to.exists(), "nothing was stored");
 
     // one that is there and differs is named, and the others are not stored either
-    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &url(&to)]), stored(3, 0));
+    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &url(&to)]), stored(4, 0));
     goes_on(&place, &to, job).await;
     let (_, before) = exported(&place, "before", &url(&to));
     let said = refused(&["import", file.to_str().unwrap(), "--database-url", &url(&to)]);
@@ -269,7 +275,7 @@ async fn every_column_of_a_jobs_tables_is_taken_along() {
     let mut own = place.connect().await;
     let tables = [
         // what the list of jobs goes by is made anew
-        ("job", "jobs", "tenant id changed_at folded iteration_count status"),
+        ("job", "jobs", "tenant id changed_at folded iteration_count status purged_at"),
         ("iteration", "iterations", "job"),
         ("nodes", "nodes", "iteration"),
         ("fit", "fits", "iteration"),
@@ -281,6 +287,7 @@ async fn every_column_of_a_jobs_tables_is_taken_along() {
         ("state", "stream_states", ""),
         ("event", "events", "job"),
         ("audit", "audit", "chain tenant"),
+        ("purge", "purges", "job"),
     ];
     assert_eq!(tables.map(|(name, _, _)| name), *TABLES.iter().map(|table| table.name).collect::<Vec<_>>());
     for (table, (_, name, own_to_it)) in TABLES.iter().zip(tables) {

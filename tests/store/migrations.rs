@@ -28,6 +28,7 @@ const RELEASED: &[(i64, &str)] = &[
     (15, "b1bce72581b590bc6d55e35e08819e3b"),
     (16, "14a014fb760339d5ab065f859cf87ab1"),
     (17, "dc6c866c53a518a59765dd7ebac0d221"),
+    (18, "6cbe316fb4f2a16aadecfdfef211475d"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

@@ -13,8 +13,9 @@ use std::{
 use flankfit::{
     jobs::{
         Answer, Caller, Clock, Computed, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, KeyedRequest, Measurand,
-        MeasurementDetails, NewBlock, NewFit, NewIteration, NewStream, OrderedIds, PageRequest, Receipt, Record,
-        RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
+        MeasurementDetails, NewBlock, NewFit, NewIteration, NewPurge, NewStream, OrderedIds, PageRequest, Purge,
+        Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
+        archive::{Archived, Key, archive},
     },
     store::{SqliteStore, StoreSettings},
 };
@@ -152,6 +153,7 @@ impl Values {
             version: 1,
             created_at: now,
             updated_at: now,
+            purged_at: None,
         }
     }
 
@@ -283,6 +285,18 @@ pub fn receipt(key: &str, scope: &str) -> Receipt {
             body: format!("{{\"number\":{}}}", stored.number).into_bytes(),
         }),
     }
+}
+
+/// The archive of a job as it is now, and what is told of it.
+pub async fn archived(store: &Arc<dyn Store>, tenant: &str, job: Uuid) -> (Vec<u8>, Archived) {
+    let key = Key { tenant: Tenant::named(tenant).unwrap(), job };
+    archive(store.holdings(), key, Vec::new()).await.unwrap().unwrap()
+}
+
+/// A purge of a job by its archive.
+pub fn purge_of(place: &Values, job: Uuid, told: &Archived) -> Arc<NewPurge> {
+    let purge = Purge { at: place.now(), reason: "old".to_owned(), archive_sha256: told.sha256 };
+    Arc::new(NewPurge { job, purge, seen: told.seen })
 }
 
 /// A small grid with a missing node.

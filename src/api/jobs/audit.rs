@@ -24,8 +24,9 @@ pub struct EntryBody {
     /// When the change was asked for, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
-    /// Who made it: the name of a key, or `anonymous`.
-    pub actor: String,
+    /// Who made it: the name of a key, or `anonymous`. Absent where the job was purged since.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub actor: Option<String>,
     /// What was done, such as `iteration.add`.
     pub action: String,
     /// The path of what was changed.
@@ -38,7 +39,7 @@ pub struct EntryBody {
     pub peer: Option<String>,
     /// SHA-256 of each row that was stored, by what it is.
     pub contents: BTreeMap<String, String>,
-    /// `stored`, `changed`, `deleted`, or `found` where nothing was changed.
+    /// `stored`, `changed`, `deleted`, `purged`, or `found` where nothing was changed.
     pub outcome: String,
     /// `sha256` of the entry before it; of the first, a digest of the tenant and the job.
     pub previous: String,
@@ -150,7 +151,7 @@ impl From<Entry> for EntryBody {
             number: entry.number,
             id: entry.id,
             at: time_text(entry.at),
-            actor: entry.actor.to_string(),
+            actor: (!entry.is_nameless()).then(|| entry.actor.to_string()),
             action: entry.action.to_string(),
             target: entry.target,
             request_id: entry.request_id.map(|id| id.to_string()),

@@ -82,6 +82,10 @@ pub struct IterationBody {
     /// How many fits were made before those; `GET …/fits` lists all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earlier_fits: Option<u64>,
+    /// When its nodes, results, texts and names were taken away; absent where they are there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub purged_at: Option<Moment>,
 }
 
 /// A fit of an iteration's nodes.
@@ -189,6 +193,7 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .maybe("decision", iteration.decision.as_ref().map(|decision| decision.decision.name()))
         .list("fits", &iteration.fits, fit_summary)
         .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
+        .maybe("purged_at", iteration.purged_at.map(Moment))
         .end();
     json.into_bytes()
 }

@@ -79,6 +79,10 @@ pub struct JobBody {
     /// When the job was changed last.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub updated_at: Moment,
+    /// When its nodes, results, texts and names were taken away; absent where they are there.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub purged_at: Option<Moment>,
 }
 
 /// Changes of a job. A field that is left out stays as it is.
@@ -205,6 +209,7 @@ impl From<Job> for JobBody {
             tags: Tags(job.tags),
             created_at: Moment(job.created_at),
             updated_at: Moment(job.updated_at),
+            purged_at: job.purged_at.map(Moment),
         }
     }
 }

@@ -10,6 +10,7 @@ pub mod job;
 pub mod job_list;
 pub mod operation;
 pub mod problem;
+pub mod purge;
 pub mod records;
 pub mod seals;
 pub mod trace;

@@ -57,6 +57,10 @@ impl From<RepositoryError> for Problem {
             RepositoryError::ForeignFit(id) => {
                 Problem::invalid(Faults::one("/fit_id", format!("the iteration has no fit {id}")))
             }
+            error @ (RepositoryError::Purged { .. }
+            | RepositoryError::ArchiveDiffers
+            | RepositoryError::HasTasks(_)
+            | RepositoryError::AuditBroken(_)) => of_purge(error),
             RepositoryError::KeyRevoked => {
                 Problem::new(ProblemCode::Conflict, "The key is revoked, which is for good; make a new one.")
             }
@@ -105,6 +109,40 @@ impl From<RepositoryError> for Problem {
             .retry_after(2),
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
+    }
+}
+
+/// What is said of purges, and of what was purged.
+fn of_purge(error: RepositoryError) -> Problem {
+    match error {
+        RepositoryError::Purged { at, reason } => Problem::new(
+            ProblemCode::Purged,
+            format!(
+                "The job was purged on {at} ({}); what it held is in its archive alone, and it takes nothing more.",
+                reason.trim_end_matches('.')
+            ),
+        ),
+        RepositoryError::ArchiveDiffers => Problem::invalid(Faults::one(
+            "/archive_sha256",
+            "is not the digest of the job's archive as it stands now: archive the job again, keep that file, and \
+             send its digest",
+        )),
+        RepositoryError::HasTasks(count) => Problem::new(
+            ProblemCode::Conflict,
+            format!(
+                "The job has {} not ended; wait, or cancel {}.",
+                counted(count as usize, "operation that has", "operations that have"),
+                if count == 1 { "it" } else { "them" }
+            ),
+        ),
+        RepositoryError::AuditBroken(number) => Problem::new(
+            ProblemCode::Conflict,
+            format!(
+                "The audit of the job is broken at entry {number}; a purge would take away what there is to find \
+                 out why."
+            ),
+        ),
+        other => Problem::internal(other),
     }
 }
 

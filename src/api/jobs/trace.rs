@@ -77,7 +77,7 @@ pub struct TracedFitBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub summary: FitSummaryBody,
-    /// In the order of the fit's answer.
+    /// In the order of the fit's answer; none where the job was purged.
     pub coefficients: Vec<CoefficientBody>,
     /// What the fit stood on beside the nodes; absent where it had no prior.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -24,6 +24,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
         (represented, "406", "The header `Accept` takes none of the media types of the answer."),
         (versioned && body, "408", "The body did not arrive in time."),
         (keyed, "409", "The first request with this idempotency key is still running."),
+        (holds_what_is_purged(path, operation), "410", "The job was purged; `detail` says when and why."),
         (versioned && body, "413", "The body is too large (counted after decompression)."),
         (versioned && body, "415", "The media type or the compression is not supported."),
         (true, "421", "The header `Host` names a host that this server does not serve."),
@@ -47,6 +48,16 @@ pub fn declare(path: &str, operation: &mut Operation) {
         }
         operation.responses.responses.insert(status.into(), response.build().into());
     }
+}
+
+/// Whether an operation needs what a purge takes away, or writes to a job.
+fn holds_what_is_purged(path: &str, operation: &Operation) -> bool {
+    const OF_WHAT_STAYS: [&str; 4] = ["get_iteration", "list_iteration_fits", "list_iteration_records", "get_job"];
+    const OF_JOBS: [&str; 3] = ["update_job", "delete_job", "import_iteration"];
+    let id = operation.operation_id.as_deref().unwrap_or_default();
+    let places = ["/v1/jobs/{job_id}/iterations", "/v1/jobs/{job_id}/streams", "/v1/streams/{stream_id}"];
+    let within = places.iter().any(|place| path.starts_with(place));
+    OF_JOBS.contains(&id) || within && !OF_WHAT_STAYS.contains(&id)
 }
 
 /// Whether an operation has a parameter of this name.

@@ -81,7 +81,10 @@ const SCOPES: &[(Scope, &[&str])] = &[
         ],
     ),
     (Scope::Audit, &["list_job_audit", "verify_job_audit", "list_audit", "list_audit_seals"]),
-    (Scope::Admin, &["create_key", "list_keys", "get_key", "update_key", "revoke_key", "rotate_key"]),
+    (
+        Scope::Admin,
+        &["create_key", "list_keys", "get_key", "update_key", "revoke_key", "rotate_key", "archive_job", "purge_job"],
+    ),
     (Scope::Tenants, &["create_tenant", "list_tenants", "get_tenant", "update_tenant"]),
 ];
 

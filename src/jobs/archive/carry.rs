@@ -9,6 +9,7 @@ use super::{
     Coming, Holdings, ON_THE_WAY,
     error::ArchiveError,
     file::{ArchiveReader, ArchiveWriter, Listed},
+    row::Row,
     section::{Digested, Key, Section},
 };
 
@@ -42,6 +43,16 @@ pub async fn export<W: Write>(
     key: &Key,
     into: &mut ArchiveWriter<W>,
 ) -> Result<bool, ArchiveError> {
+    export_seen(from, key, into, |_| {}).await
+}
+
+/// The same, and shows each row on its way.
+pub async fn export_seen<W: Write>(
+    from: &dyn Holdings,
+    key: &Key,
+    into: &mut ArchiveWriter<W>,
+    mut see: impl FnMut(&Row),
+) -> Result<bool, ArchiveError> {
     let (rows, mut coming) = mpsc::channel(ON_THE_WAY);
     // takes its end of the channel, which is closed when writing fails: that ends reading
     let writing = async move {
@@ -51,6 +62,7 @@ pub async fn export<W: Write>(
             if !std::mem::replace(&mut begun, true) {
                 into.line(&first)?;
             }
+            see(&row);
             into.line(&section.row(&row))?;
         }
         Ok((begun, section.end(), into))

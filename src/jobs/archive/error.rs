@@ -25,3 +25,14 @@ pub enum ArchiveError {
     #[error("there is no job {0}, and there never was")]
     NoSuchJob(Uuid),
 }
+
+impl ArchiveError {
+    /// What a caller is told of an archive that could not be written.
+    pub fn told(self) -> RepositoryError {
+        match self {
+            ArchiveError::Store(error) => error,
+            ArchiveError::File(error) => RepositoryError::Unavailable(format!("an archive cannot be written: {error}")),
+            other => RepositoryError::Failed(other.to_string()),
+        }
+    }
+}

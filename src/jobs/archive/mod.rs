@@ -10,6 +10,7 @@ mod file;
 mod row;
 mod section;
 mod table;
+mod whole;
 
 pub use carry::{copy, digest, export, import, is_new, listed};
 pub use error::ArchiveError;
@@ -17,6 +18,7 @@ pub use file::{ArchiveReader, ArchiveWriter, Listed};
 pub use row::{Row, Value};
 pub use section::{Digested, Key, Section};
 pub use table::{Column, Kind, TABLES, Table};
+pub use whole::{Archived, archive};
 
 use tokio::sync::mpsc;
 use uuid::Uuid;

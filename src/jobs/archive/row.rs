@@ -34,6 +34,11 @@ impl Row {
         &TABLES[self.table]
     }
 
+    /// What stands in a column, if the table has it.
+    pub fn value(&self, name: &str) -> Option<&Value> {
+        self.table().columns.iter().zip(&self.values).find(|(column, _)| column.name == name).map(|(_, value)| value)
+    }
+
     /// `{"table":{"column":…}}`, without columns that hold nothing.
     pub fn to_line(&self) -> String {
         let mut line = format!("{{\"{}\":{{", self.table().name);

@@ -76,4 +76,5 @@ pub const TABLES: &[Table] = tables! {
         number: Integer, id: Id, at: Time, actor: Text, action: Text, target: Text, request_id: Text,
         peer: Text, contents: Bytes, outcome: Text, previous: Bytes, sha256: Bytes,
     }
+    purge: { at: Time, reason: Text, archive_sha256: Bytes }
 };

@@ -17,6 +17,7 @@ use crate::jobs::{
     job::Job,
     measurand::Measurand,
     measurement::MeasurementDetails,
+    purge::Purge,
     record::Record,
 };
 
@@ -112,6 +113,11 @@ pub fn stream_digest(
 /// Of a block: its number, the digest of its nodes as they were posted, and their stored bytes.
 pub fn block_digest(sequence: u64, sha256: &Sha256Digest, count: u64, bytes: &[u8]) -> Sha256Digest {
     Fields::default().number(sequence).bytes(sha256).number(count).bytes(bytes).digest()
+}
+
+/// Of a purge of a job.
+pub fn purge_digest(job: Uuid, Purge { at, reason, archive_sha256 }: &Purge) -> Sha256Digest {
+    of(job).time(*at).text(reason).bytes(archive_sha256).digest()
 }
 
 /// Of a key, with the digest of its secret: whoever exchanges that is found, and nobody comes from

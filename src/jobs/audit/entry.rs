@@ -55,6 +55,7 @@ pub enum Action {
     CreateJob,
     ChangeJob,
     DeleteJob,
+    PurgeJob,
     AddIteration,
     AddFit,
     ChooseFit,
@@ -79,6 +80,7 @@ impl Action {
             Action::CreateJob => "job.create",
             Action::ChangeJob => "job.change",
             Action::DeleteJob => "job.delete",
+            Action::PurgeJob => "job.purge",
             Action::AddIteration => "iteration.add",
             Action::AddFit => "fit.add",
             Action::ChooseFit => "fit.choose",
@@ -103,6 +105,7 @@ impl Action {
             Action::Begin => "found",
             Action::ChangeJob | Action::ChangeKey | Action::RevokeKey | Action::ChangeTenant => "changed",
             Action::DeleteJob | Action::DeleteStream => "deleted",
+            Action::PurgeJob => "purged",
             _ => "stored",
         }
     }
@@ -136,6 +139,7 @@ pub struct Entry {
     pub number: u64,
     pub id: Uuid,
     pub at: Timestamp,
+    /// Empty where a purge took the name away.
     pub actor: Arc<str>,
     pub action: Cow<'static, str>,
     /// The path of what was changed.
@@ -150,6 +154,11 @@ pub struct Entry {
 }
 
 impl Entry {
+    /// Whether a purge took the name away of who made it: then `sha256` tells more than there is.
+    pub fn is_nameless(&self) -> bool {
+        self.actor.is_empty()
+    }
+
     /// The digest of everything else in it.
     pub fn digest(&self) -> Sha256Digest {
         Fields::default()

@@ -34,9 +34,13 @@ pub struct Found {
     rows: BTreeMap<(u64, Kind), Vec<Sha256Digest>>,
     pub streams: BTreeMap<Uuid, FoundStream>,
     pub blocks: BTreeMap<(Uuid, u64), Sha256Digest>,
-    /// Of a tenant: its own, and those of its keys by the names that entries give them.
+    /// That of its purge; none of a job that was not purged.
+    pub purge: Option<Sha256Digest>,
+    /// Of a tenant: its own, and those of its keys and of the purges of its jobs by the names that
+    /// entries give them.
     pub tenant: Option<Sha256Digest>,
     pub keys: BTreeMap<String, Sha256Digest>,
+    pub purges: BTreeMap<String, Sha256Digest>,
 }
 
 impl Found {
@@ -62,5 +66,18 @@ impl Found {
             fields = fields.number(number).number(kind as u64).bytes(rows.as_flattened());
         }
         fields.digest()
+    }
+
+    /// One digest of all that is of streams.
+    pub fn streams_digest(&self) -> Sha256Digest {
+        let streams = self.streams.iter().fold(Fields::default(), |fields, (id, stream)| {
+            fields.text(&id.to_string()).bytes(&stream.digest).text(if stream.open { "open" } else { "finished" })
+        });
+        let blocks = self.blocks.iter();
+        blocks
+            .fold(streams, |fields, ((stream, sequence), digest)| {
+                fields.text(&stream.to_string()).number(*sequence).bytes(digest)
+            })
+            .digest()
     }
 }

@@ -13,6 +13,7 @@ mod entry;
 mod found;
 mod layout;
 mod merkle;
+mod purged;
 mod seal;
 mod signing;
 mod verify;
@@ -21,11 +22,12 @@ pub use auditor::{Auditor, Evidence, Fault, Findings, Place, examine};
 pub use contents::Contents;
 pub use digests::{
     block_digest, choice_digest, decision_digest, fit_digest, iteration_digest, job_digest, key_digest, new_iteration,
-    nodes_digest, plant_digest, record_digest, stream_digest,
+    nodes_digest, plant_digest, purge_digest, record_digest, stream_digest,
 };
 pub use entry::{Action, By, Chain, Entry, Head, Prepared};
 pub use found::{Found, FoundStream, Kind};
 pub use layout::{Sha256Digest, time_text};
+pub use purged::{Nameless, purged};
 pub use seal::{Seal, SealedHead, Sealing, WholeSeal, root_of, seals};
 pub use signing::{Signed, SigningKey, public_key};
 pub use verify::{Verdict, Verifier, What};

@@ -8,6 +8,7 @@ use super::{
     entry::{Action, Chain, Entry, Head},
     found::{Found, Kind},
     layout::Sha256Digest,
+    purged::Nameless,
 };
 use crate::jobs::callers::Tenant;
 
@@ -67,8 +68,14 @@ pub struct Verifier {
     /// Of a tenant: its own row, and its keys by their names.
     tenant: Option<Told>,
     keys: BTreeMap<String, Told>,
-    /// The rows that are older than the chain.
+    /// The rows that are older than the chain, or that a purge has left.
     older: Option<Told>,
+    /// That of a purge, and the streams that it has left.
+    purge: Option<Told>,
+    left_streams: Option<Told>,
+    /// The purges of a tenant's jobs by their names.
+    purges: BTreeMap<String, Told>,
+    nameless: Nameless,
     fault: Option<(u64, What)>,
     /// Whether the chain ends where it is broken.
     torn: bool,
@@ -87,6 +94,10 @@ impl Verifier {
             tenant: None,
             keys: BTreeMap::new(),
             older: None,
+            purge: None,
+            left_streams: None,
+            purges: BTreeMap::new(),
+            nameless: Nameless::default(),
             fault: None,
             torn: false,
         }
@@ -99,7 +110,9 @@ impl Verifier {
         }
         let number = self.head.number + 1;
         let fault = match entry {
-            Some(entry) if entry.number != number || entry.sha256 != entry.digest() => Some(What::Entry),
+            Some(entry) if entry.number != number => Some(What::Entry),
+            // the purge has a digest of what is left of such an entry
+            Some(entry) if !entry.is_nameless() && entry.sha256 != entry.digest() => Some(What::Entry),
             Some(entry) if entry.previous != self.head.sha256 => Some(What::Link),
             Some(entry) => {
                 let sealed = self.sealed.remove(&number);
@@ -113,6 +126,7 @@ impl Verifier {
         self.torn |= matches!(fault, Some(What::Entry | What::Link));
         if let Some(entry) = entry.filter(|_| !self.torn) {
             self.head = Head { number, sha256: entry.sha256 };
+            self.nameless.entry(entry);
             self.expect(entry);
         }
     }
@@ -125,6 +139,12 @@ impl Verifier {
 
     fn expect(&mut self, entry: &Entry) {
         let place = Place::of(&entry.target);
+        if *entry.action == *Action::PurgeJob.name() {
+            // what was told before is no longer there; what is left is told now
+            self.rows.clear();
+            self.streams.clear();
+            self.blocks.clear();
+        }
         for (name, &digest) in entry.contents.iter() {
             let told = Told { digest, by: entry.number };
             let kind = match name {
@@ -138,6 +158,25 @@ impl Verifier {
                 }
                 "tenant" => {
                     self.tenant = Some(told);
+                    continue;
+                }
+                "archive" => continue,
+                "entries" => {
+                    if self.nameless.digest() != digest {
+                        self.note(entry.number, What::Content);
+                    }
+                    continue;
+                }
+                "purge" => {
+                    self.purge = Some(told);
+                    continue;
+                }
+                "streams" => {
+                    self.left_streams = Some(told);
+                    continue;
+                }
+                job if job.starts_with("purge.") => {
+                    self.purges.insert(job.to_owned(), told);
                     continue;
                 }
                 key if key.starts_with("key.") => {
@@ -177,6 +216,9 @@ impl Verifier {
                 self.note(number.min(self.head.number + 1), What::Entry);
             }
         }
+        if let Some(first) = self.nameless.first.filter(|_| !self.torn) {
+            self.note(first, What::Entry);
+        }
         if self.head.number > 0 {
             self.compare(found);
         }
@@ -189,6 +231,10 @@ impl Verifier {
     }
 
     fn compare(&mut self, found: &Found) {
+        if self.torn && self.nameless.first.is_some() {
+            // torn before its purge has told what is left
+            return;
+        }
         let mut faults: Vec<u64> = Vec::new();
         // rows that no entry tells of would be of the next one
         let next = self.head.number + 1;
@@ -216,6 +262,7 @@ impl Verifier {
             faults.extend((job.is_none() && found.job.is_some()).then_some(next));
             self.compare_streams(found, &mut faults, next);
             self.compare_keys(found, &mut faults, next);
+            self.compare_purges(found, &mut faults, next);
         }
         if let Some(first) = faults.into_iter().min() {
             self.note(first, What::Content);
@@ -229,6 +276,17 @@ impl Verifier {
         faults.extend(self.keys.iter().filter(differs).map(|(_, told)| told.by));
         let untold = found.keys.keys().any(|name| !self.keys.contains_key(name));
         faults.extend(untold.then_some(next));
+    }
+
+    /// Of a job its own purge, and the streams that it has left; of a tenant those of its jobs. (A
+    /// purged job that came from another database is told of by its own chain alone.)
+    fn compare_purges(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
+        faults.extend(self.purge.filter(|told| found.purge != Some(told.digest)).map(|told| told.by));
+        faults.extend((self.purge.is_none() && found.purge.is_some()).then_some(next));
+        let streams = self.left_streams.filter(|told| found.streams_digest() != told.digest);
+        faults.extend(streams.map(|told| told.by));
+        let differs = |(name, told): &(&String, &Told)| found.purges.get(*name) != Some(&told.digest);
+        faults.extend(self.purges.iter().filter(differs).map(|(_, told)| told.by));
     }
 
     /// Streams may be older than the chain; blocks are there as long as their stream is open.

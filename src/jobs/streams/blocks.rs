@@ -136,6 +136,8 @@ impl Jobs {
     ) -> Result<Answer, H::Error> {
         let stream = &live.stream;
         stream.check_open().map_err(StreamError::from)?;
+        // what is in memory may have been purged meanwhile
+        self.repository.stream(stream.id).await.map_err(StreamError::from)?;
         let (sequence, expected) = (block.sequence, stream.expected());
         if sequence > expected {
             return Err(StreamError::BlockTooEarly { sequence, expected }.into());

@@ -8,7 +8,7 @@ use crate::{
         KeyId, NewKey, Tenant,
         audit::{Found, key_digest, plant_digest},
     },
-    store::shared::{KeptKeyRow, Outcome, PlantRow, key_columns, plant_columns},
+    store::shared::{FoundPurge, KeptKeyRow, Outcome, PlantRow, key_columns, plant_columns},
 };
 
 /// The keys of a tenant.
@@ -39,7 +39,14 @@ pub async fn found(db: &mut PgConnection, tenant: &Tenant) -> Outcome<Found> {
     }
     drop(rows);
     let plant = sqlx::query(concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = $1"));
-    let plant = plant.bind(tenant.as_str()).fetch_optional(db).await?;
+    let plant = plant.bind(tenant.as_str()).fetch_optional(&mut *db).await?;
     found.tenant = plant.map(|row| PlantRow::from_row(&row).map_or([0; 32], |row| plant_digest(&row.into())));
+    let purges: Vec<FoundPurge> = sqlx::query_as(
+        "SELECT p.job, p.at, p.reason, p.archive_sha256 FROM jobs j JOIN purges p ON p.job = j.id WHERE j.tenant = $1",
+    )
+    .bind(tenant.as_str())
+    .fetch_all(db)
+    .await?;
+    found.purges = purges.into_iter().map(FoundPurge::told).collect();
     Ok(found)
 }

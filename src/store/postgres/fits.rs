@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::{
     document::{Told, encode},
+    gone,
     keys::{FitPlace, StoredFit},
     locate::{self, signed, within},
     session::Session,
@@ -179,7 +180,10 @@ impl Read<PgPool> for GetFit {
         .bind(self.fit)
         .fetch_optional(&mut *db)
         .await?;
-        Ok(row.ok_or(RepositoryError::NotFound(Resource::Fit))?.into())
+        match row.ok_or(RepositoryError::NotFound(Resource::Fit))? {
+            row if row.is_gone() => Err(gone::told(&mut db, self.job).await),
+            row => Ok(row.into()),
+        }
     }
 }
 

@@ -136,6 +136,12 @@ const STATEMENTS: &[Statements] = &[
                                    previous, sha256, tenant)
                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
     },
+    Statements {
+        table: "purge",
+        read: "SELECT p.at, p.reason, p.archive_sha256 FROM jobs j JOIN purges p ON p.job = j.id
+               WHERE j.id = $1 AND j.tenant = $2",
+        write: "INSERT INTO purges (job, at, reason, archive_sha256) VALUES ($1, $2, $3, $4)",
+    },
 ];
 
 /// The triggers that tell of events, and their tables.
@@ -146,6 +152,9 @@ const TELLING: [(&str, &str); 5] = [
     ("decisions", "events_of_decisions"),
     ("streams", "events_of_new_streams"),
 ];
+
+/// For a transaction, whatever the session's limits are.
+const UNHURRIED: &str = "SET LOCAL statement_timeout = 0; SET LOCAL idle_in_transaction_session_timeout = 0";
 
 /// The jobs of a database.
 pub struct PostgresHoldings(PgPool);
@@ -158,6 +167,11 @@ impl PostgresHoldings {
         settings.options =
             settings.options.options([("statement_timeout", "0"), ("idle_in_transaction_session_timeout", "0")]);
         PostgresHoldings(super::open::readers(&settings))
+    }
+
+    /// Of a database that is open.
+    pub(super) fn of(readers: PgPool) -> Self {
+        PostgresHoldings(readers)
     }
 
     async fn read_keys(&self) -> Outcome<Vec<Key>> {
@@ -202,6 +216,8 @@ impl PostgresHoldings {
 
     async fn send(&self, key: &Key, to: mpsc::Sender<Row>) -> Outcome<()> {
         let mut db = snapshot(&self.0).await?;
+        // as long as a job takes that is long
+        sqlx::raw_sql(UNHURRIED).execute(&mut *db).await?;
         for table in 0..TABLES.len() {
             let mut rows = sqlx::query(STATEMENTS[table].read).bind(key.job).bind(key.tenant.as_str()).fetch(&mut *db);
             while let Some(row) = rows.try_next().await? {

@@ -21,7 +21,8 @@ use super::{
 use crate::{
     jobs::{NewIteration, RepositoryError, Resource, Stored},
     store::shared::{
-        Asked, Incoming, InsertIteration, InsertTogether, Integer, Key, Outcome, Pending, Queued, StoreError, Write,
+        Asked, Incoming, InsertIteration, InsertTogether, Integer, JobPurge, Key, Outcome, Pending, Queued, StoreError,
+        Write,
     },
 };
 
@@ -83,6 +84,8 @@ struct JobRow {
     tenant: String,
     gear: Option<String>,
     last_number: Integer<u32>,
+    #[sqlx(flatten)]
+    purge: JobPurge,
 }
 
 async fn last_numbers(db: &mut PgConnection, incoming: &[Incoming<'_>]) -> Outcome<HashMap<Uuid, JobRow>> {
@@ -90,7 +93,7 @@ async fn last_numbers(db: &mut PgConnection, incoming: &[Incoming<'_>]) -> Outco
     ids.sort_unstable();
     ids.dedup();
     let jobs: Vec<JobRow> = sqlx::query_as(
-        "SELECT j.id, j.tenant, j.gear,
+        "SELECT j.id, j.tenant, j.gear, j.purged_at, (SELECT reason FROM purges WHERE job = j.id) AS purge_reason,
                 coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0) AS last_number
          FROM jobs j WHERE j.id = ANY($1)",
     )
@@ -113,6 +116,7 @@ fn number<'a>(
     if new.key().is_some_and(|key| !keys.is_free(key) || used.contains(&key)) {
         return Err(RepositoryError::KeyTaken);
     }
+    job.purge.refuse()?;
     new.iteration.check_gear(job.gear.as_deref())?;
     used.extend(new.key());
     job.last_number.0 += 1;

@@ -3,7 +3,7 @@
 use sqlx::PgPool;
 
 use super::{
-    decisions, fits,
+    decisions, fits, gone,
     locate::{self, version, which_is_missing},
     open::snapshot,
 };
@@ -26,7 +26,7 @@ impl Read<PgPool> for GetIteration {
                 "SELECT i.id, i.flank, i.tooth, i.axes, i.measured_at, i.instrument, i.operator, i.note, i.created_at,
                         (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
                 version!(),
-                " AS version
+                " + (j.purged_at IS NOT NULL)::int AS version, j.purged_at
                  FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3"
             ),
             (tenant, job, number),
@@ -51,7 +51,8 @@ impl Read<PgPool> for GetNodesUpTo {
         let GetNodesUpTo { job, number, most } = *self;
         let mut db = snapshot(from).await?;
         let row: Option<NodesRow> = sqlx::query_as(
-            "SELECT octet_length(n.data)::bigint AS length, CASE WHEN octet_length(n.data) <= $3 THEN n.data END AS data
+            "SELECT octet_length(n.data)::bigint AS length, CASE WHEN octet_length(n.data) BETWEEN 1 AND $3 THEN n.data END
+                    AS data
              FROM jobs j JOIN nodes n ON n.job = j.id WHERE j.id = $1 AND n.number = $2 AND j.tenant = $4",
         )
         .bind(job)
@@ -61,6 +62,7 @@ impl Read<PgPool> for GetNodesUpTo {
         .fetch_optional(&mut *db)
         .await?;
         match row {
+            Some(row) if row.is_gone() => Err(gone::told(&mut db, job).await),
             Some(row) => Ok(row.into()),
             None => Err(which_is_missing(&mut db, tenant, job).await),
         }
@@ -101,6 +103,8 @@ impl Read<PgPool> for GetSuccessors {
 impl Read<PgPool> for GetPredecessors {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Vec<Predecessor>> {
         let GetPredecessors { job, wanted } = self;
+        let mut db = snapshot(from).await?;
+        gone::refuse(&mut db, &caller.tenant, *job).await?;
         let rows = sqlx::query_as::<_, PredecessorRow>(
             "SELECT i.number, i.flank, i.tooth, i.axes,
                     (SELECT f.id FROM fit_choices c
@@ -113,7 +117,7 @@ impl Read<PgPool> for GetPredecessors {
         .bind(caller.tenant.as_str())
         .bind(i64::from(wanted.from))
         .bind(wanted.before.map_or(i64::MAX, i64::from))
-        .fetch(from);
+        .fetch(&mut *db);
         Ok(predecessors(rows, wanted).await?)
     }
 }

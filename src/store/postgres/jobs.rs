@@ -3,7 +3,7 @@
 use sqlx::{PgConnection, PgPool};
 use uuid::Uuid;
 
-use super::{locate::signed, session::Session, streams, time::stamp};
+use super::{gone, locate::signed, session::Session, streams, time::stamp};
 use crate::{
     jobs::{
         Caller, Job, JobGear, RepositoryError, Resource, Stored, Tenant,
@@ -24,6 +24,14 @@ pub async fn located(db: &mut PgConnection, tenant: &Tenant, id: Uuid) -> Outcom
             .fetch_optional(db)
             .await?;
     Ok(row.ok_or(RepositoryError::NotFound(Resource::Job))?.into())
+}
+
+/// A purged job stays as it is.
+async fn refuse_purged(db: &mut PgConnection, job: &Job) -> Outcome<()> {
+    match job.purged_at {
+        None => Ok(()),
+        Some(_) => Err(gone::told(db, job.id).await),
+    }
 }
 
 impl Read<PgPool> for GetJob {
@@ -74,6 +82,7 @@ impl Write<Session> for PatchJob {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Job> {
         let PatchJob { id, patch, precondition, now } = &asked.write;
         let before = located(&mut session.db, asked.tenant(), *id).await?;
+        refuse_purged(&mut session.db, &before).await?;
         precondition.check(before.version)?;
         let after = before.patched(patch.clone(), *now);
         if after.gear != before.gear {
@@ -123,6 +132,7 @@ impl Write<Session> for DeleteJob {
         let DeleteJob { id, precondition } = &asked.write;
         let db = &mut session.db;
         let job = located(db, asked.tenant(), *id).await?;
+        refuse_purged(db, &job).await?;
         precondition.check(job.version)?;
         let iterations: Integer<u64> =
             sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = $1").bind(*id).fetch_one(&mut *db).await?;

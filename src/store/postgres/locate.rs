@@ -6,7 +6,7 @@ use uuid::Uuid;
 use super::open::snapshot;
 use crate::{
     jobs::{Caller, MAX_LISTED, RepositoryError, Resource, Tenant},
-    store::shared::{Counted, Integer, Outcome, StoreError, in_order},
+    store::shared::{Counted, Integer, JobPurge, Outcome, StoreError, in_order},
 };
 
 /// The version of the iteration that is the row `i`.
@@ -77,14 +77,16 @@ pub async fn which_is_missing(db: &mut PgConnection, tenant: &Tenant, job: Uuid)
 struct VersionRow {
     /// Of a job that has no iteration of this number there is none.
     version: Option<Integer<u64>>,
+    #[sqlx(flatten)]
+    purge: JobPurge,
 }
 
-/// The version of an iteration.
+/// The version of an iteration that is to be written to.
 pub async fn iteration(db: &mut PgConnection, tenant: &Tenant, job: Uuid, number: u32) -> Outcome<u64> {
     let row: VersionRow = sqlx::query_as(concat!(
         "SELECT CASE WHEN i.number IS NOT NULL THEN ",
         version!(),
-        " END AS version
+        " END AS version, j.purged_at, (SELECT reason FROM purges WHERE job = j.id) AS purge_reason
          FROM jobs j LEFT JOIN iterations i ON i.job = j.id AND i.number = $3 WHERE j.id = $1 AND j.tenant = $2"
     ))
     .bind(job)
@@ -93,6 +95,7 @@ pub async fn iteration(db: &mut PgConnection, tenant: &Tenant, job: Uuid, number
     .fetch_optional(db)
     .await?
     .ok_or(RepositoryError::NotFound(Resource::Job))?;
+    row.purge.refuse()?;
     Ok(row.version.ok_or(RepositoryError::NotFound(Resource::Iteration))?.0)
 }
 

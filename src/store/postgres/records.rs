@@ -5,6 +5,7 @@ use uuid::Uuid;
 
 use super::{
     document::encode,
+    gone,
     locate::{self, signed, within},
     session::Session,
     time::stamp,
@@ -74,7 +75,10 @@ impl Read<PgPool> for GetRecord {
         .bind(self.id)
         .fetch_optional(&mut *db)
         .await?;
-        Ok(row.ok_or(RepositoryError::NotFound(Resource::Record))?.into())
+        match row.ok_or(RepositoryError::NotFound(Resource::Record))? {
+            row if row.is_gone() => Err(gone::told(&mut db, self.job).await),
+            row => Ok(row.into()),
+        }
     }
 }
 
@@ -120,6 +124,9 @@ impl Read<PgPool> for GetLatestRecord {
         .bind(self.kind.name())
         .fetch_optional(&mut *db)
         .await?;
-        Ok(row.map(Into::into))
+        match row {
+            Some(row) if row.is_gone() => Err(gone::told(&mut db, self.job).await),
+            row => Ok(row.map(Into::into)),
+        }
     }
 }

@@ -9,8 +9,9 @@ use sqlx::PgPool;
 use super::{
     auditor::PostgresAuditor,
     error::{Class, PostgresError, class, failure},
+    holdings::PostgresHoldings,
     migrate::migrate,
-    open,
+    open, purges,
     session::Session,
     settings::{Migrate, PostgresSettings},
     upkeep,
@@ -19,8 +20,9 @@ use super::{
 };
 use crate::{
     jobs::{
-        self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Tasks, Upkeep,
-        Wakes,
+        self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Tasks, Turn,
+        Upkeep, Wakes,
+        archive::{Holdings, Key},
         audit::{Auditor, Sealing, WholeSeal},
     },
     store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, SealAudit, Subject, queue},
@@ -129,6 +131,10 @@ impl jobs::Store for PostgresStore {
         Arc::new(Handle::of_nobody(self.0.clone()))
     }
 
+    fn holdings(&self) -> Arc<dyn Holdings> {
+        Arc::new(PostgresHoldings::of(self.0.readers.clone()))
+    }
+
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
         Some(self.0.wakes.clone())
     }
@@ -141,6 +147,14 @@ impl Upkeep for PostgresStore {
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         Box::pin(self.0.queue(Subject::Nothing).write(SealAudit(sealing)))
+    }
+
+    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
+        Box::pin(async { purges::turn(&self.0.settings).await.map_err(|error| failure(&error)) })
+    }
+
+    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+        Box::pin(async move { purges::untouched(&self.0.readers, since, most).await.map_err(|error| failure(&error)) })
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

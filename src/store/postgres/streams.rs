@@ -1,14 +1,14 @@
 //! Streams: from their opening to the iteration that they become.
 
-use sqlx::{PgConnection, PgPool};
+use sqlx::{FromRow, PgConnection, PgPool};
 use uuid::Uuid;
 
-use super::{document::encode, locate::signed, session::Session, time::stamp};
+use super::{document::encode, gone, locate::signed, session::Session, time::stamp};
 use crate::{
     jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action},
     store::shared::{
-        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, InsertTogether as _, Integer, Outcome,
-        Read, StreamRow, Write, target,
+        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, InsertTogether as _, Integer, JobPurge,
+        Outcome, Read, StreamRow, Write, target,
     },
 };
 
@@ -21,9 +21,13 @@ pub async fn located(db: &mut PgConnection, tenant: &Tenant, id: Uuid) -> Outcom
     )
     .bind(id)
     .bind(tenant.as_str())
-    .fetch_optional(db)
+    .fetch_optional(&mut *db)
     .await?;
-    Ok(found.ok_or(RepositoryError::NotFound(Resource::Stream))?.into())
+    let row = found.ok_or(RepositoryError::NotFound(Resource::Stream))?;
+    match row.is_gone() {
+        Some(job) => Err(gone::told(db, job).await),
+        None => Ok(row.into()),
+    }
 }
 
 impl Read<PgPool> for GetStream {
@@ -33,15 +37,26 @@ impl Read<PgPool> for GetStream {
     }
 }
 
+#[derive(FromRow)]
+struct JobOfStream {
+    gear: Option<String>,
+    #[sqlx(flatten)]
+    purge: JobPurge,
+}
+
 impl Write<Session> for InsertStream {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
         let (InsertStream { stream, receipt }, tenant) = (&asked.write, asked.tenant());
-        let gear: Option<String> = sqlx::query_scalar("SELECT gear FROM jobs WHERE id = $1 AND tenant = $2")
-            .bind(stream.job_id)
-            .bind(tenant.as_str())
-            .fetch_optional(&mut session.db)
-            .await?
-            .ok_or(RepositoryError::NotFound(Resource::Job))?;
+        let JobOfStream { gear, purge } = sqlx::query_as(
+            "SELECT gear, purged_at, (SELECT reason FROM purges WHERE job = id) AS purge_reason
+             FROM jobs WHERE id = $1 AND tenant = $2",
+        )
+        .bind(stream.job_id)
+        .bind(tenant.as_str())
+        .fetch_optional(&mut session.db)
+        .await?
+        .ok_or(RepositoryError::NotFound(Resource::Job))?;
+        purge.refuse()?;
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
         stream.measurand.check_tooth(gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
         session.enter(asked, stream.job_id, Action::OpenStream, target::stream(stream.id)).await?;

@@ -7,15 +7,16 @@ use super::{
     operation::{
         CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit, InsertIteration,
         InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, PatchJob, PatchKey,
-        PatchPlant, RevokeKey, RotateKey,
+        PatchPlant, PurgeJob, RevokeKey, RotateKey,
     },
+    row::purge_name,
     subject::{About, Subject},
 };
 use crate::jobs::{
     Job, NewKey, NewRun, Plant,
     audit::{
         Contents, block_digest, choice_digest, decision_digest, job_digest, key_digest, new_iteration, plant_digest,
-        record_digest, stream_digest,
+        purge_digest, record_digest, stream_digest,
     },
 };
 
@@ -57,6 +58,22 @@ about! {
     RevokeKey: _write => Subject::Nothing;
     InsertPlant: write => no_job(write), vec![of_keys([&write.plant.key], Some(&write.plant.plant))];
     PatchPlant: _write => Subject::Nothing;
+}
+
+impl About for PurgeJob {
+    fn about(&self) -> Subject {
+        Subject::Job(self.purge.job)
+    }
+
+    /// An entry of the job, and one of the tenant.
+    fn contents(&self) -> Vec<Contents> {
+        let purge = purge_digest(self.purge.job, &self.purge.purge);
+        vec![Contents::default(), Contents::one(&purge_name(self.purge.job), purge)]
+    }
+
+    fn erases(&self) -> bool {
+        true
+    }
 }
 
 fn no_job<W>(_of: &W) -> Subject {

@@ -87,6 +87,11 @@ impl<O: Operation> Asked<O> {
         chain.add(self.by(), Prepared { contents, ..self.prepared() }, action, target);
     }
 
+    /// Its second entry, in another chain.
+    pub fn enter_second(&self, chain: &mut Growing, action: Action, target: String) {
+        chain.add(self.by(), self.prepared[1].clone(), action, target);
+    }
+
     /// Its only entry, with what was known of it before.
     pub fn enter(&self, chain: &mut Growing, action: Action, target: String) {
         chain.add(self.by(), self.prepared(), action, target);

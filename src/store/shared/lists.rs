@@ -42,7 +42,7 @@ pub async fn told(
 ) -> Result<(Vec<TracedFit>, u64), sqlx::Error> {
     let (mut fits, mut length) = (Vec::new(), 0);
     while let Some(fit) = rows.try_next().await? {
-        length += fit.row.coefficients.0.len();
+        length += fit.row.coefficients.as_ref().map_or(0, |text| text.0.len());
         if length > text && !fits.is_empty() {
             break;
         }

@@ -13,9 +13,9 @@ use crate::{
     jobs::{
         Answer, ApiKey, Block, Caller, Choice, DecisionEvent, FinishedStream, FitRecord, FitSummary, Iteration, Job,
         JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId, KeyPatch, Lease, Measurand, NewBlock, NewFit,
-        NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition,
-        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Rotation, Stored, Stream, StreamState,
-        Successors, Task, TaskQuery, TaskResult, Tenant, Trace,
+        NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch,
+        Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Rotation, Stored, Stream,
+        StreamState, Successors, Task, TaskQuery, TaskResult, Tenant, Trace,
         audit::{Chain, Contents, Entry, Prepared, Seal, Verdict},
     },
     key_operations, repository_operations,
@@ -55,6 +55,11 @@ pub trait Operation: Send + Sync + 'static {
     fn lease(&self) -> Option<Lease> {
         None
     }
+
+    /// Whether what it takes away shall be nowhere afterwards.
+    fn erases(&self) -> bool {
+        false
+    }
 }
 
 /// An idempotency key: tenant, key and scope.
@@ -92,6 +97,10 @@ impl<O: Operation> Operation for Asked<O> {
 
     fn lease(&self) -> Option<Lease> {
         self.write.receipt().and_then(|receipt| receipt.request.lease)
+    }
+
+    fn erases(&self) -> bool {
+        self.write.erases()
     }
 }
 
@@ -132,6 +141,10 @@ macro_rules! declare {
 
                 fn contents(&self) -> Vec<Contents> {
                     About::contents(self)
+                }
+
+                fn erases(&self) -> bool {
+                    About::erases(self)
                 }
 
                 fn receipt(&self) -> Option<&Receipt> {

@@ -67,6 +67,7 @@ pub trait AnyPending<C>: Send {
     fn subject(&self) -> Subject;
     fn key(&self) -> Option<Key<'_>>;
     fn lease(&self) -> Option<Lease>;
+    fn erases(&self) -> bool;
     fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a>;
     fn end(self: Box<Self>, failure: Option<RepositoryError>);
 }
@@ -86,6 +87,10 @@ impl<C: Send, O: Run<C>> AnyPending<C> for Pending<O> {
 
     fn lease(&self) -> Option<Lease> {
         self.operation.lease()
+    }
+
+    fn erases(&self) -> bool {
+        self.operation.erases()
     }
 
     fn run<'a>(&'a mut self, db: &'a mut C) -> Running<'a> {
@@ -141,6 +146,14 @@ impl<C> Queued<C> {
         match self {
             Queued::Iteration(pending) => pending.operation.lease(),
             Queued::Single(pending) => pending.lease(),
+        }
+    }
+
+    /// Whether what it takes away shall be nowhere afterwards.
+    pub fn erases(&self) -> bool {
+        match self {
+            Queued::Iteration(_) => false,
+            Queued::Single(pending) => pending.erases(),
         }
     }
 

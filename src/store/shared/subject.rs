@@ -23,4 +23,9 @@ pub trait About {
     fn contents(&self) -> Vec<Contents> {
         vec![Contents::default()]
     }
+
+    /// See [`Operation::erases`](super::operation::Operation::erases).
+    fn erases(&self) -> bool {
+        false
+    }
 }

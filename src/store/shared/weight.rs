@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use crate::jobs::{
     Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeyId, KeyPatch, NewBlock, NewFit, NewIteration, NewKey,
-    NewPlant, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record, Rotation, Tenant,
+    NewPlant, NewPurge, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record, Rotation, Tenant,
 };
 
 /// Part of a write.
@@ -39,6 +39,7 @@ light!(
     KeyPatch,
     NewKey,
     NewPlant,
+    NewPurge,
     NewStream,
     PlantPatch,
     Precondition,

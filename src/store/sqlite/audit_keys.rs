@@ -9,7 +9,7 @@ use crate::{
         NewKey, Tenant,
         audit::{By, Chain, Found, key_digest, plant_digest},
     },
-    store::shared::{Growing, KeptKeyRow, Outcome, PlantRow, key_columns, of_keys, plant_columns},
+    store::shared::{FoundPurge, Growing, KeptKeyRow, Outcome, PlantRow, key_columns, of_keys, plant_columns},
 };
 
 /// The keys of a tenant.
@@ -41,7 +41,15 @@ pub async fn found(db: &mut SqliteConnection, tenant: &Tenant) -> Outcome<Found>
     }
     drop(rows);
     let plant = sqlx::query(concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = ?"));
-    let plant = plant.bind(tenant.as_str()).fetch_optional(db).await?;
+    let plant = plant.bind(tenant.as_str()).fetch_optional(&mut *db).await?;
     found.tenant = plant.map(|row| PlantRow::from_row(&row).map_or([0; 32], |row| plant_digest(&row.into())));
+    let purges: Vec<FoundPurge> = sqlx::query_as(
+        "SELECT j.id AS job, p.at AS at, p.reason AS reason, p.archive_sha256 AS archive_sha256
+         FROM jobs j JOIN purges p ON p.job = j.seq WHERE j.tenant = ?",
+    )
+    .bind(tenant.as_str())
+    .fetch_all(db)
+    .await?;
+    found.purges = purges.into_iter().map(FoundPurge::told).collect();
     Ok(found)
 }

@@ -4,7 +4,7 @@ use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArg
 
 use super::{
     answers::{self, StoredFit},
-    audit,
+    audit, gone,
     locate::{self, IterationVersion, within},
     time,
 };
@@ -105,7 +105,8 @@ pub async fn last_with_coefficients(
     let rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
         summary_columns!(),
-        ", result -> '$.coefficients' AS coefficients, result -> '$.prior' AS prior
+        ", CASE WHEN result <> '' THEN result -> '$.coefficients' END AS coefficients,
+           CASE WHEN result <> '' THEN result -> '$.prior' END AS prior
          FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
     ))
     .bind(iteration)
@@ -145,7 +146,10 @@ impl Read<SqlitePool> for GetFit {
         .bind(self.fit)
         .fetch_optional(&mut *db)
         .await?;
-        Ok(row.ok_or(RepositoryError::NotFound(Resource::Fit))?.into())
+        match row.ok_or(RepositoryError::NotFound(Resource::Fit))? {
+            row if row.is_gone() => Err(gone::told(&mut db, self.job).await),
+            row => Ok(row.into()),
+        }
     }
 }
 

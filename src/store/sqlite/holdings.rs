@@ -161,6 +161,13 @@ const STATEMENTS: &[Statements] = &[
                                    previous, sha256, tenant)
                 VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14)",
     },
+    Statements {
+        table: "purge",
+        read: "SELECT p.at, p.reason, p.archive_sha256 FROM jobs j JOIN purges p ON p.job = j.seq
+               WHERE j.id = ? AND j.tenant = ?",
+        write: "INSERT INTO purges (job, at, reason, archive_sha256)
+                VALUES ((SELECT seq FROM jobs WHERE id = ?1), ?2, ?3, ?4)",
+    },
 ];
 
 /// The jobs of a database.
@@ -175,6 +182,11 @@ impl SqliteHoldings {
     /// To read a database, which a server may have open.
     pub async fn open(settings: &StoreSettings) -> Result<Self, OpenError> {
         Ok(SqliteHoldings { readers: settings.open_readers().await?, writer: None, _lock: None })
+    }
+
+    /// Of a database that is open.
+    pub(super) fn of(readers: SqlitePool) -> Self {
+        SqliteHoldings { readers, writer: None, _lock: None }
     }
 
     /// To store jobs in a database, which is made where there is none and which no server may have

@@ -25,8 +25,8 @@ use crate::{
         audit::{Chain, Head},
     },
     store::shared::{
-        Asked, Digest, Growing, Incoming, InsertIteration, InsertTogether, Integer, Key, NewEntry, Outcome, Pending,
-        Queued, StoreError, Write, figure_columns,
+        Asked, Digest, Growing, Incoming, InsertIteration, InsertTogether, Integer, JobPurge, Key, NewEntry, Outcome,
+        Pending, Queued, StoreError, Write, figure_columns,
     },
 };
 
@@ -118,6 +118,8 @@ struct JobCounters {
     seq: i64,
     last_number: Integer<u32>,
     gear: Option<String>,
+    #[sqlx(flatten)]
+    purge: JobPurge,
     head_number: Option<Integer<u64>>,
     head_sha256: Option<Digest>,
 }
@@ -176,6 +178,7 @@ impl LastNumbers {
         if new.key().is_some_and(|key| refused.taken.contains(&key)) {
             return Err(RepositoryError::KeyTaken);
         }
+        job.purge.refuse()?;
         new.iteration.check_gear(job.gear.as_deref())?;
         job.last_number.0 += 1;
         self.iteration += 1;
@@ -196,6 +199,7 @@ async fn last_numbers(db: &mut SqliteConnection, incoming: &[Incoming<'_>]) -> O
     for ids in ids.chunks(MOST_ROWS) {
         let sql = format!(
             "SELECT j.id AS id, j.tenant AS tenant, j.seq AS seq, j.gear AS gear,
+                    j.purged_at AS purged_at, (SELECT reason FROM purges WHERE job = j.seq) AS purge_reason,
                     coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0) AS last_number,
                     coalesce((SELECT max(seq) FROM iterations), 0) AS last_iteration,
                     coalesce((SELECT max(seq) FROM fits), 0) AS last_fit,

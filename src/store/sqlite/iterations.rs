@@ -3,7 +3,7 @@
 use sqlx::SqlitePool;
 
 use super::{
-    decisions, fits,
+    decisions, fits, gone,
     locate::{self, WithSeq, which_is_missing},
 };
 use crate::{
@@ -27,7 +27,8 @@ impl Read<SqlitePool> for GetIteration {
                 (SELECT count FROM nodes WHERE iteration = i.seq) AS node_count,
                 (SELECT count(*) FROM fits WHERE iteration = i.seq)
                 + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
-                + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1 AS version
+                + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1 + (j.purged_at NOTNULL) AS version,
+                j.purged_at AS purged_at
          FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
             (tenant, job, number),
         )
@@ -51,7 +52,7 @@ impl Read<SqlitePool> for GetNodesUpTo {
         let GetNodesUpTo { job, number, most } = *self;
         let mut db = from.acquire().await?;
         let row: Option<NodesRow> = sqlx::query_as(
-            "SELECT length(n.data) AS length, CASE WHEN length(n.data) <= ?3 THEN n.data END AS data
+            "SELECT length(n.data) AS length, CASE WHEN length(n.data) BETWEEN 1 AND ?3 THEN n.data END AS data
          FROM jobs j JOIN iterations i ON i.job = j.seq JOIN nodes n ON n.iteration = i.seq
          WHERE j.id = ?1 AND i.number = ?2 AND j.tenant = ?4",
         )
@@ -62,6 +63,7 @@ impl Read<SqlitePool> for GetNodesUpTo {
         .fetch_optional(&mut *db)
         .await?;
         match row {
+            Some(row) if row.is_gone() => Err(gone::told(&mut db, job).await),
             Some(row) => Ok(row.into()),
             None => Err(which_is_missing(&mut db, tenant, job).await),
         }
@@ -104,7 +106,8 @@ impl Read<SqlitePool> for GetSuccessors {
 impl Read<SqlitePool> for GetPredecessors {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Vec<Predecessor>> {
         let GetPredecessors { job, wanted } = self;
-        let mut db = from.acquire().await?;
+        let mut db = from.begin().await?;
+        gone::refuse(&mut db, &caller.tenant, *job).await?;
         let rows = sqlx::query_as::<_, PredecessorRow>(
             "SELECT i.number AS number, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
                 (SELECT f.id FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = i.seq

@@ -4,7 +4,7 @@ use sqlx::{SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers, audit,
+    answers, audit, gone,
     locate::{WithSeq, signed},
     streams, time,
 };
@@ -29,6 +29,14 @@ pub async fn located(db: &mut SqliteConnection, tenant: &Tenant, id: Uuid) -> Ou
             .await?;
     let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Job))?;
     Ok((seq, row.into()))
+}
+
+/// A purged job stays as it is.
+async fn refuse_purged(db: &mut SqliteConnection, job: &Job) -> Outcome<()> {
+    match job.purged_at {
+        None => Ok(()),
+        Some(_) => Err(gone::told(db, job.id).await),
+    }
 }
 
 impl Read<SqlitePool> for GetJob {
@@ -81,6 +89,7 @@ impl Write<SqliteConnection> for PatchJob {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Job> {
         let PatchJob { id, patch, precondition, now } = &asked.write;
         let (seq, before) = located(db, asked.tenant(), *id).await?;
+        refuse_purged(db, &before).await?;
         precondition.check(before.version)?;
         let after = before.patched(patch.clone(), *now);
         if after.gear != before.gear {
@@ -131,6 +140,7 @@ impl Write<SqliteConnection> for DeleteJob {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<()> {
         let DeleteJob { id, precondition } = &asked.write;
         let (seq, job) = located(db, asked.tenant(), *id).await?;
+        refuse_purged(db, &job).await?;
         precondition.check(job.version)?;
         let iterations: Integer<u64> =
             sqlx::query_scalar("SELECT count(*) FROM iterations WHERE job = ?").bind(seq).fetch_one(&mut *db).await?;

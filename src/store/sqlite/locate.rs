@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Caller, MAX_LISTED, RepositoryError, Resource, Tenant},
-    store::shared::{Counted, Integer, Outcome, StoreError, in_order},
+    store::shared::{Counted, Integer, JobPurge, Outcome, StoreError, in_order},
 };
 
 /// A row with the key that SQLite gave it.
@@ -81,8 +81,11 @@ struct IterationVersionRow {
     seq: Option<i64>,
     /// Nor is there a version.
     version: Option<Integer<u64>>,
+    #[sqlx(flatten)]
+    purge: JobPurge,
 }
 
+/// An iteration that is to be written to.
 pub async fn iteration(
     db: &mut SqliteConnection,
     tenant: &Tenant,
@@ -95,7 +98,8 @@ pub async fn iteration(
                     (SELECT count(*) FROM fits WHERE iteration = i.seq)
                     + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
                     + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1
-                END AS version
+                END AS version,
+                j.purged_at AS purged_at, (SELECT reason FROM purges WHERE job = j.seq) AS purge_reason
          FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ? WHERE j.id = ? AND j.tenant = ?",
     )
     .bind(number)
@@ -104,6 +108,7 @@ pub async fn iteration(
     .fetch_optional(&mut *db)
     .await?
     .ok_or(RepositoryError::NotFound(Resource::Job))?;
+    row.purge.refuse()?;
     let (seq, Integer(version)) = row.seq.zip(row.version).ok_or(RepositoryError::NotFound(Resource::Iteration))?;
     Ok(IterationVersion { seq, version })
 }

@@ -129,6 +129,8 @@ impl StoreSettings {
             .busy_timeout(BUSY_TIMEOUT)
             .pragma("wal_autocheckpoint", CHECKPOINT_PAGES)
             .pragma("journal_size_limit", LOG_LIMIT)
+            // what is purged is nowhere in the file
+            .pragma("secure_delete", "ON")
             .statement_cache_capacity(WRITER_STATEMENTS)
             .disable_statement_logging()
             .thread_name(|_| "store-write".to_owned())

@@ -3,7 +3,7 @@
 use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{
-    answers, audit,
+    answers, audit, gone,
     locate::{self, IterationVersion, within},
     time,
 };
@@ -63,7 +63,10 @@ impl Read<SqlitePool> for GetRecord {
         .bind(self.id)
         .fetch_optional(&mut *db)
         .await?;
-        Ok(row.ok_or(RepositoryError::NotFound(Resource::Record))?.into())
+        match row.ok_or(RepositoryError::NotFound(Resource::Record))? {
+            row if row.is_gone() => Err(gone::told(&mut db, self.job).await),
+            row => Ok(row.into()),
+        }
     }
 }
 
@@ -107,6 +110,9 @@ impl Read<SqlitePool> for GetLatestRecord {
         .bind(self.kind.name())
         .fetch_optional(&mut *db)
         .await?;
-        Ok(row.map(Into::into))
+        match row {
+            Some(row) if row.is_gone() => Err(gone::told(&mut db, self.job).await),
+            row => Ok(row.map(Into::into)),
+        }
     }
 }

@@ -8,18 +8,20 @@ use sqlx::{SqliteConnection, SqlitePool};
 use super::{
     auditor::SqliteAuditor,
     error::{OpenError, failure},
+    holdings::SqliteHoldings,
     lock,
     open::StoreSettings,
-    tasks, upkeep,
+    purges, tasks, time, upkeep,
     writer::Writer,
 };
 use crate::{
     jobs::{
         self, ANSWERS_KEPT, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture,
-        Tasks, Upkeep,
+        Tasks, Turn, Upkeep,
+        archive::{Holdings, Key},
         audit::{Auditor, Sealing, WholeSeal},
     },
-    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, SealAudit, Subject, queue},
+    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, SealAudit, StoreError, Subject, queue},
     telemetry,
 };
 
@@ -100,6 +102,10 @@ impl jobs::Store for SqliteStore {
     fn tasks(&self) -> Arc<dyn Tasks> {
         Arc::new(Handle::of_nobody(self.0.clone()))
     }
+
+    fn holdings(&self) -> Arc<dyn Holdings> {
+        Arc::new(SqliteHoldings::of(self.0.readers.clone()))
+    }
 }
 
 impl Upkeep for SqliteStore {
@@ -109,6 +115,21 @@ impl Upkeep for SqliteStore {
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         Box::pin(self.0.queue.write(SealAudit(sealing)))
+    }
+
+    /// The process is the only one.
+    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
+        Box::pin(async { Ok(Some(Turn(None))) })
+    }
+
+    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+        Box::pin(async move {
+            let untouched = purges::untouched(&self.0.readers, &time::to_text(since), most).await;
+            untouched.map_err(|error| match error {
+                StoreError::Refused(error) => error,
+                StoreError::Broken(error) => failure(&error),
+            })
+        })
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

@@ -4,15 +4,15 @@ use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers, audit, insert_iterations,
+    answers, audit, gone, insert_iterations,
     locate::{WithSeq, signed},
     time,
 };
 use crate::{
     jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action},
     store::shared::{
-        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, Outcome, Read, StreamRow, Write,
-        target,
+        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, JobPurge, Outcome, Read,
+        StreamRow, Write, target,
     },
 };
 
@@ -28,10 +28,13 @@ pub async fn located(db: &mut SqliteConnection, tenant: &Tenant, id: Uuid) -> Ou
     )
     .bind(id)
     .bind(tenant.as_str())
-    .fetch_optional(db)
+    .fetch_optional(&mut *db)
     .await?;
     let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Stream))?;
-    Ok((seq, row.into()))
+    match row.is_gone() {
+        Some(job) => Err(gone::told(db, job).await),
+        None => Ok((seq, row.into())),
+    }
 }
 
 impl Read<SqlitePool> for GetStream {
@@ -45,17 +48,23 @@ impl Read<SqlitePool> for GetStream {
 struct JobOfStream {
     seq: i64,
     gear: Option<String>,
+    #[sqlx(flatten)]
+    purge: JobPurge,
 }
 
 impl Write<SqliteConnection> for InsertStream {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
         let (InsertStream { stream, receipt }, tenant) = (&asked.write, asked.tenant());
-        let job: JobOfStream = sqlx::query_as("SELECT seq, gear FROM jobs WHERE id = ? AND tenant = ?")
-            .bind(stream.job_id)
-            .bind(tenant.as_str())
-            .fetch_optional(&mut *db)
-            .await?
-            .ok_or(RepositoryError::NotFound(Resource::Job))?;
+        let job: JobOfStream = sqlx::query_as(
+            "SELECT seq, gear, purged_at, (SELECT reason FROM purges WHERE job = seq) AS purge_reason
+             FROM jobs WHERE id = ? AND tenant = ?",
+        )
+        .bind(stream.job_id)
+        .bind(tenant.as_str())
+        .fetch_optional(&mut *db)
+        .await?
+        .ok_or(RepositoryError::NotFound(Resource::Job))?;
+        job.purge.refuse()?;
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         stream.measurand.check_tooth(job.gear.map(JobGear::from).as_ref().and_then(JobGear::teeth))?;
         let mut chain = audit::of_job(db, asked.by(), stream.job_id).await?;

@@ -5,7 +5,11 @@
 //! whole (a constraint that the checks did not foresee), each of its writes is tried again alone,
 //! so that only the guilty one fails.
 
-use std::{fs::File, slice, time::Instant};
+use std::{
+    fs::File,
+    slice,
+    time::{Duration, Instant},
+};
 
 use sqlx::SqliteConnection;
 
@@ -21,6 +25,11 @@ use crate::{
 /// SQLite's primary codes for data it will not have: constraint, mismatch, too big.
 const REFUSING_CODES: [i32; 3] = [19, 20, 18];
 
+/// How long the log waits for readers to be emptied, and when it is tried again.
+const ERASE_PATIENCE: &str = "PRAGMA busy_timeout = 1000";
+const PATIENCE: &str = "PRAGMA busy_timeout = 10000";
+const ERASE_AGAIN: Duration = Duration::from_secs(10);
+
 pub struct Writer {
     settings: StoreSettings,
     connection: SqliteConnection,
@@ -28,6 +37,8 @@ pub struct Writer {
     lock: Option<File>,
     waiting: Waiting<SqliteConnection>,
     commit_seconds: metrics::Histogram,
+    /// Since when the log has what shall be nowhere any more.
+    to_erase: Option<Instant>,
 }
 
 impl Writer {
@@ -38,7 +49,7 @@ impl Writer {
         waiting: Waiting<SqliteConnection>,
     ) -> Self {
         let commit_seconds = metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit");
-        Writer { settings, connection, lock, waiting, commit_seconds }
+        Writer { settings, connection, lock, waiting, commit_seconds, to_erase: None }
     }
 
     /// Writes until everybody who could ask is gone or somebody closes the store.
@@ -47,6 +58,9 @@ impl Writer {
             let begun = Instant::now();
             self.serve(group).await;
             self.commit_seconds.record(begun.elapsed());
+            if self.to_erase.is_some_and(|tried| tried.elapsed() > ERASE_AGAIN) {
+                self.erase().await;
+            }
         }
         if let Err(error) = sqlx::Connection::close(self.connection).await {
             tracing::warn!(%error, "the database did not close cleanly");
@@ -56,7 +70,11 @@ impl Writer {
     }
 
     async fn serve(&mut self, mut group: Vec<Queued<SqliteConnection>>) {
-        match self.transact(&mut group).await {
+        let stored = self.transact(&mut group).await;
+        if stored.is_ok() && group.iter().any(Queued::erases) {
+            self.erase().await;
+        }
+        match stored {
             Ok(()) => group.into_iter().for_each(|write| write.end(None)),
             Err(error) if group.len() > 1 && code(&error).is_some_and(|code| REFUSING_CODES.contains(&code)) => {
                 tracing::error!(%error, requests = group.len(), "a group of writes failed; trying each alone");
@@ -70,6 +88,23 @@ impl Writer {
                 group.into_iter().for_each(|write| write.end(Some(failure(&error))));
             }
         }
+    }
+
+    /// Copies the log into the database and empties it: the pages in it are of before. A reader
+    /// that still sees one of these is waited for, but not long.
+    async fn erase(&mut self) {
+        let emptied = async {
+            sqlx::query(ERASE_PATIENCE).execute(&mut self.connection).await?;
+            let (busy, _, _): (i64, i64, i64) =
+                sqlx::query_as("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(&mut self.connection).await?;
+            sqlx::query(PATIENCE).execute(&mut self.connection).await?;
+            Ok::<_, sqlx::Error>(busy == 0)
+        };
+        let emptied = emptied.await.unwrap_or_else(|error| {
+            tracing::warn!(%error, "the log of the database could not be emptied");
+            false
+        });
+        self.to_erase = (!emptied).then(Instant::now);
     }
 
     /// One transaction. Afterwards it is committed or undone, whatever happened.

@@ -72,6 +72,8 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("simulate_closed_loop", Dear("/v1/simulations/closed-loop", dear::closed_loop)),
     ("create_stream", Trivial("a spec without nodes")),
     ("add_stream_nodes", Dear("{stream}/nodes", dear::block)),
+    ("archive_job", Trivial("reads and compresses one job, and stops with its client")),
+    ("purge_job", Trivial("reads and compresses one job, and stops with its client")),
     ("create_key", Trivial("texts of bounded lengths")),
     ("rotate_key", Trivial("a number")),
     ("create_tenant", Trivial("texts of bounded lengths")),

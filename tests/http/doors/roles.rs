@@ -94,7 +94,8 @@ fn operations_ask_for_what_they_do() {
         "update_iteration",
         "update_job",
     ];
-    let admin = ["create_key", "get_key", "list_keys", "revoke_key", "rotate_key", "update_key"];
+    let admin =
+        ["archive_job", "create_key", "get_key", "list_keys", "purge_job", "revoke_key", "rotate_key", "update_key"];
     let tenants = ["create_tenant", "get_tenant", "list_tenants", "update_tenant"];
     assert_eq!(
         (&by_scope["admin"][..], &by_scope["tenants"][..]),

@@ -28,7 +28,9 @@ async fn a_job_tells_who_changed_what() {
         ]
     );
     assert!(page.items.windows(2).all(|pair| pair[1].previous == pair[0].sha256));
-    assert!(page.items.iter().all(|e| e.actor == "anonymous" && e.peer.as_deref() == Some("127.0.0.1")));
+    assert!(
+        page.items.iter().all(|e| e.actor.as_deref() == Some("anonymous") && e.peer.as_deref() == Some("127.0.0.1"))
+    );
     assert_eq!(page.items[2].request_id.as_deref(), Some("line-4/shift-2"));
     assert!(page.items[1].contents.keys().eq(["choice", "fit", "iteration", "nodes"]));
     assert!(page.items[1].contents.values().all(|digest| digest.len() == 64));
@@ -83,6 +85,34 @@ async fn python_agrees() {
     assert_eq!(tampered(|items| items[2]["contents"]["job"] = json!("00".repeat(32))), "3 entry");
     assert_eq!(tampered(|items| drop(items.as_array_mut().unwrap().remove(1))), "2 entry");
     assert_eq!(by_python("0190b0de-0000-7000-8000-000000000000", &page), "1 link");
+    app.stop().await;
+}
+
+/// What a purge took away is no break for it either; what is changed afterwards is.
+#[tokio::test]
+async fn python_agrees_after_a_purge() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    app.iteration(&job).await;
+    super::purges::purged(&app, &job).await;
+    let page = app.get(&format!("{job}/audit")).await.expect(200).json();
+    let id = job.rsplit('/').next().unwrap();
+    assert_eq!((page["items"][0].get("actor"), &page["items"][2]["actor"]), (None, &json!("anonymous")));
+    let head = page["items"][2]["sha256"].as_str().unwrap();
+    assert_eq!(by_python(id, &page), format!("intact 3 {head}"));
+    let tampered = |change: fn(&mut Value)| {
+        let mut page = page.clone();
+        change(&mut page["items"]);
+        by_python(id, &page)
+    };
+    assert_eq!(tampered(|items| items[1]["actor"] = json!("other")), "2 entry");
+    assert_eq!(tampered(|items| items[1]["peer"] = json!("other")), "3 content");
+    assert_eq!(tampered(|items| items[1]["sha256"] = json!("00".repeat(32))), "3 link");
+    assert_eq!(tampered(|items| drop(items.as_array_mut().unwrap().pop())), "1 entry");
+    assert_eq!(tampered(|items| items[2]["contents"]["found"] = json!("00".repeat(32))), "3 entry");
+    let own = app.get("/v1/audit").await.expect(200).json();
+    assert_eq!(own["items"][0]["target"], json!(job));
+    assert!(by_python("", &own).starts_with("intact 1 "), "{}", by_python("", &own));
     app.stop().await;
 }
 

@@ -118,3 +118,24 @@ fn a_name_is_an_address_and_no_keys_are_no_fault() {
     server.wait().unwrap();
     assert!(healthy, "{address:?}: {said}");
 }
+
+/// What purges by age needs a folder that takes files; without it the server does not start.
+#[test]
+fn what_is_old_is_purged_into_a_folder_alone() {
+    let place = tempfile::tempdir().unwrap();
+    let database = place.path().join("jobs.db");
+    let serve = |more: &[&str]| {
+        let (served, said) = flankfit(&[&["serve", "--bind", "127.0.0.1:0"][..], more].concat(), &database);
+        assert!(!served, "{said}");
+        said
+    };
+    let said = serve(&["--retain-bulk-days", "30"]);
+    assert!(said.contains("--archive-dir"), "{said}");
+    let said = serve(&["--retain-bulk-days", "0", "--archive-dir", "."]);
+    assert!(said.contains("--retain-bulk-days"), "{said}");
+    let file = place.path().join("file");
+    std::fs::write(&file, "").unwrap();
+    let said = serve(&["--retain-bulk-days", "30", "--archive-dir", file.to_str().unwrap()]);
+    assert!(said.contains("archives of jobs cannot be kept in"), "{said}");
+    assert!(!database.exists(), "nothing was opened");
+}

@@ -17,6 +17,7 @@ pub mod long;
 mod measurand;
 mod plant;
 mod previews;
+mod purges;
 mod refusals;
 mod replicas;
 mod seals;

@@ -15,6 +15,7 @@ mod keys;
 mod neighbours;
 mod paging;
 mod pair;
+mod purges;
 mod recorder;
 mod records;
 mod runs;
@@ -122,6 +123,14 @@ conformance! {
         paging:
             lists_that_grow_are_read_without_gaps_or_repeats,
             the_order_is_that_of_storing_not_of_ids;
+        purges:
+            a_purged_job_keeps_its_numbers_and_no_more,
+            a_purge_takes_the_archive_as_it_is_now,
+            a_purge_comes_before_or_after_each_writer,
+            what_was_purged_is_no_break,
+            what_is_changed_after_a_purge_is_found,
+            the_trace_loses_only_what_a_purge_takes,
+            jobs_that_nobody_touches_are_due;
         records:
             records_come_back_as_they_were_kept_and_page_by_page,
             a_record_belongs_to_one_iteration,

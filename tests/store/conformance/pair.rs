@@ -41,6 +41,14 @@ pub trait Ground {
     /// A number that the database tells.
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64>;
 
+    /// Whether a text is anywhere in it.
+    fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool>;
+
+    /// What brings a table back from the copy of it, `kept_…`.
+    fn again(&self, table: &str) -> String {
+        format!("DELETE FROM {table}; INSERT INTO {table} SELECT * FROM kept_{table}")
+    }
+
     /// Bytes as the database's SQL writes them.
     fn literal(&self, bytes: &[u8]) -> String;
 

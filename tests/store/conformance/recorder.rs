@@ -11,10 +11,12 @@ use flankfit::{
     jobs::{
         Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask, FinishedStream,
         FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId, KeyPatch, Keys,
-        KnownKey, Lease, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewRun, NewStream, NewTask, Page,
-        PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind,
-        RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Rotation, San, Store, Stored, Stream,
-        StreamState, Successors, Task, TaskQuery, TaskResult, Tasks, Tenant, Trace, Upkeep, Wakes,
+        KnownKey, Lease, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream,
+        NewTask, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record,
+        RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture, Resource, Rotation, San, Store,
+        Stored, Stream, StreamState, Successors, Task, TaskQuery, TaskResult, Tasks, Tenant, Trace, Turn, Upkeep,
+        Wakes,
+        archive::{Holdings, Key},
         audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
     },
     key_operations, repository_operations,
@@ -49,7 +51,7 @@ impl Exercised {
 }
 
 /// Every refusal.
-const ERRORS: [&str; 27] = [
+const ERRORS: [&str; 30] = [
     "no job",
     "no iteration",
     "no fit",
@@ -73,6 +75,9 @@ const ERRORS: [&str; 27] = [
     "unexpected block",
     "version",
     "foreign fit",
+    "purged",
+    "archive differs",
+    "open tasks",
     "key taken",
     "overloaded",
     "unavailable",
@@ -104,6 +109,11 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::UnexpectedBlock { .. } => "unexpected block",
         RepositoryError::VersionMismatch { .. } => "version",
         RepositoryError::ForeignFit(_) => "foreign fit",
+        RepositoryError::Purged { .. } => "purged",
+        RepositoryError::ArchiveDiffers => "archive differs",
+        RepositoryError::HasTasks(_) => "open tasks",
+        // the use case says so, which asks the store for a verdict
+        RepositoryError::AuditBroken(_) => "broken audit",
         RepositoryError::KeyTaken => "key taken",
         RepositoryError::Unavailable(_) => "unavailable",
         RepositoryError::Overloaded => "overloaded",
@@ -114,7 +124,9 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 14] = [
+const UPKEEP: [&str; 16] = [
+    "turn",
+    "untouched",
     "seal_audit",
     "forget_answers",
     "check_writable",
@@ -161,6 +173,10 @@ impl Store for Watched {
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
         self.store.wakes()
     }
+
+    fn holdings(&self) -> Arc<dyn Holdings> {
+        self.store.holdings()
+    }
 }
 
 impl Upkeep for Watched {
@@ -172,6 +188,16 @@ impl Upkeep for Watched {
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         self.exercised.operation("seal_audit");
         self.store.seal_audit(sealing)
+    }
+
+    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
+        self.exercised.operation("turn");
+        self.store.turn()
+    }
+
+    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+        self.exercised.operation("untouched");
+        self.store.untouched(since, most)
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {

@@ -1161,6 +1161,51 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/jobs/{job_id}/archive": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
+         *     audit.
+         * @description JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
+         *     them. The same bytes for as long as nothing changes. Nothing is stored.
+         */
+        post: operations["archive_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{job_id}/purge": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Takes nodes, results, texts and names of a job away, for good.
+         * @description For people's names, and for space. The job's row, its numbers, times and figures, and its audit
+         *     stay; whatever needs the rest is 410 from then on, and the job takes nothing more. It takes the
+         *     digest of the job's archive as it stands now (`POST …/archive`): keep that file, nothing else
+         *     has what is taken away. The audit of the job and that of the tenant tell of it.
+         */
+        post: operations["purge_job"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/operations": {
         parameters: {
             query?: never;
@@ -1575,8 +1620,8 @@ export interface components {
              * @description When the change was asked for, always with six decimals.
              */
             at: string;
-            /** @description Who made it: the name of a key, or `anonymous`. */
-            actor: string;
+            /** @description Who made it: the name of a key, or `anonymous`. Absent where the job was purged since. */
+            actor?: string;
             /** @description What was done, such as `iteration.add`. */
             action: string;
             /** @description The path of what was changed. */
@@ -1589,7 +1634,7 @@ export interface components {
             contents: {
                 [key: string]: string;
             };
-            /** @description `stored`, `changed`, `deleted`, or `found` where nothing was changed. */
+            /** @description `stored`, `changed`, `deleted`, `purged`, or `found` where nothing was changed. */
             outcome: string;
             /** @description `sha256` of the entry before it; of the first, a digest of the tenant and the job. */
             previous: string;
@@ -5219,6 +5264,11 @@ export interface components {
              * @description How many fits were made before those; `GET …/fits` lists all.
              */
             earlier_fits?: number;
+            /**
+             * Format: date-time
+             * @description When its nodes, results, texts and names were taken away; absent where they are there.
+             */
+            purged_at?: string;
         };
         /** @description A fit of an iteration's nodes. */
         IterationFit: {
@@ -5470,6 +5520,11 @@ export interface components {
              * @example 2026-11-21T08:30:00.000000Z
              */
             updated_at: string;
+            /**
+             * Format: date-time
+             * @description When its nodes, results, texts and names were taken away; absent where they are there.
+             */
+            purged_at?: string;
         };
         /**
          * @description The `data` of an event. Its `event` is the `type`, its `id` the number.
@@ -6037,6 +6092,11 @@ export interface components {
              * @example 2026-11-21T08:30:00.000000Z
              */
             updated_at: string;
+            /**
+             * Format: date-time
+             * @description When its nodes, results, texts and names were taken away; absent where they are there.
+             */
+            purged_at?: string;
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int32
@@ -7653,6 +7713,39 @@ export interface components {
              *     whatever its white space or key order.
              */
             input_sha256: string;
+        };
+        /** @description That a job was purged. */
+        Purge: {
+            /**
+             * Format: uuid
+             * @description The job, whose row, numbers and audit stay.
+             */
+            job_id: string;
+            /**
+             * Format: date-time
+             * @description When.
+             */
+            purged_at: string;
+            /** @description Why, as it was posted. */
+            reason: string;
+            /** @description SHA-256 of the archive that has what was taken away, in 64 lower-case hexadecimal digits. */
+            archive_sha256: string;
+        };
+        /**
+         * @description What is to be purged, and why.
+         * @example {
+         *       "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865",
+         *       "reason": "The operator asked for it"
+         *     }
+         */
+        PurgeRequest: {
+            /** @description Why. It is kept and told to whoever asks for what was purged: name no person here. */
+            reason: string;
+            /**
+             * @description `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
+             *     job as it is now.
+             */
+            archive_sha256: string;
         };
         /** @description Regression quantile: a share `tau` of the nodes lies below the surface. */
         QuantileEstimator: {
@@ -9847,7 +9940,7 @@ export interface components {
             created_at: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
-            /** @description In the order of the fit's answer. */
+            /** @description In the order of the fit's answer; none where the job was purged. */
             coefficients: components["schemas"]["Coefficient"][];
             /** @description What the fit stood on beside the nodes; absent where it had no prior. */
             prior?: components["schemas"]["PriorResult"];
@@ -14422,6 +14515,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The job has changed meanwhile. */
             412: {
                 headers: {
@@ -14735,6 +14849,27 @@ export interface operations {
                      *       "status": 409,
                      *       "title": "The resource's state does not allow this",
                      *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -15121,6 +15256,27 @@ export interface operations {
                      *       "status": 409,
                      *       "title": "The resource's state does not allow this",
                      *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -15674,6 +15830,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The iteration has changed meanwhile. */
             412: {
                 headers: {
@@ -15959,6 +16136,27 @@ export interface operations {
                      *       "status": 406,
                      *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -16519,6 +16717,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is too large (counted after decompression). */
             413: {
                 headers: {
@@ -16789,6 +17008,27 @@ export interface operations {
                      *       "status": 406,
                      *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -17067,6 +17307,27 @@ export interface operations {
                      *       "status": 408,
                      *       "title": "The request body took too long",
                      *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -17363,6 +17624,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The header `Host` names a host that this server does not serve. */
             421: {
                 headers: {
@@ -17631,6 +17913,27 @@ export interface operations {
                      *       "status": 408,
                      *       "title": "The request body took too long",
                      *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -21159,6 +21462,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is too large (counted after decompression). */
             413: {
                 headers: {
@@ -21502,6 +21826,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is too large (counted after decompression). */
             413: {
                 headers: {
@@ -21769,6 +22114,27 @@ export interface operations {
                      *       "status": 406,
                      *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -22070,6 +22436,27 @@ export interface operations {
                      *       "status": 409,
                      *       "title": "The resource's state does not allow this",
                      *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -22439,6 +22826,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is too large (counted after decompression). */
             413: {
                 headers: {
@@ -22777,6 +23185,27 @@ export interface operations {
                      *       "status": 409,
                      *       "title": "The resource's state does not allow this",
                      *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -23141,6 +23570,27 @@ export interface operations {
                      *       "status": 409,
                      *       "title": "The resource's state does not allow this",
                      *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -23645,6 +24095,27 @@ export interface operations {
                      *       "status": 406,
                      *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -25633,6 +26104,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is too large (counted after decompression). */
             413: {
                 headers: {
@@ -25901,6 +26393,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The header `Host` names a host that this server does not serve. */
             421: {
                 headers: {
@@ -26100,6 +26613,27 @@ export interface operations {
                      *       "status": 404,
                      *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -26420,6 +26954,27 @@ export interface operations {
                      *       "status": 409,
                      *       "title": "The resource's state does not allow this",
                      *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -26768,6 +27323,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The body is too large (counted after decompression). */
             413: {
                 headers: {
@@ -27053,6 +27629,27 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
             /** @description The header `Host` names a host that this server does not serve. */
             421: {
                 headers: {
@@ -27075,6 +27672,592 @@ export interface operations {
                 };
             };
             /** @description The query has a parameter that this operation has not, or one twice. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    archive_job: {
+        parameters: {
+            query?: never;
+            header?: never;
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The archive, to be saved. */
+            200: {
+                headers: {
+                    /** @description SHA-256 of the file, in 64 hexadecimal digits. */
+                    "archive-sha256"?: string;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/zstd": string;
+                };
+            };
+            /** @description No API key was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The query has a parameter that this operation has not, or one twice. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    purge_job: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The same key and body answers the first response again. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        /** @description Why, and which archive is kept. */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PurgeRequest"];
+            };
+        };
+        responses: {
+            /** @description What was purged. */
+            200: {
+                headers: {
+                    /** @description `true` where this is the first answer to the same key, given again. */
+                    "Idempotency-Replayed"?: string;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Purge"];
+                };
+            };
+            /** @description The body or its compression cannot be read; `detail` says where. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body did not arrive in time. */
+            408: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_timeout",
+                     *       "detail": "The body did not arrive within 30 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 408,
+                     *       "title": "The request body took too long",
+                     *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description An operation of the job has not ended, or its audit is broken. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job is purged already. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is too large (counted after decompression). */
+            413: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_too_large",
+                     *       "detail": "The body has more than 268435456 bytes.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 413,
+                     *       "title": "The request body is too large",
+                     *       "type": "urn:flankfit:problem:body_too_large"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The media type or the compression is not supported. */
+            415: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unsupported_media_type",
+                     *       "detail": "The media type is text/plain; send application/json.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 415,
+                     *       "title": "The media type is not supported",
+                     *       "type": "urn:flankfit:problem:unsupported_media_type"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */

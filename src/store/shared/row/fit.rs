@@ -71,6 +71,13 @@ pub struct FitRow {
     result: Document,
 }
 
+impl FitRow {
+    /// Whether the fit was purged.
+    pub fn is_gone(&self) -> bool {
+        self.result.0.is_empty()
+    }
+}
+
 impl From<FitRow> for FitRecord {
     fn from(row: FitRow) -> Self {
         FitRecord {
@@ -104,13 +111,18 @@ impl From<FitSummaryRow> for FitSummary {
 pub struct TracedFitRow {
     #[sqlx(flatten)]
     summary: FitSummaryRow,
-    pub coefficients: Document,
+    /// None where the result was purged.
+    pub coefficients: Option<Document>,
     prior: Option<Document>,
 }
 
 impl From<TracedFitRow> for TracedFit {
     fn from(TracedFitRow { summary, coefficients, prior }: TracedFitRow) -> Self {
-        TracedFit { summary: summary.into(), coefficients: coefficients.0, prior: prior.map(Into::into) }
+        TracedFit {
+            summary: summary.into(),
+            coefficients: coefficients.map_or_else(|| "[]".to_owned(), |text| text.0),
+            prior: prior.map(Into::into),
+        }
     }
 }
 

@@ -49,6 +49,7 @@ pub struct IterationRow {
     created_at: Moment,
     node_count: Integer<u64>,
     version: Integer<u64>,
+    purged_at: Option<Moment>,
 }
 
 impl IterationRow {
@@ -71,6 +72,7 @@ impl IterationRow {
             fits,
             earlier_fits,
             decision,
+            purged_at: self.purged_at.map(|at| at.0),
         }
     }
 }
@@ -108,6 +110,13 @@ impl From<TracedIterationRow> for TracedIteration {
 pub struct NodesRow {
     length: Integer<usize>,
     data: Option<NodesColumn>,
+}
+
+impl NodesRow {
+    /// Whether the nodes were purged: no encoding of any is empty.
+    pub fn is_gone(&self) -> bool {
+        self.length.0 == 0
+    }
 }
 
 impl From<NodesRow> for Result<Nodes, usize> {

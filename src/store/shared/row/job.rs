@@ -11,7 +11,7 @@ use crate::{
 /// The columns of [`JobRow`].
 macro_rules! job_columns {
     () => {
-        "id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at"
+        "id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at, purged_at"
     };
 }
 pub(in crate::store) use job_columns;
@@ -28,6 +28,7 @@ pub struct JobRow {
     version: Integer<u64>,
     created_at: Moment,
     updated_at: Moment,
+    purged_at: Option<Moment>,
 }
 
 impl From<JobRow> for Job {
@@ -43,6 +44,7 @@ impl From<JobRow> for Job {
             version: row.version.0,
             created_at: row.created_at.0,
             updated_at: row.updated_at.0,
+            purged_at: row.purged_at.map(|at| at.0),
         }
     }
 }

@@ -8,6 +8,7 @@ mod iteration;
 mod job;
 mod key;
 mod listing;
+mod purge;
 mod record;
 mod seal;
 mod stream;
@@ -21,6 +22,7 @@ pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedI
 pub use job::{AnswerRow, JobRow};
 pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};
 pub use listing::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, counts};
+pub use purge::{FoundPurge, JobPurge, PurgeRow, purge_name};
 pub use record::{RecordRow, RecordSummaryRow};
 pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, last_seals, page_of_seals};
 pub use stream::{BlockRow, EventRow, StateRow, StreamRow};

@@ -31,6 +31,13 @@ pub struct RecordRow {
     gear: Option<String>,
 }
 
+impl RecordRow {
+    /// Whether the record was purged.
+    pub fn is_gone(&self) -> bool {
+        self.result.0.is_empty()
+    }
+}
+
 impl From<RecordRow> for Record {
     fn from(RecordRow { summary, request, result, gear }: RecordRow) -> Self {
         let RecordSummaryRow { id, kind, method, created_at } = summary;

@@ -29,6 +29,13 @@ pub struct StreamRow {
     updated_at: Moment,
 }
 
+impl StreamRow {
+    /// Whether the stream was purged, with the job that it is of.
+    pub fn is_gone(&self) -> Option<Uuid> {
+        self.spec.0.is_empty().then_some(self.job_id)
+    }
+}
+
 impl From<StreamRow> for Stream {
     fn from(row: StreamRow) -> Self {
         Stream {

@@ -96,6 +96,30 @@ impl Ground for Postgres {
         })
     }
 
+    fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool> {
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            let tables: Vec<String> =
+                sqlx::query_scalar("SELECT tablename::text FROM pg_tables WHERE schemaname = 'public'")
+                    .fetch_all(&mut own)
+                    .await
+                    .unwrap();
+            assert!(tables.len() > 15, "{tables:?}");
+            let mut found = false;
+            for table in tables {
+                // documents are bytes, which a row shows in hexadecimal digits
+                let sql = format!(
+                    "SELECT EXISTS (SELECT FROM {table} AS r WHERE strpos(r::text, $1) > 0
+                     OR strpos(r::text, encode(convert_to($1, 'UTF8'), 'hex')) > 0)"
+                );
+                found |=
+                    sqlx::query_scalar::<_, bool>(AssertSqlSafe(sql)).bind(text).fetch_one(&mut own).await.unwrap();
+            }
+            own.close().await.unwrap();
+            found
+        })
+    }
+
     fn literal(&self, bytes: &[u8]) -> String {
         format!("'\\x{}'::bytea", hex(bytes))
     }

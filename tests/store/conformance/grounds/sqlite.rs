@@ -89,6 +89,16 @@ impl Ground for Sqlite {
         })
     }
 
+    /// In the file, or in the log beside it.
+    fn holds<'a>(&'a self, text: &'a str) -> Soon<'a, bool> {
+        Box::pin(async move {
+            [self.place.file(), self.place.beside("jobs.db-wal")].into_iter().any(|file| {
+                let bytes = std::fs::read(file).unwrap_or_default();
+                bytes.windows(text.len()).any(|piece| piece == text.as_bytes())
+            })
+        })
+    }
+
     fn literal(&self, bytes: &[u8]) -> String {
         format!("x'{}'", hex(bytes))
     }

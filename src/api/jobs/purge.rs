@@ -1,0 +1,90 @@
+//! Purges as they are asked for and answered.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::audit::hex;
+use crate::{
+    api::{
+        faults::Faults,
+        json::text::{LongText, Moment},
+    },
+    jobs::NewPurge,
+};
+
+/// What is to be purged, and why.
+#[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = PurgeRequest, example = json!({
+    "reason": "The operator asked for it", "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865"
+}))]
+pub struct PurgeRequestBody {
+    /// Why. It is kept and told to whoever asks for what was purged: name no person here.
+    #[schema(value_type = String, min_length = 1, max_length = 4000)]
+    pub reason: LongText,
+    /// `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
+    /// job as it is now.
+    #[schema(min_length = 64, max_length = 64)]
+    pub archive_sha256: String,
+}
+
+impl PurgeRequestBody {
+    /// Reason and digest.
+    pub fn checked(self) -> Result<(String, [u8; 32]), Faults> {
+        let told = || Faults::one("/archive_sha256", "is not SHA-256 in 64 hexadecimal digits");
+        Ok((self.reason.into(), digest(&self.archive_sha256).ok_or_else(told)?))
+    }
+}
+
+fn digest(text: &str) -> Option<[u8; 32]> {
+    let digit = |digit: u8| char::from(digit).to_digit(16).and_then(|digit| u8::try_from(digit).ok());
+    let (pairs, rest) = text.as_bytes().as_chunks::<2>();
+    let bytes: Option<Vec<u8>> = pairs.iter().map(|[high, low]| Some(digit(*high)? << 4 | digit(*low)?)).collect();
+    bytes.filter(|_| rest.is_empty())?.try_into().ok()
+}
+
+/// That a job was purged.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = Purge)]
+pub struct PurgeBody {
+    /// The job, whose row, numbers and audit stay.
+    pub job_id: Uuid,
+    /// When.
+    #[schema(value_type = String, format = DateTime)]
+    pub purged_at: Moment,
+    /// Why, as it was posted.
+    pub reason: String,
+    /// SHA-256 of the archive that has what was taken away, in 64 lower-case hexadecimal digits.
+    pub archive_sha256: String,
+}
+
+impl From<&NewPurge> for PurgeBody {
+    fn from(NewPurge { job, purge, .. }: &NewPurge) -> Self {
+        PurgeBody {
+            job_id: *job,
+            purged_at: Moment(purge.at),
+            reason: purge.reason.clone(),
+            archive_sha256: hex(&purge.archive_sha256),
+        }
+    }
+}
+
+/// SHA-256 as it stands in a header.
+pub fn told(sha256: &[u8; 32]) -> String {
+    hex(sha256)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_digest_is_64_hexadecimal_digits() {
+        let all = "00fF".repeat(16);
+        assert_eq!(digest(&all).map(|bytes| told(&bytes)), Some(all.to_lowercase()));
+        for wrong in ["", "00", &"0".repeat(63), &"0".repeat(66), &"g".repeat(64), &"é".repeat(32)] {
+            assert_eq!(digest(wrong), None, "{wrong}");
+        }
+    }
+}

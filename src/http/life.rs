@@ -1,0 +1,133 @@
+//! Old jobs: archived, and purged.
+
+use std::{fs::File, io, io::Read as _, sync::LazyLock};
+
+use axum::{
+    body::{Body, Bytes},
+    http::{HeaderName, HeaderValue, header},
+    response::Response,
+};
+use futures_util::{StreamExt as _, stream};
+use tempfile::{SpooledData, SpooledTempFile, spooled_tempfile_in};
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    body::Payload,
+    caller_state::CallerState,
+    chunked::PIECE,
+    compute::read_small_json,
+    extract::PathOf,
+    idempotency::{IdempotencyKey, idempotent},
+    state::AppState,
+};
+use crate::{
+    api::{
+        jobs::purge::{PurgeBody, PurgeRequestBody, told},
+        json::{value::read_json, writer::text_of},
+        problem::Problem,
+    },
+    jobs::{Answer, NewPurge, Stored},
+};
+
+/// Tells the digest of an archive.
+pub static ARCHIVE_SHA256: HeaderName = HeaderName::from_static("archive-sha256");
+/// The media type of archives: frames of zstd.
+pub const ARCHIVE: &str = "application/zstd";
+/// Longer archives are not held in memory, but in a file without a name.
+const IN_MEMORY: usize = 1 << 20;
+
+static MEDIA: LazyLock<HeaderValue> = LazyLock::new(|| HeaderValue::from_static(ARCHIVE));
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(archive_job)).routes(routes!(purge_job))
+}
+
+/// Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
+/// audit.
+///
+/// JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
+/// them. The same bytes for as long as nothing changes. Nothing is stored.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
+    params(("job_id" = Uuid, Path)),
+    responses((status = 200, description = "The archive, to be saved.", content((String = "application/zstd")),
+        headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits."))))
+)]
+async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Response, Problem> {
+    let spool = spooled_tempfile_in(IN_MEMORY, state.settings.retention.spool_dir());
+    let (spool, archived) = state.jobs.archive(job, spool).await?;
+    let mut response = Response::new(sent(spool).map_err(|error| Problem::internal(&error))?);
+    let headers = response.headers_mut();
+    headers.insert(header::CONTENT_TYPE, MEDIA.clone());
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(archived.bytes));
+    if let Ok(name) = HeaderValue::from_str(&format!("attachment; filename=\"job-{job}.jsonl.zst\"")) {
+        headers.insert(header::CONTENT_DISPOSITION, name);
+    }
+    if let Ok(digest) = HeaderValue::from_str(&told(&archived.sha256)) {
+        headers.insert(&ARCHIVE_SHA256, digest);
+    }
+    Ok(response)
+}
+
+/// What was spooled, from its beginning; a piece at a time where it is in a file.
+fn sent(spool: SpooledTempFile) -> io::Result<Body> {
+    let mut file = match spool.into_inner() {
+        SpooledData::InMemory(bytes) => return Ok(Body::from(bytes.into_inner())),
+        SpooledData::OnDisk(file) => file,
+    };
+    io::Seek::rewind(&mut file)?;
+    let pieces = stream::try_unfold(file, |file| async move {
+        let reading = tokio::task::spawn_blocking(move || piece(file)).await;
+        let (piece, file) = reading.map_err(io::Error::other)??;
+        Ok::<_, io::Error>((!piece.is_empty()).then(|| (Bytes::from(piece), file)))
+    });
+    Ok(Body::from_stream(pieces.fuse()))
+}
+
+fn piece(mut file: File) -> io::Result<(Vec<u8>, File)> {
+    let mut piece = vec![0; PIECE];
+    let read = file.read(&mut piece)?;
+    piece.truncate(read);
+    Ok((piece, file))
+}
+
+/// Takes nodes, results, texts and names of a job away, for good.
+///
+/// For people's names, and for space. The job's row, its numbers, times and figures, and its audit
+/// stay; whatever needs the rest is 410 from then on, and the job takes nothing more. It takes the
+/// digest of the job's archive as it stands now (`POST …/archive`): keep that file, nothing else
+/// has what is taken away. The audit of the job and that of the tenant tell of it.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/purge", operation_id = "purge_job", tag = "jobs",
+    params(("job_id" = Uuid, Path), IdempotencyKey),
+    request_body(content = PurgeRequestBody, description = "Why, and which archive is kept."),
+    responses(
+        (status = 200, description = "What was purged.", body = PurgeBody),
+        (status = 409, description = "An operation of the job has not ended, or its audit is broken.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 410, description = "The job is purged already.", body = Problem,
+            content_type = "application/problem+json")
+    )
+)]
+async fn purge_job(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    key: IdempotencyKey,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    idempotent(state, key, format!("POST /v1/jobs/{job}/purge"), payload, |state, payload, key| async move {
+        let limit = state.settings.body_limit;
+        let read = |text: &[u8]| Ok(read_json::<PurgeRequestBody>(text)?);
+        let body = read_small_json(&state, payload, limit, read).await?;
+        let (reason, archive_sha256) = body.checked().map_err(Problem::invalid)?;
+        let keyed = key.map(|key| key.answered_by(purged));
+        let new = state.jobs.purge(job, reason, archive_sha256, keyed).await?;
+        Ok(purged(&new, Stored { number: 0, version: 0 }))
+    })
+    .await
+}
+
+fn purged(new: &NewPurge, _stored: Stored) -> Answer {
+    Answer { status: 200, location: None, etag: None, body: text_of(&PurgeBody::from(new)).into_bytes() }
+}

@@ -1,0 +1,78 @@
+//! Purges of jobs.
+
+use sqlx::FromRow;
+use uuid::Uuid;
+
+use crate::{
+    jobs::{
+        Purge, RepositoryError,
+        audit::{Sha256Digest, purge_digest},
+    },
+    store::shared::{
+        columns::{Digest, Moment},
+        error::damaged,
+    },
+};
+
+#[derive(FromRow)]
+pub struct PurgeRow {
+    at: Moment,
+    reason: String,
+    archive_sha256: Digest,
+}
+
+impl From<PurgeRow> for Purge {
+    fn from(PurgeRow { at, reason, archive_sha256 }: PurgeRow) -> Self {
+        Purge { at: at.0, reason, archive_sha256: archive_sha256.0 }
+    }
+}
+
+impl PurgeRow {
+    /// What is told of what is no longer there. Where there is no purge, it was lost otherwise.
+    pub fn refusal(row: Option<Self>) -> RepositoryError {
+        match row {
+            Some(PurgeRow { at, reason, .. }) => RepositoryError::Purged { at: at.0, reason },
+            None => RepositoryError::Failed(damaged("a row of a job", "empty, but the job was not purged")),
+        }
+    }
+}
+
+/// A purge of one of a tenant's jobs.
+#[derive(FromRow)]
+pub struct FoundPurge {
+    job: Uuid,
+    #[sqlx(flatten)]
+    purge: PurgeRow,
+}
+
+impl FoundPurge {
+    /// Its name in entries, and its digest.
+    pub fn told(self) -> (String, Sha256Digest) {
+        (purge_name(self.job), purge_digest(self.job, &self.purge.into()))
+    }
+}
+
+/// What entries of a tenant's chain call a purge.
+pub fn purge_name(job: Uuid) -> String {
+    format!("purge.{job}")
+}
+
+/// A job's purge, where a write looks the job up.
+#[derive(FromRow)]
+pub struct JobPurge {
+    purged_at: Option<Moment>,
+    purge_reason: Option<String>,
+}
+
+impl JobPurge {
+    /// A purged job takes nothing more.
+    pub fn refuse(&self) -> Result<(), RepositoryError> {
+        match self.purged_at {
+            None => Ok(()),
+            Some(Moment(at)) => {
+                let reason = self.purge_reason.clone().unwrap_or_default();
+                Err(RepositoryError::Purged { at, reason })
+            }
+        }
+    }
+}

@@ -1,0 +1,465 @@
+//! What only takes space or tells of people is taken away for good, beside a row that says so;
+//! rows, numbers and chains stay, and what is changed afterwards is found as ever.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use flankfit::jobs::{
+    Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobPatch, Measurand,
+    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RepositoryError, Resource, Scope,
+    Scopes, Seen, Stored, StreamEvent, Turn,
+    audit::{Action, Chain, Entry, Verdict, What, purge_digest},
+};
+use jiff::SignedDuration;
+use tokio::task::JoinSet;
+use uuid::Uuid;
+
+use super::pair::Pair;
+use crate::support::{WHOLE, all_jobs, archived, caller, purge_of, receipt};
+
+/// Stands in every text and name that is to go.
+const CANARY: &str = "canary";
+
+fn event(pair: &Pair) -> Event {
+    Event { reason: Some(format!("{CANARY} reason")), created_at: pair.values.now() }
+}
+
+/// A receipt whose answer tells of what was posted.
+fn telling(key: &str, scope: String) -> Option<Receipt> {
+    let mut told = receipt(key, &scope);
+    told.answer = Box::new(|_| Answer { status: 201, location: None, etag: None, body: CANARY.into() });
+    Some(told)
+}
+
+/// An iteration of somebody.
+fn iteration(pair: &Pair, job: Uuid) -> Arc<NewIteration> {
+    let mut new = NewIteration::clone(&pair.values.iteration(job));
+    new.details.operator = Some(format!("{CANARY} operator"));
+    new.details.note = Some(format!("{CANARY} note"));
+    new.fit.computed.spec = Arc::from(format!("{{\"spec\":\"{CANARY}\"}}"));
+    new.fit.computed.result = Arc::from(format!("{{\"coefficients\":[],\"prior\":{{\"of\":\"{CANARY}\"}}}}"));
+    Arc::new(new)
+}
+
+/// A job with something of everything, by a caller with a name.
+async fn filled(pair: &Pair) -> Uuid {
+    let place = pair.values.clone();
+    let named = Caller { actor: format!("{CANARY} actor").into(), ..caller("default") };
+    let store = pair.handles[0].of(&named);
+    let job = place.job("wheel");
+    store.insert_job(job.clone(), None).await.unwrap();
+    let (job, path) = (job.id, format!("POST /v1/jobs/{}", job.id));
+    store.insert_iteration(iteration(pair, job), telling("1", format!("{path}/iterations"))).await.unwrap();
+    let mut fit = place.fit(0.75);
+    fit.reason = Some(format!("{CANARY} reason"));
+    let fit = Arc::new(fit);
+    store.insert_fit(job, 1, fit.clone(), telling("2", format!("{path}/iterations/1/fits"))).await.unwrap();
+    store.choose(job, 1, Choice { fit_id: fit.id, event: event(pair) }, Precondition::None).await.unwrap();
+    let decision = DecisionEvent { decision: Decision::Remachine, event: event(pair) };
+    store.decide(job, 1, decision, Precondition::None).await.unwrap();
+    let mut record = (*place.record(RecordKind::Curve, "lagrange")).clone();
+    record.draft.request = Arc::from(format!("{{\"request\":\"{CANARY}\"}}"));
+    record.draft.result = Arc::from(format!("{{\"result\":\"{CANARY}\"}}"));
+    let kept = telling("3", format!("{path}/iterations/1/curves"));
+    store.insert_record(job, 1, Arc::new(record), kept).await.unwrap();
+    let streams = [(); 2].map(|()| {
+        let mut stream = place.stream(job);
+        stream.spec = Arc::from(format!("{{\"spec\":\"{CANARY}\"}}"));
+        Arc::new(stream)
+    });
+    for stream in &streams {
+        store.insert_stream(stream.clone(), telling("4", format!("POST /v1/jobs/{job}/{}", stream.id))).await.unwrap();
+        let scope = format!("POST /v1/streams/{}/nodes", stream.id);
+        store.insert_block(place.block(stream.id, 1), telling("5", scope)).await.unwrap();
+    }
+    let finished = FinishedStream { stream: streams[1].id, sequence: 1, iteration: iteration(pair, job) };
+    store.finish_stream(finished, None).await.unwrap();
+    let task = task(pair, "6", job);
+    store.insert_task(task.clone(), 1 << 20).await.unwrap();
+    store.cancel_task(task.id, Some(job), place.now()).await.unwrap();
+    job
+}
+
+fn task(pair: &Pair, key: &str, job: Uuid) -> Arc<NewTask> {
+    Arc::new(NewTask {
+        id: pair.values.id(),
+        scope: Scope::Measure,
+        scopes: Scopes::of(&[Scope::Measure]),
+        request: format!("/{CANARY}"),
+        job: Some(job),
+        key: key.to_owned(),
+        key_scope: "POST /there".to_owned(),
+        request_sha256: [9; 32],
+        headers: "[]".to_owned(),
+        body: CANARY.into(),
+        created_at: pair.values.now(),
+    })
+}
+
+/// Purges a job as it is now.
+async fn purged(pair: &Pair, job: Uuid) -> (Arc<NewPurge>, Stored) {
+    let (_, told) = archived(&pair.handles[1], "default", job).await;
+    let purge = purge_of(&pair.values, job, &told);
+    let stored = pair.store.purge_job(purge.clone(), None).await.unwrap();
+    (purge, stored)
+}
+
+#[track_caller]
+fn gone<T: std::fmt::Debug>(answer: Result<T, RepositoryError>, purge: &NewPurge) {
+    match answer {
+        Err(RepositoryError::Purged { at, reason }) => {
+            assert_eq!((at, &reason), (purge.purge.at, &purge.purge.reason));
+        }
+        other => panic!("{other:?}"),
+    }
+}
+
+pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
+    let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
+    let job = filled(pair).await;
+    let (before, listed) = (store.job(job).await.unwrap(), store.jobs(all_jobs()).await.unwrap());
+    let was = store.iteration(job, 1).await.unwrap();
+    let told = store.trace(job, WHOLE).await.unwrap();
+    let fit = was.fits[0].id;
+    let record = store.records(job, 1, WHOLE).await.unwrap().items[0].clone();
+    let events = store.events(job, 0, 100).await.unwrap();
+    let streams: Vec<Uuid> = {
+        let opened = |event: &flankfit::jobs::JobEvent| match event.kind {
+            EventKind::Stream { id, state: StreamEvent::Open, .. } => Some(id),
+            _ => None,
+        };
+        events.iter().filter_map(opened).collect()
+    };
+    assert!(pair.ground.holds(CANARY).await);
+
+    let (purge, stored) = purged(pair, job).await;
+    assert!(!pair.ground.holds(CANARY).await);
+    // the row, with when it was
+    let after = store.job(job).await.unwrap();
+    assert_eq!(after, before.purged(purge.purge.at));
+    assert_eq!(stored.version, after.version);
+    let mut all = store.jobs(all_jobs()).await.unwrap().items;
+    assert_eq!(all[0].job, after);
+    all[0].job = before;
+    all[0].changed_at = listed.items[0].changed_at;
+    assert_eq!(all, listed.items);
+    // numbers, times and figures
+    let is = store.iteration(job, 1).await.unwrap();
+    assert_eq!((is.purged_at, is.version), (Some(purge.purge.at), was.version + 1));
+    assert_eq!((is.number, is.node_count, is.created_at), (1, was.node_count, was.created_at));
+    assert_eq!((&is.details.operator, &is.details.note), (&None, &None));
+    assert_eq!((&is.details.instrument, is.details.measured_at), (&was.details.instrument, was.details.measured_at));
+    let figures = |fits: &[flankfit::jobs::FitSummary]| {
+        fits.iter().map(|fit| (fit.id, fit.chosen, fit.figures.clone(), fit.event.created_at)).collect::<Vec<_>>()
+    };
+    assert_eq!(figures(&is.fits), figures(&was.fits));
+    assert!(is.fits.iter().all(|fit| fit.event.reason.is_none()));
+    assert_eq!(is.decision.as_ref().map(|d| d.decision), Some(Decision::Remachine));
+    assert_eq!(store.fits(job, 1, WHOLE).await.unwrap().items, is.fits);
+    assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, [record.clone()]);
+    let traced = store.trace(job, WHOLE).await.unwrap();
+    assert_eq!(traced.job.purged_at, Some(purge.purge.at));
+    assert_eq!(traced.iterations.len(), told.iterations.len());
+    for (is, was) in traced.iterations.iter().zip(&told.iterations) {
+        assert_eq!(
+            (is.number, is.id, is.fits.len(), is.choices.len()),
+            (was.number, was.id, was.fits.len(), was.choices.len())
+        );
+        assert!(is.fits.iter().all(|fit| fit.coefficients == "[]" && fit.prior.is_none()));
+        assert!(is.choices.iter().all(|choice| choice.event.reason.is_none()));
+        assert!(is.decisions.iter().all(|decision| decision.event.reason.is_none()));
+    }
+    assert_eq!(store.events(job, 0, 100).await.unwrap().len(), events.len());
+    assert_eq!(store.last_event(job).await.unwrap(), events.len() as u64);
+
+    // the rest is gone, and nothing comes to it
+    gone(store.nodes(job, 1).await, &purge);
+    gone(store.nodes_up_to(job, 1, 1 << 20).await, &purge);
+    gone(store.nodes_up_to(job, 1, 0).await, &purge);
+    gone(store.fit(job, 1, fit).await, &purge);
+    gone(store.record(job, 1, record.id).await, &purge);
+    gone(store.latest_record(job, 1, RecordKind::Curve).await, &purge);
+    let before = Predecessors { of: Measurand::default(), from: 1, before: None, most: 10 };
+    gone(store.predecessors(job, before).await, &purge);
+    assert_eq!(streams.len(), 2);
+    for stream in streams {
+        gone(store.stream(stream).await, &purge);
+        gone(store.stream_state(stream).await, &purge);
+        assert_eq!(store.blocks(stream, 0).await.unwrap().len(), 0);
+        assert_eq!(store.block_sha256(stream, 1).await.unwrap(), None);
+        gone(store.insert_block(place.block(stream, 2), None).await, &purge);
+        let finished = FinishedStream { stream, sequence: 1, iteration: place.iteration(job) };
+        gone(store.finish_stream(finished, None).await, &purge);
+        gone(store.delete_stream(stream, none.clone(), place.now()).await, &purge);
+    }
+    gone(store.patch_job(job, JobPatch::default(), none.clone(), place.now()).await, &purge);
+    gone(store.delete_job(job, none.clone()).await, &purge);
+    gone(store.insert_iteration(place.iteration(job), None).await, &purge);
+    gone(store.insert_fit(job, 1, Arc::new(place.fit(0.5)), None).await, &purge);
+    gone(store.choose(job, 1, Choice { fit_id: fit, event: event(pair) }, none.clone()).await, &purge);
+    let decision = DecisionEvent { decision: Decision::Accept, event: event(pair) };
+    gone(store.decide(job, 1, decision, none.clone()).await, &purge);
+    gone(store.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, &purge);
+    gone(store.insert_stream(Arc::new(place.stream(job)), None).await, &purge);
+    // kept answers told of it
+    for (key, scope) in [("1", "/iterations"), ("2", "/iterations/1/fits"), ("3", "/iterations/1/curves")] {
+        assert_eq!(store.answer(key.to_owned(), format!("POST /v1/jobs/{job}{scope}")).await.unwrap(), None);
+    }
+    assert_eq!(store.tasks(Scopes::ALL, WHOLE).await.unwrap().items, []);
+    assert!(!pair.ground.holds(CANARY).await, "what was refused left nothing");
+}
+
+pub async fn a_purge_takes_the_archive_as_it_is_now(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = filled(pair).await;
+    let (first, told) = archived(&pair.handles[0], "default", job).await;
+    // the same file from either handle, as long as nothing changes
+    let (again, same) = archived(&pair.handles[1], "default", job).await;
+    assert_eq!((&first, &told), (&again, &same));
+    // whatever is stored makes it another
+    store
+        .patch_job(job, JobPatch { name: Some("w".into()), ..JobPatch::default() }, Precondition::None, place.now())
+        .await
+        .unwrap();
+    let late = store.purge_job(purge_of(&place, job, &told), None).await;
+    assert!(matches!(late, Err(RepositoryError::ArchiveDiffers)), "{late:?}");
+    let (_, told) = archived(&pair.handles[0], "default", job).await;
+    // an event alone, too
+    let open = task(pair, "7", job);
+    store.insert_task(open.clone(), 1 << 20).await.unwrap();
+    let (_, begun) = archived(&pair.handles[0], "default", job).await;
+    assert_eq!((begun.seen.head, begun.seen.last_event), (told.seen.head, told.seen.last_event + 1));
+    // and what is under way keeps it
+    let busy = store.purge_job(purge_of(&place, job, &begun), None).await;
+    assert!(matches!(busy, Err(RepositoryError::HasTasks(1))), "{busy:?}");
+    store.cancel_task(open.id, Some(job), place.now()).await.unwrap();
+    let (_, now) = archived(&pair.handles[0], "default", job).await;
+    // another tenant's does not exist
+    let other = pair.seen_by("other").purge_job(purge_of(&place, job, &now), None).await;
+    assert!(matches!(other, Err(RepositoryError::NotFound(Resource::Job))), "{other:?}");
+    // it is done once, and its own answer is kept
+    let scope = format!("POST /v1/jobs/{job}/purge");
+    store.purge_job(purge_of(&place, job, &now), Some(receipt("8", &scope))).await.unwrap();
+    assert!(store.answer("8".into(), scope.clone()).await.unwrap().is_some());
+    let again = store.purge_job(purge_of(&place, job, &now), Some(receipt("8", &scope))).await;
+    assert!(matches!(again, Err(RepositoryError::KeyTaken)), "{again:?}");
+    let again = store.purge_job(purge_of(&place, job, &now), None).await;
+    assert!(matches!(again, Err(RepositoryError::Purged { .. })), "{again:?}");
+    let nobody = NewPurge { job: place.id(), seen: Seen::default(), ..(*purge_of(&place, job, &now)).clone() };
+    let nothing = store.purge_job(Arc::new(nobody), None).await;
+    assert!(matches!(nothing, Err(RepositoryError::NotFound(Resource::Job))), "{nothing:?}");
+}
+
+/// Of many writers each comes before the purge, or is refused; nothing is half.
+pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    for _ in 0..4 {
+        let job = place.stored_job(&store).await.id;
+        let mut writers = JoinSet::new();
+        for _ in 0..4 {
+            let (store, place) = (store.clone(), place.clone());
+            writers.spawn(async move {
+                let mut stored = 0;
+                loop {
+                    match store.insert_iteration(place.iteration(job), None).await {
+                        Ok(_) => stored += 1,
+                        Err(RepositoryError::Purged { .. }) => return stored,
+                        Err(other) => panic!("{other}"),
+                    }
+                    if stored > 25 {
+                        return stored;
+                    }
+                    tokio::task::yield_now().await;
+                }
+            });
+        }
+        let mut late = 0;
+        loop {
+            let (_, told) = archived(&pair.handles[late % 2], "default", job).await;
+            match store.purge_job(purge_of(&place, job, &told), None).await {
+                Ok(_) => break,
+                Err(RepositoryError::ArchiveDiffers) => late += 1,
+                Err(other) => panic!("{other}"),
+            }
+        }
+        let stored: usize = writers.join_all().await.into_iter().sum();
+        let traced = store.trace(job, WHOLE).await.unwrap();
+        assert_eq!(traced.iterations.len(), stored);
+        for number in 1..=u32::try_from(stored).unwrap() {
+            assert!(matches!(store.nodes(job, number).await, Err(RepositoryError::Purged { .. })), "{number}");
+        }
+        let entries = stored as u64 + 2;
+        let verdict = store.verify_audit(Chain::Job(job)).await.unwrap();
+        assert!(matches!(verdict, Verdict::Intact { entries: told, .. } if told == entries), "{verdict:?}");
+    }
+}
+
+async fn entries(pair: &Pair, chain: Chain) -> Vec<Entry> {
+    pair.store.audit(chain, WHOLE).await.unwrap().items
+}
+
+/// The chains tell of it, and hold.
+pub async fn what_was_purged_is_no_break(pair: &mut Pair) {
+    let job = filled(pair).await;
+    let before = entries(pair, Chain::Job(job)).await;
+    let (purge, _) = purged(pair, job).await;
+    let told = entries(pair, Chain::Job(job)).await;
+    let (last, rest) = told.split_last().unwrap();
+    assert_eq!(rest.len(), before.len());
+    for (is, was) in rest.iter().zip(&before) {
+        // without who it was, and with the digest that tells it
+        assert!(is.is_nameless() && was.sha256 == was.digest());
+        assert_eq!(Entry { actor: was.actor.clone(), ..is.clone() }, *was);
+    }
+    assert_eq!((&*last.action, &*last.outcome, &*last.actor), (Action::PurgeJob.name(), "purged", "test"));
+    let names: BTreeMap<&str, _> = last.contents.iter().collect();
+    assert_eq!(names.keys().copied().collect::<Vec<_>>(), ["archive", "entries", "found", "job", "purge", "streams"]);
+    assert_eq!(*names["archive"], purge.purge.archive_sha256);
+    assert_eq!(*names["purge"], purge_digest(job, &purge.purge));
+    let count = told.len() as u64;
+    let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
+    assert_eq!(verdict, Verdict::Intact { entries: count, head: Some(last.sha256) });
+    // the tenant's chain has it as well
+    let own = entries(pair, Chain::Tenant).await;
+    assert_eq!((own.len(), &*own[0].target, &*own[0].action), (1, &*last.target, "job.purge"));
+    assert_eq!(own[0].contents.get(&format!("purge.{job}")), Some(&purge_digest(job, &purge.purge)));
+    assert!(matches!(pair.store.verify_audit(Chain::Tenant).await.unwrap(), Verdict::Intact { entries: 1, .. }));
+}
+
+/// Whoever changes anything of what is left is found; at the purge's number where it was there
+/// before.
+pub async fn what_is_changed_after_a_purge_is_found(pair: &mut Pair) {
+    let job = filled(pair).await;
+    let count = entries(pair, Chain::Job(job)).await.len() as u64 + 1;
+    purged(pair, job).await;
+    let kept =
+        ["iterations", "nodes", "fits", "fit_choices", "decisions", "records", "streams", "jobs", "purges", "audit"];
+    let keep: String =
+        kept.iter().map(|table| format!("CREATE TABLE kept_{table} AS SELECT * FROM {table};")).collect();
+    pair.ground.intrude(keep).await;
+    let cases = [
+        ("iterations", "UPDATE iterations SET operator = 'x' WHERE number = 1", count, What::Content),
+        ("iterations", "UPDATE iterations SET instrument = 'x' WHERE number = 2", count, What::Content),
+        ("nodes", "UPDATE nodes SET count = 7", count, What::Content),
+        ("fits", "UPDATE fits SET rms = 0.5 WHERE lambda_star = 0.75", count, What::Content),
+        ("fits", "UPDATE fits SET spec = result, result = '{}'", count, What::Content),
+        ("fit_choices", "UPDATE fit_choices SET reason = 'x' WHERE position = 2", count, What::Content),
+        ("decisions", "UPDATE decisions SET decision = 'accept'", count, What::Content),
+        ("records", "UPDATE records SET method = 'newton'", count, What::Content),
+        ("streams", "UPDATE streams SET forgetting_factor = 0.5 WHERE iteration IS NULL", count, What::Content),
+        ("jobs", "UPDATE jobs SET name = 'x'", count, What::Content),
+        ("purges", "UPDATE purges SET reason = 'x'", count, What::Content),
+        ("purges", "DELETE FROM purges", count, What::Content),
+        ("audit", "UPDATE audit SET actor = 'x' WHERE number = 2", 2, What::Entry),
+        ("audit", "UPDATE audit SET target = '/x' WHERE number = 3", count, What::Content),
+        ("audit", "UPDATE audit SET sha256 = previous WHERE number = 3", 4, What::Link),
+        ("audit", "UPDATE audit SET peer = 'x' WHERE number = 3", count, What::Content),
+        ("audit", "DELETE FROM audit WHERE number = 3", 3, What::Entry),
+        ("audit", "DELETE FROM audit WHERE action = 'job.purge'", 1, What::Entry),
+    ];
+    for (table, sql, number, what) in cases {
+        pair.ground.intrude(sql.to_owned()).await;
+        let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
+        assert_eq!(verdict, Verdict::Broken { number, what }, "{sql}");
+        if table == "purges" {
+            let verdict = pair.store.verify_audit(Chain::Tenant).await.unwrap();
+            assert_eq!(verdict, Verdict::Broken { number: 1, what: What::Content }, "{sql}");
+        }
+        pair.ground.intrude(pair.ground.again(table)).await;
+        let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
+        assert!(matches!(verdict, Verdict::Intact { entries, .. } if entries == count), "{sql}: {verdict:?}");
+    }
+}
+
+/// What triggers let pass, and what not.
+pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
+    let job = filled(pair).await;
+    let other = filled(pair).await;
+    let takes = [
+        "UPDATE iterations SET operator = NULL, note = NULL",
+        "UPDATE nodes SET data = data",
+        "UPDATE fits SET reason = NULL, spec = '', result = ''",
+        "UPDATE fit_choices SET reason = NULL",
+        "UPDATE decisions SET reason = NULL",
+        "UPDATE records SET request = '', result = '', gear = NULL",
+        "UPDATE audit SET actor = ''",
+    ];
+    let refused = async |pair: &Pair, sql: &'static str| {
+        let refusal = pair.ground.refusal(sql).await;
+        assert!(refusal.as_deref().is_some_and(|why| why.contains("append-only")), "{sql}: {refusal:?}");
+    };
+    for sql in takes {
+        refused(pair, sql).await;
+    }
+    purged(pair, job).await;
+    // beside it there is a job that was not purged
+    for sql in takes {
+        refused(pair, sql).await;
+    }
+    assert!(pair.ground.holds(CANARY).await, "the other job's");
+    purged(pair, other).await;
+    for sql in [
+        "UPDATE iterations SET instrument = NULL",
+        "UPDATE iterations SET operator = 'x'",
+        "UPDATE nodes SET count = 0",
+        "UPDATE fits SET rms = NULL",
+        "UPDATE fits SET lambda_star = -lambda_star",
+        "UPDATE fits SET result = '{}'",
+        "UPDATE fit_choices SET position = position + 10",
+        "UPDATE decisions SET decision = 'accept'",
+        "UPDATE records SET method = 'x'",
+        "UPDATE audit SET actor = 'x'",
+        "UPDATE audit SET actor = '', target = ''",
+        "UPDATE purges SET reason = ''",
+        "DELETE FROM purges",
+        "DELETE FROM nodes",
+        "DELETE FROM fits",
+        "DELETE FROM audit",
+    ] {
+        refused(pair, sql).await;
+    }
+    assert!(pair.ground.refusal("DELETE FROM jobs").await.is_some());
+}
+
+/// What is due, of every tenant, oldest first; and whose turn it is.
+pub async fn jobs_that_nobody_touches_are_due(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let first = place.stored_job(&store).await.id;
+    let other = place.stored_job(&pair.seen_by("other")).await.id;
+    let streaming = place.stored_job(&store).await.id;
+    let stream = Arc::new(place.stream(streaming));
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    let busy = place.stored_job(&store).await.id;
+    let task = task(pair, "k", busy);
+    store.insert_task(task.clone(), 1 << 20).await.unwrap();
+    let since = place.now();
+    let due = async |handle: usize, most: u32| {
+        let due = pair.handles[handle].untouched(since, most).await.unwrap();
+        due.into_iter().map(|key| (key.tenant.as_str().to_owned(), key.job)).collect::<Vec<_>>()
+    };
+    let of = |tenant: &str, job: Uuid| (tenant.to_owned(), job);
+    assert_eq!(due(0, 10).await, [of("default", first), of("other", other), of("default", streaming)]);
+    assert_eq!(due(1, 1).await, [of("default", first)]);
+    assert_eq!(pair.handles[0].untouched(since - SignedDuration::from_hours(1), 10).await.unwrap(), []);
+    // a block touches its job, and so does an iteration; a purged one is not due again
+    store.insert_block(place.block(stream.id, 1), None).await.unwrap();
+    assert_eq!(due(0, 10).await, [of("default", first), of("other", other)]);
+    purged(pair, first).await;
+    assert_eq!(due(1, 10).await, [of("other", other)]);
+    place.stored_iteration(&pair.seen_by("other"), other).await;
+    assert_eq!(due(0, 10).await, []);
+    store.cancel_task(task.id, Some(busy), place.now()).await.unwrap();
+    assert_eq!(due(0, 10).await, [of("default", busy)]);
+
+    // one process at a time, where there are several
+    let turn = pair.handles[0].turn().await.unwrap().unwrap();
+    let shared = matches!(turn, Turn(Some(_)));
+    assert_eq!(pair.handles[1].turn().await.unwrap().is_none(), shared);
+    drop(turn);
+    for attempt in 0.. {
+        if pair.handles[1].turn().await.unwrap().is_some() {
+            break;
+        }
+        assert!(attempt < 100, "a turn that has ended is free");
+        tokio::time::sleep(std::time::Duration::from_millis(20)).await;
+    }
+}
