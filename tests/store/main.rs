@@ -11,6 +11,7 @@ mod migrations;
 mod power_loss;
 mod refusals;
 mod restarts;
+mod restore;
 mod schema;
 mod server;
 mod starts;

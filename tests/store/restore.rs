@@ -1,0 +1,120 @@
+//! A base backup of PostgreSQL and the log since: what comes back is what was there, and its chains
+//! hold.
+
+use std::{fs, process::Command, sync::Arc};
+
+use flankfit::{
+    jobs::{Repository, Store, SystemClock},
+    store::{PostgresSettings, PostgresStore},
+};
+use jiff::SignedDuration;
+use sqlx::{Connection as _, PgConnection};
+use uuid::Uuid;
+
+use crate::{
+    server::{Server, shell},
+    support::{Values, archived, caller, ids, purge_of},
+};
+
+/// Has the server keep its log in a folder beside it.
+const KEEP_LOG: &str = "mkdir log-kept && \
+    printf \"archive_mode=on\\narchive_command='cp %%p $PWD/log-kept/%%f'\\n\" >>data/postgresql.conf && \
+    $BIN/pg_ctl -D data -l log -m fast -w restart";
+const BACKUP: &str = "$BIN/pg_basebackup -h \"$PWD\" -U owner -D copy -X none -c fast --no-sync";
+/// Ends the server as the loss of its machine would, and brings the copy up to the end of the log.
+const RESTORE: &str = "$BIN/pg_ctl -D data -m immediate -w stop && \
+    printf \"restore_command='cp $PWD/log-kept/%%f %%p'\\narchive_mode=off\\nhot_standby=off\\n\" >>copy/postgresql.conf && \
+    touch copy/recovery.signal && chmod 700 copy && mv data lost && mv copy data && \
+    $BIN/pg_ctl -D data -l log -w -t 120 start";
+
+fn run(server: &Server, script: &str) {
+    let done = shell(&server.folder, script).status().unwrap();
+    assert!(done.success(), "{script}: {}", fs::read_to_string(server.folder.join("log")).unwrap_or_default());
+}
+
+/// The program says so, which has nothing but the database.
+fn verified(url: &str) -> String {
+    let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(["audit", "verify", "--database-url", url])
+        .env_clear()
+        .output()
+        .unwrap();
+    let printed = String::from_utf8([run.stdout, run.stderr].concat()).unwrap();
+    assert!(run.status.success(), "{printed}");
+    printed
+}
+
+async fn open(url: &str) -> Arc<dyn Store> {
+    let mut settings = PostgresSettings::of_url(url).unwrap();
+    settings.unsafe_store = true;
+    Arc::new(PostgresStore::open(settings, ids(), Arc::new(SystemClock)).await.unwrap())
+}
+
+async fn purged(store: &Arc<dyn Store>, place: &Values) -> Uuid {
+    let repository: Arc<dyn Repository> = store.of(&caller("default"));
+    let job = place.stored_job(&repository).await.id;
+    place.stored_iteration(&repository, job).await;
+    let (_, told) = archived(store, "default", job).await;
+    repository.purge_job(purge_of(place, job, &told), None).await.unwrap();
+    job
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_base_backup_and_the_log_since_bring_everything_back() {
+    let server = Server::start();
+    run(&server, KEEP_LOG);
+    let url = server.database().await;
+    let (store, place) = (open(&url).await, Values::default());
+    let repository = store.of(&caller("default"));
+    let first = place.stored_job(&repository).await.id;
+    place.stored_iteration(&repository, first).await;
+    purged(&store, &place).await;
+    let sealing =
+        |at| flankfit::jobs::audit::Sealing { at, key: None, unless_since: at - SignedDuration::from_hours(1) };
+    store.seal_audit(sealing(place.now())).await.unwrap();
+    run(&server, BACKUP);
+
+    // what comes after the backup is in the log alone
+    place.stored_iteration(&repository, first).await;
+    let second = place.stored_job(&repository).await.id;
+    place.stored_iteration(&repository, second).await;
+    let gone = purged(&store, &place).await;
+    let before: Vec<_> = {
+        let mut all = Vec::new();
+        for job in [first, second, gone] {
+            all.push(archived(&store, "default", job).await.0);
+        }
+        all
+    };
+    let said = verified(&url);
+    store.close().await;
+    let mut own = PgConnection::connect(&server.url("postgres")).await.unwrap();
+    sqlx::query("SELECT pg_switch_wal()").execute(&mut own).await.unwrap();
+    // the last piece of the log is kept when the server says so
+    for attempt in 0.. {
+        let kept: bool = sqlx::query_scalar(
+            "SELECT coalesce(last_archived_wal >= pg_walfile_name(pg_current_wal_lsn() - 1), false) FROM pg_stat_archiver",
+        )
+        .fetch_one(&mut own)
+        .await
+        .unwrap();
+        if kept {
+            break;
+        }
+        assert!(attempt < 600, "the log is not kept");
+        tokio::time::sleep(std::time::Duration::from_millis(50)).await;
+    }
+    drop(own);
+    run(&server, RESTORE);
+
+    assert_eq!(verified(&url), said);
+    let store = open(&url).await;
+    for (job, before) in [first, second, gone].into_iter().zip(before) {
+        assert_eq!(archived(&store, "default", job).await.0, before);
+    }
+    // and it goes on
+    place.stored_iteration(&store.of(&caller("default")), first).await;
+    store.close().await;
+    assert!(verified(&url).starts_with("intact: "));
+}
