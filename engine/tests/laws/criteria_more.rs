@@ -137,10 +137,10 @@ proptest! {
     }
 }
 
-/// Mean corrected prediction over mean true error, of the cases in which it lies farthest off: where
-/// the truth is as large along the worst direction as the noise, where nothing is told from noise,
-/// and with three degrees of freedom. A prediction scatters by once to twice itself: 1,500 draws
-/// leave its mean uncertain by 3 to 5 %, ten times as many that of the error by 2 %.
+/// Mean corrected prediction over mean true error, of the cases in which it lies farthest off:
+/// where the truth is as large along the worst direction as the noise, where nothing is told from
+/// noise, and with three degrees of freedom. A prediction scatters by once to twice itself: 1,500
+/// draws leave its mean uncertain by 3 to 5 %, ten times as many that of the error by 2 %.
 #[test]
 fn corrected_predictions_are_near_the_truth() {
     let designs = designs();

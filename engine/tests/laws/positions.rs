@@ -96,9 +96,9 @@ fn coefficients_held(cubic: [f64; 4], sigma: f64, draws: usize) -> ([f64; 4], us
     (hits.map(|hits| hits as f64 / settled as f64), warned)
 }
 
-/// The single coefficient of 1,000 draws is uncertain by 0.007. Without the scatter of the positions
-/// taken out of the information the highest coefficient would hold in 0.86 to 0.9; without the bend
-/// of the flank the worst of the two steep ones in 0.905 and 0.926.
+/// The single coefficient of 1,000 draws is uncertain by 0.007. Without the scatter of the
+/// positions taken out of the information the highest coefficient would hold in 0.86 to 0.9;
+/// without the bend of the flank the worst of the two steep ones in 0.905 and 0.926.
 #[test]
 fn every_coefficient_holds_where_positions_are_read_wrongly() {
     for (at, sigma) in [(0, 0.5), (0, 2.0), (1, 0.5), (1, 1.0), (2, 0.5), (2, 1.0), (3, 0.5), (3, 1.0), (3, 2.0)] {

@@ -335,9 +335,9 @@ fn the_chain_is_better_than_least_squares_whatever_the_flank_does() {
     }
 }
 
-/// One of four coefficients moves while the others stand still: its own interval holds too, and what
-/// is answered is still better than least squares on the whole. With one size of the moves for all
-/// the worst would hold in 0.75 to 0.82.
+/// One of four coefficients moves while the others stand still: its own interval holds too, and
+/// what is answered is still better than least squares on the whole. With one size of the moves for
+/// all the worst would hold in 0.75 to 0.82.
 #[test]
 fn the_interval_of_a_coefficient_that_moves_alone_holds() {
     for step in [0.5, 1.0, 2.0, 3.0] {

@@ -1,11 +1,12 @@
 //! Positions that are off, against ODRPACK by scipy:
 //! `odr.ODR(odr.RealData(x, y, sx=0.3, sy=0.4), odr.Model(cubic), beta0=polyfit, sstol=1e-15,
 //! partol=1e-15, maxit=2000).run()`, of which `beta`, `res_var` and `max |delta|` are compared, and
-//! the standard errors of Fuller (1987) at the places that it finds with twice what the bend shifts.
-//! In Python, with `rows`, `slopes` and `bends` of 1, x, x², x³ at `x + delta`, `g = slopes @ beta`,
-//! `ratio = (0.3/0.4)²`, `w = 1/(1 + ratio g²)`, `s2 = 0.16 res_var` and `C = w s2 ratio`: `G = rowsᵀ
-//! w rows`, `V = slopesᵀ (w C) slopes`, `b = G⁻¹ rowsᵀ (w C bends @ beta / 2)` without the places
-//! that lie within √C of an end, `sqrt(diag(s2 (G − V)⁻¹ G (G − V)⁻¹) + 4 b²)`.
+//! the standard errors of Fuller (1987) at the places that it finds with twice what the bend
+//! shifts. In Python, with `rows`, `slopes` and `bends` of 1, x, x², x³ at `x + delta`,
+//! `g = slopes @ beta`, `ratio = (0.3/0.4)²`, `w = 1/(1 + ratio g²)`, `s2 = 0.16 res_var` and
+//! `C = w s2 ratio`: `G = rowsᵀ w rows`, `V = slopesᵀ (w C) slopes`,
+//! `b = G⁻¹ rowsᵀ (w C bends @ beta / 2)` without the places that lie within √C of an end,
+//! `sqrt(diag(s2 (G − V)⁻¹ G (G − V)⁻¹) + 4 b²)`.
 
 use flankfit_engine::estimation::{
     FitSpec, Nodes, fit,

@@ -1,9 +1,9 @@
 //! What estimated variances do to the errors of weighted least squares.
 //!
 //! Weights that come of few residuals are uncertain themselves. Node k has the logarithmic variance
-//! `Σ θ_g d_gk`: of groups d is 1 for the nodes of group g and θ the logarithm of its variance, of a
-//! power of a coordinate d is 1 and twice the logarithm of the coordinate. In the coordinates of the
-//! orthonormal rows qₖ of the weighted problem, with `S_g = Σ d_gk qₖqₖᵀ`, θ has the restricted
+//! `Σ θ_g d_gk`: of groups d is 1 for the nodes of group g and θ the logarithm of its variance, of
+//! a power of a coordinate d is 1 and twice the logarithm of the coordinate. In the coordinates of
+//! the orthonormal rows qₖ of the weighted problem, with `S_g = Σ d_gk qₖqₖᵀ`, θ has the restricted
 //! information and the covariance
 //!
 //! ```text

@@ -17,9 +17,9 @@
 //!
 //! Where σ̂ rests on few degrees of freedom, product and quotient hang on the same wrong σ̂ and are
 //! too small together, or too large. There Stein's unbiased estimate of the error,
-//! `Σ (1−f)²a² + σ̂²/λ (2 ∂(fa)/∂a − 1)` with derivatives through the choice of λ* (Stein, Annals of
-//! Statistics 9, 1981), has the share (2/ν)², the square of the relative variance of σ̂²: alone it
-//! scatters too widely, and is negative where little is left.
+//! `Σ (1−f)²a² + σ̂²/λ (2 ∂(fa)/∂a − 1)` with derivatives through the choice of λ* (Stein, Annals
+//! of Statistics 9, 1981), has the share (2/ν)², the square of the relative variance of σ̂²: alone
+//! it scatters too widely, and is negative where little is left.
 
 use nalgebra::DVector;
 
