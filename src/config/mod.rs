@@ -10,6 +10,7 @@ mod host;
 mod network;
 mod origin;
 mod retention;
+mod share;
 mod store;
 mod tls;
 
@@ -26,6 +27,7 @@ pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
 pub use origin::{Origin, Origins, parse_origins};
 pub use retention::RetentionSettings;
+pub use share::parse_share;
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
 
@@ -79,6 +81,9 @@ pub struct ServeSettings {
     /// Longest queue of requests that wait for a worker; beyond it the answer is 503.
     #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024)]
     pub queue: usize,
+    /// What a tenant may have of the workers and of that queue while others wait, such as 0.5.
+    #[arg(long, env = "FLANKFIT_TENANT_SHARE", default_value_t = 0.5, value_parser = parse_share)]
+    pub tenant_share: f64,
     /// Largest request body in bytes, counted after decompression.
     #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
     pub body_limit: usize,
@@ -218,6 +223,7 @@ impl Default for ServeSettings {
             postgres: PostgresArguments::default(),
             workers: 0,
             queue: 1024,
+            tenant_share: 0.5,
             body_limit: 256 * 1024 * 1024,
             body_memory: 1 << 30,
             body_timeout: 60,

@@ -12,6 +12,7 @@ use crate::{
     api::problem::{Problem, ProblemCode},
     config::{Authentication, Digest, KeysRole, ServeSettings},
     jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, Tenant, secret},
+    pool::Party,
     telemetry,
 };
 
@@ -29,6 +30,11 @@ impl Principal {
     /// Whether it is one of several who can be told from each other.
     pub fn is_known(&self) -> bool {
         self.key.is_some() || self.role.is_some()
+    }
+
+    /// With whom turns are shared on the pool.
+    pub fn party(&self) -> Party {
+        Some(self.caller.tenant.name())
     }
 }
 

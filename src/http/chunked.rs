@@ -15,7 +15,10 @@ use axum::body::{Body, Bytes};
 use futures_util::{StreamExt, stream};
 
 use super::{budget::Permit, state::AppState};
-use crate::{api::shapes::export::Pieces, pool::PoolError};
+use crate::{
+    api::shapes::export::Pieces,
+    pool::{self, Party, PoolError},
+};
 
 /// Bytes of a piece.
 pub const PIECE: usize = 256 << 10;
@@ -27,6 +30,7 @@ const QUEUE_PAUSE: Duration = Duration::from_millis(50);
 struct Remaining {
     state: AppState,
     file: Arc<Mutex<Pieces>>,
+    party: Party,
     _permit: Permit,
 }
 
@@ -36,7 +40,7 @@ pub fn body(state: AppState, first: Vec<u8>, file: Pieces, permit: Permit) -> Bo
         // of known length, and charged like any other answer
         return Body::from(first);
     }
-    let rest = Remaining { state, file: Arc::new(Mutex::new(file)), _permit: permit };
+    let rest = Remaining { state, file: Arc::new(Mutex::new(file)), party: pool::party(), _permit: permit };
     let pieces = stream::unfold((Some(first), rest), |(first, rest)| async move {
         let piece = match first {
             Some(first) => Ok(first),
@@ -53,9 +57,9 @@ impl Remaining {
         loop {
             let file = Arc::clone(&self.file);
             let work = move || file.lock().unwrap_or_else(PoisonError::into_inner).next_piece(PIECE);
-            match self.state.pool.run(work).await {
+            match pool::on_behalf_of(self.party.clone(), self.state.pool.run(work)).await {
                 Ok(piece) => return Ok(piece),
-                Err(PoolError::Full { .. }) => tokio::time::sleep(QUEUE_PAUSE).await,
+                Err(PoolError::Full { .. } | PoolError::Share) => tokio::time::sleep(QUEUE_PAUSE).await,
                 // the connection ends without the end of the answer, so that nobody takes it for
                 // whole
                 Err(error) => return Err(io::Error::other(error)),

@@ -23,7 +23,7 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    telemetry,
+    pool, telemetry,
 };
 
 /// The header that carries the id of a request.
@@ -72,8 +72,9 @@ pub async fn observe(
     let answer = async {
         match principal {
             Ok(principal) => {
+                let party = principal.as_ref().and_then(Principal::party);
                 principal.map(|principal| request.extensions_mut().insert(principal));
-                catch_panic(next.run(request)).await
+                catch_panic(pool::on_behalf_of(party, next.run(request))).await
             }
             Err(problem) => Ok(problem.into_response()),
         }

@@ -45,6 +45,11 @@ impl From<PoolError> for Problem {
                 )
                 .retry_after(1)
             }
+            PoolError::Share => {
+                telemetry::record_shed("tenant_share");
+                let detail = "This tenant has its share of the queue, and others wait; try again in a moment.";
+                Problem::new(ProblemCode::Overloaded, detail).retry_after(1)
+            }
             PoolError::Cancelled | PoolError::Stopped => {
                 Problem::new(ProblemCode::Overloaded, "The server is stopping; ask again in a moment.").retry_after(1)
             }

@@ -51,7 +51,7 @@ impl AppState {
     pub fn new(settings: ServeSettings, jobs: Arc<JobService>) -> std::io::Result<Self> {
         let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
-        let pool = WorkPool::new(settings.worker_count(), settings.queue)?;
+        let pool = WorkPool::new(settings.worker_count(), settings.queue, settings.tenant_share)?;
         let callers = Callers::of(&settings, &jobs);
         let dashboard = settings.dashboard.then(|| Files::of(settings.dashboard_dir.as_deref()));
         Ok(AppState(Arc::new(Shared {

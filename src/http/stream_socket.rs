@@ -29,6 +29,7 @@ use crate::{
     },
     config::Origin,
     jobs::RepositoryError,
+    pool,
 };
 
 /// Time between two pings.
@@ -78,7 +79,10 @@ async fn connect_stream(
         Problem::new(ProblemCode::MalformedRequest, format!("This path speaks WebSocket: {}.", rejection.body_text()))
     })?;
     let limit = state.settings.body_limit.min(LONGEST_MESSAGE);
-    Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| serve(state, id, socket)))
+    Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| {
+        let party = state.principal.party();
+        pool::on_behalf_of(party, serve(state, id, socket))
+    }))
 }
 
 /// Browsers ask nobody before they open a WebSocket; so the origin of the page is looked at here:

@@ -6,13 +6,17 @@
 //! sleeps: under load a job changes threads without a system call. Work that is known to be short
 //! may be done by the thread that has it, in the [`WorkerSlot`] of an idle worker.
 //!
+//! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties have
+//! turns, and none holds more than its share of workers and queue while others wait ([`turns`]).
+//!
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
 //! the future is dropped, which is what happens when a client leaves or a request's time is over;
 //! that of [`WorkPool::run_with`] belongs to the caller. All of them are cancelled when the pool
 //! stops. What is awaited [`under`] a handle has all its work done under that one.
 
+mod turns;
+
 use std::{
-    collections::VecDeque,
     panic::{AssertUnwindSafe, catch_unwind},
     sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
@@ -21,12 +25,17 @@ use std::{
 use tokio::sync::oneshot;
 
 use crate::telemetry;
+use turns::{NoPlace, Turns};
+
 pub use flankfit_engine::numerics::cancel::{Handle, checkpoint};
+pub use turns::Party;
 
 /// Work with the handle under which it runs.
 trait Job: Send {
     /// Whether the work came to its end and somebody heard of it.
     fn run(self: Box<Self>) -> bool;
+    /// Tells that somebody else has its place.
+    fn refuse(self: Box<Self>, error: PoolError);
     fn handle(&self) -> &Handle;
 }
 
@@ -49,6 +58,10 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
         }
     }
 
+    fn refuse(self: Box<Self>, error: PoolError) {
+        let _gone = self.answer.send(Err(error));
+    }
+
     fn handle(&self) -> &Handle {
         &self.handle
     }
@@ -63,6 +76,9 @@ pub enum PoolError {
         /// The queue's length.
         limit: usize,
     },
+    /// The party has its share of the queue, and others wait.
+    #[error("this tenant has its share of requests waiting, and others wait")]
+    Share,
     /// Its handle was cancelled.
     #[error("the work was cancelled")]
     Cancelled,
@@ -88,9 +104,8 @@ struct Shared {
     busy: metrics::Gauge,
 }
 
-#[derive(Default)]
 struct State {
-    queue: VecDeque<Box<dyn Job>>,
+    queue: Turns<Box<dyn Job>>,
     idle: usize,
     /// Places of idle workers that are taken by other threads.
     taken: usize,
@@ -114,7 +129,7 @@ impl Shared {
     fn work(&self, worker: usize) {
         let mut state = self.lock();
         loop {
-            if let Some(job) = state.queue.pop_front() {
+            if let Some((party, job)) = state.queue.take() {
                 self.depth.set(state.queue.len() as f64);
                 let handle = job.handle().clone();
                 state.running[worker] = Some(handle.clone());
@@ -126,6 +141,7 @@ impl Shared {
                 let answered = catch_unwind(AssertUnwindSafe(|| job.run()));
                 state = self.lock();
                 state.running[worker] = None;
+                state.queue.finished(&party);
                 if matches!(answered, Ok(false)) {
                     telemetry::record_cancelled(
                         reason(state.stopped),
@@ -147,7 +163,7 @@ impl Shared {
     fn stop(&self) {
         let mut state = self.lock();
         state.stopped = true;
-        let waiting = std::mem::take(&mut state.queue);
+        let waiting = state.queue.drain();
         for handle in state.running.iter().flatten() {
             handle.cancel();
         }
@@ -181,6 +197,18 @@ impl Drop for WorkerSlot<'_> {
 tokio::task_local! {
     /// Under which the work of a future is done, wherever it puts it.
     static UNDER: Handle;
+    /// For whom it is done.
+    static PARTY: Party;
+}
+
+/// A future of which all work on pools is done for one party, whose turns it shares.
+pub fn on_behalf_of<F: Future>(party: Party, future: F) -> impl Future<Output = F::Output> {
+    PARTY.scope(party, future)
+}
+
+/// For whom work is done here, to go on with it elsewhere.
+pub fn party() -> Party {
+    PARTY.try_with(Party::clone).unwrap_or_default()
 }
 
 /// A future of which all work on pools is done under one handle: so it can be watched and
@@ -199,19 +227,21 @@ impl Drop for CancelOnDrop {
 }
 
 impl WorkPool {
-    /// Starts `workers` threads (at least one) with a queue of `limit` places (at least one).
-    pub fn new(workers: usize, limit: usize) -> std::io::Result<Self> {
+    /// Starts `workers` threads (at least one) with a queue of `limit` places (at least one);
+    /// `share` is what a party may have of both while others wait.
+    pub fn new(workers: usize, limit: usize, share: f64) -> std::io::Result<Self> {
         telemetry::metrics();
-        let workers = workers.max(1);
+        let (workers, limit) = (workers.max(1), limit.max(1));
+        let queue = Turns::new(limit, workers, share);
         let shared = Arc::new(Shared {
-            state: Mutex::new(State { running: vec![None; workers], ..State::default() }),
+            state: Mutex::new(State { queue, idle: 0, taken: 0, running: vec![None; workers], stopped: false }),
             wake: Condvar::new(),
             depth: metrics::gauge!(telemetry::QUEUE_DEPTH),
             busy: metrics::gauge!(telemetry::BUSY_WORKERS),
         });
         // The threads are not joined: they end when the pool stops, and the process does not wait
         // for them.
-        let pool = WorkPool { shared, limit: limit.max(1) };
+        let pool = WorkPool { shared, limit };
         for i in 0..workers {
             let shared = Arc::clone(&pool.shared);
             std::thread::Builder::new().name(format!("fit-{i}")).spawn(move || shared.work(i))?;
@@ -246,25 +276,32 @@ impl WorkPool {
     }
 
     fn enqueue(&self, job: Box<dyn Job>) -> Result<(), PoolError> {
+        let party = party();
         let mut state = self.shared.lock();
         if state.stopped {
             return Err(PoolError::Stopped);
         }
-        if state.queue.len() >= self.limit {
+        if !state.queue.has_room(&party) {
             // Requests that were given up (timeouts, lost connections) do not hold places.
-            let before = state.queue.len();
-            state.queue.retain(|job| !job.handle().is_cancelled());
-            for _skipped in state.queue.len()..before {
+            for _skipped in 0..state.queue.retain(|job| !job.handle().is_cancelled()) {
                 telemetry::record_cancelled(reason(false), Duration::ZERO);
             }
         }
-        if state.queue.len() >= self.limit {
-            return Err(PoolError::Full { limit: self.limit });
-        }
-        state.queue.push_back(job);
+        let full = PoolError::Full { limit: self.limit };
+        let refusal = |refused| match refused {
+            NoPlace::Full => full,
+            NoPlace::Share => PoolError::Share,
+        };
+        // What is refused goes when the lock is given back: what it owns may be anything.
+        state.queue.check(&party).map_err(refusal)?;
+        let displaced = state.queue.push(party, job).map_err(refusal)?;
         self.shared.depth.set(state.queue.len() as f64);
         if state.idle > 0 {
             self.shared.wake.notify_one();
+        }
+        drop(state);
+        if let Some(displaced) = displaced {
+            displaced.refuse(full);
         }
         Ok(())
     }

@@ -47,7 +47,8 @@ async fn take(state: &AppState, handlers: &Router) {
         while doing.len() < most
             && let Some(task) = claim(state).await
         {
-            doing.spawn(complete(state.clone(), handlers.clone(), task));
+            let party = Some(task.caller.tenant.name());
+            doing.spawn(pool::on_behalf_of(party, complete(state.clone(), handlers.clone(), task)));
         }
         tokio::select! {
             () = &mut stopping => break,

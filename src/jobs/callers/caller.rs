@@ -43,6 +43,10 @@ impl Tenant {
     pub fn as_str(&self) -> &str {
         &self.0
     }
+
+    pub fn name(&self) -> Arc<str> {
+        self.0.clone()
+    }
 }
 
 impl Default for Tenant {

@@ -2,6 +2,7 @@
 
 mod callers;
 mod draining;
+mod fairness;
 pub mod keys;
 mod roles;
 mod secrecy;
