@@ -19,6 +19,8 @@ use crate::{
         server::{self, Service, Tls, TlsError},
     },
     jobs::{JobService, OrderedIds, Store, SystemClock, archive::Holdings, audit::Auditor},
+    oidc::Tokens,
+    outgoing::OutgoingError,
     store::{
         Migrate, OpenError, PostgresAuditor, PostgresError, PostgresHoldings, PostgresSettings, PostgresStore,
         SqliteAuditor, SqliteHoldings, SqliteStore, StoreSettings,
@@ -72,6 +74,8 @@ pub enum StartError {
     Seals(#[from] SealError),
     #[error(transparent)]
     Archives(#[from] NoArchives),
+    #[error("--oidc-ca: {0}")]
+    Provider(#[from] OutgoingError),
     #[error("cannot start the fit workers: {0}")]
     Workers(io::Error),
 }
@@ -93,7 +97,8 @@ impl App {
         let ids = Arc::new(OrderedIds::new());
         let store = open_store(&settings, ids.clone()).await?;
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), ids);
-        let state = AppState::new(settings, jobs).map_err(StartError::Workers)?;
+        let tokens = Tokens::of(&settings.oidc, Arc::new(SystemClock))?;
+        let state = AppState::new(settings, jobs, tokens).map_err(StartError::Workers)?;
         state.dashboard.as_ref().map_or(Ok(()), Files::check)?;
         warn_if_open(&state).await;
         Ok(App { listener, operation, tls, state, store, seals, retention })
@@ -262,6 +267,8 @@ fn background(
     }
     let keys = state.clone();
     all.spawn(async move { keys.callers.kept().write_uses().await });
+    let callers = state.clone();
+    all.spawn(async move { callers.callers.follow_provider().await });
     let callers = state.clone();
     all.spawn(async move {
         loop {

@@ -6,6 +6,8 @@ pub mod cli;
 pub mod config;
 pub mod http;
 pub mod jobs;
+pub mod oidc;
+pub mod outgoing;
 pub mod pool;
 pub mod store;
 pub mod telemetry;

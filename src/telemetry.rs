@@ -58,6 +58,8 @@ pub const DRAINING: &str = "flankfit_draining";
 pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
 /// Seconds since all that there was to seal of the audit was sealed.
 pub const AUDIT_SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
+/// 1 where the identity provider told its keys when it was asked last.
+pub const IDENTITY_PROVIDER_UP: &str = "flankfit_identity_provider_up";
 /// Bytes of bodies and answers that are held.
 pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
 /// Connections that are open.
@@ -133,6 +135,7 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_gauge!(DRAINING, "1 from the signal to stop on");
         metrics::describe_gauge!(TLS_EXPIRY, metrics::Unit::Seconds, "Time until the server's certificate ends");
         metrics::describe_gauge!(AUDIT_SEAL_AGE, metrics::Unit::Seconds, "Time since all of the audit was sealed");
+        metrics::describe_gauge!(IDENTITY_PROVIDER_UP, "1 where the identity provider told its keys last");
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
         metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
         metrics::describe_counter!(STORE_RETRIES, "Transactions of the store that were tried again");
@@ -183,6 +186,11 @@ pub fn record_seal_age(age: Duration) {
 /// Notes whether the store answers and can be written.
 pub fn record_store_up(up: bool) {
     metrics::gauge!(STORE_UP).set(f64::from(up));
+}
+
+/// Notes whether the identity provider told its keys.
+pub fn record_identity_provider(up: bool) {
+    metrics::gauge!(IDENTITY_PROVIDER_UP).set(f64::from(up));
 }
 
 /// Notes that somebody was turned away.

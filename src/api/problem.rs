@@ -75,7 +75,7 @@ pub enum ProblemCode {
     MalformedRequest,
     /// 401: no API key.
     Unauthorized,
-    /// 401: an API key that is not known, or no longer.
+    /// 401: an API key or a token that is not known, or no longer.
     InvalidKey,
     /// 403: the caller may not do this.
     Forbidden,
@@ -129,6 +129,8 @@ pub enum ProblemCode {
     StoreUnavailable,
     /// 503: the store was lost before it said whether something was stored.
     OutcomeUnknown,
+    /// 503: the identity provider has not told its keys yet.
+    IssuerUnavailable,
     /// 503: the process is about to end.
     Draining,
 }
@@ -166,6 +168,7 @@ impl ProblemCode {
         Self::RequestTimeout,
         Self::StoreUnavailable,
         Self::OutcomeUnknown,
+        Self::IssuerUnavailable,
         Self::Draining,
     ];
 
@@ -225,6 +228,9 @@ impl ProblemCode {
             Self::StoreUnavailable => (503, "urn:flankfit:problem:store_unavailable", "The store does not answer"),
             Self::OutcomeUnknown => {
                 (503, "urn:flankfit:problem:outcome_unknown", "It is not known whether something was stored")
+            }
+            Self::IssuerUnavailable => {
+                (503, "urn:flankfit:problem:issuer_unavailable", "The identity provider does not answer")
             }
             Self::Draining => (503, "urn:flankfit:problem:draining", "The process is about to end"),
         }

@@ -8,6 +8,7 @@ mod count;
 mod digest;
 mod host;
 mod network;
+mod oidc;
 mod origin;
 mod retention;
 mod share;
@@ -25,6 +26,7 @@ pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
 pub use host::{Host, Hosts, parse_hosts};
 pub use network::{Networks, parse_networks};
+pub use oidc::{Audiences, OidcSettings};
 pub use origin::{Origin, Origins, parse_origins};
 pub use retention::RetentionSettings;
 pub use share::parse_share;
@@ -142,6 +144,8 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_API_KEYS_ROLE", value_enum, default_value_t = KeysRole::Engineer)]
     pub api_keys_role: KeysRole,
     #[command(flatten)]
+    pub oidc: OidcSettings,
+    #[command(flatten)]
     pub audit: AuditSettings,
     #[command(flatten)]
     pub retention: RetentionSettings,
@@ -242,6 +246,7 @@ impl Default for ServeSettings {
             auth: Authentication::default(),
             api_keys_sha256: Vec::new(),
             api_keys_role: KeysRole::default(),
+            oidc: OidcSettings::default(),
             audit: AuditSettings::default(),
             retention: RetentionSettings::default(),
             cors_origins: Vec::new(),

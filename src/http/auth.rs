@@ -1,17 +1,21 @@
-//! Who asks: made out of an API key or a client's certificate, in one place.
+//! Who asks: made out of an API key, a token of an identity provider or a client's certificate, in
+//! one place.
 //!
 //! Of keys the server knows digests only; they are compared in [`secret::same`] and nowhere else.
-//! Keys of the settings are looked at first, then those of the store.
+//! Keys of the settings are looked at first, then tokens, then the keys of the store.
 
-use std::sync::Arc;
+use std::{future, sync::Arc, time::Duration};
 
 use axum::http::{Extensions, HeaderMap, Method, header};
+
+use tokio::time::sleep;
 
 use super::server::PeerNames;
 use crate::{
     api::problem::{Problem, ProblemCode},
     config::{Authentication, Digest, KeysRole, ServeSettings},
     jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, Tenant, secret},
+    oidc::{self, Token, TokenError, Tokens},
     pool::Party,
     telemetry,
 };
@@ -22,14 +26,26 @@ pub struct Principal {
     pub caller: Caller,
     pub scopes: Scopes,
     pub role: Option<Role>,
-    /// What let them in, where the store has it.
-    pub key: Option<Arc<KnownKey>>,
+    pub proof: Proof,
+}
+
+/// What let somebody in.
+#[derive(Clone, Debug)]
+pub enum Proof {
+    /// Nothing was asked for, or it was looked at before.
+    None,
+    /// A key that the settings name.
+    Listed,
+    /// A key of the store, of a secret or of a certificate.
+    Key(Arc<KnownKey>),
+    /// A token of the identity provider.
+    Token(Arc<Token>),
 }
 
 impl Principal {
     /// Whether it is one of several who can be told from each other.
     pub fn is_known(&self) -> bool {
-        self.key.is_some() || self.role.is_some()
+        !matches!(self.proof, Proof::None)
     }
 
     /// With whom turns are shared on the pool.
@@ -44,6 +60,8 @@ pub struct Callers {
     listed: Vec<(Digest, Principal)>,
     /// The keys of the store.
     kept: KnownKeys,
+    /// Tokens of an identity provider, where the settings name one.
+    tokens: Option<Arc<Tokens>>,
     demand: Demand,
     /// Whoever calls a server that asks for no key.
     anonymous: Principal,
@@ -58,32 +76,66 @@ enum Demand {
 }
 
 impl Callers {
-    pub fn of(settings: &ServeSettings, jobs: &JobService) -> Self {
+    pub fn of(settings: &ServeSettings, jobs: &JobService, tokens: Option<Arc<Tokens>>) -> Self {
+        let is_asked_for = jobs.is_shared() || tokens.is_some() || !settings.api_keys_sha256.is_empty();
         let demand = match settings.auth {
             Authentication::Off => Demand::Never,
             Authentication::Required => Demand::Always,
-            Authentication::Auto if jobs.is_shared() || !settings.api_keys_sha256.is_empty() => Demand::Always,
+            Authentication::Auto if is_asked_for => Demand::Always,
             Authentication::Auto => Demand::OnceThereIsAKey,
         };
-        let principal = |actor: String, role: Option<Role>| Principal {
+        let principal = |actor: String, role: Option<Role>, proof: Proof| Principal {
             caller: Caller { tenant: Tenant::default(), actor: actor.into(), origin: Default::default() },
             scopes: role.map_or(Scopes::ALL, Role::scopes),
             role,
-            key: None,
+            proof,
         };
         let role = Some(settings.api_keys_role.into());
-        let listed = settings.api_keys_sha256.iter().map(|digest| (*digest, principal(name_of_key(digest), role)));
+        let of_key = |digest: &Digest| (*digest, principal(name_of_key(digest), role, Proof::Listed));
         Callers {
-            listed: listed.collect(),
+            listed: settings.api_keys_sha256.iter().map(of_key).collect(),
             kept: jobs.known_keys(),
+            tokens,
             demand,
-            anonymous: principal("anonymous".to_owned(), None),
+            anonymous: principal("anonymous".to_owned(), None, Proof::None),
         }
     }
 
     /// The keys of the store.
     pub fn kept(&self) -> &KnownKeys {
         &self.kept
+    }
+
+    /// Keeps what is known of the identity provider current. Ends where there is none.
+    pub async fn follow_provider(&self) {
+        if let Some(tokens) = &self.tokens {
+            tokens.follow().await;
+        }
+    }
+
+    /// Ready when somebody would not be let in any more by what let them in.
+    pub async fn ended(&self, proof: &Proof) {
+        match proof {
+            Proof::Key(key) => self.kept.ended(key).await,
+            Proof::Token(token) => self.token_ended(token).await,
+            Proof::None | Proof::Listed => future::pending().await,
+        }
+    }
+
+    async fn token_ended(&self, token: &Token) {
+        while let Some(left) = self.tokens.as_ref().and_then(|tokens| tokens.left(token)) {
+            // the store that does not answer ends nobody
+            if matches!(self.lets_in(token).await, Ok(false)) {
+                return;
+            }
+            sleep(left.min(LOOK)).await;
+        }
+    }
+
+    /// Whether the tenant of a token's holder is there, and let in at present.
+    async fn lets_in(&self, token: &Token) -> Result<bool, RepositoryError> {
+        let tenant = &token.holder.tenant;
+        if tenant.is_root() { Ok(true) } else { self.kept.lets_in(tenant).await }
     }
 
     /// Whether each has a key, so that they can be told from each other.
@@ -132,9 +184,12 @@ impl Callers {
         names: Option<&PeerNames>,
     ) -> (&'static str, Result<Principal, Problem>) {
         let found = match (presented(headers), names) {
-            (Some(key), _) => match self.listed(key) {
-                Some(principal) => return ("ok", Ok(principal.clone())),
-                None => self.kept.of_secret(key).await.map(|key| (key, true)),
+            (Some((key, form)), _) => match (self.listed(key), &self.tokens) {
+                (Some(principal), _) => return ("ok", Ok(principal.clone())),
+                (None, Some(tokens)) if form == Form::Bearer && oidc::is_token(key) => {
+                    return self.of_token(tokens, key).await;
+                }
+                _ => self.kept.of_secret(key).await.map(|key| (key, true)),
             },
             (None, Some(PeerNames(names))) => self.kept.of_certificate(names).await,
             (None, None) => Ok((None, false)),
@@ -149,10 +204,34 @@ impl Callers {
                 ("invalid", Err(Problem::new(ProblemCode::InvalidKey, detail)))
             }
             Ok((None, false)) => {
-                let detail = "Send the API key as `Authorization: Bearer …` or in `x-api-key`.";
+                let detail = match self.tokens {
+                    Some(_) => "Send a token or an API key as `Authorization: Bearer …`.",
+                    None => "Send the API key as `Authorization: Bearer …` or in `x-api-key`.",
+                };
                 ("missing", Err(Problem::new(ProblemCode::Unauthorized, detail)))
             }
             Err(away) => ("unavailable", Err(away.into())),
+        }
+    }
+
+    async fn of_token(&self, tokens: &Tokens, text: &[u8]) -> (&'static str, Result<Principal, Problem>) {
+        let invalid = |reason: TokenError| {
+            let detail = "This token is not one of the identity provider for this server, cannot be used now, or \
+                names no role or tenant there is.";
+            ("invalid", Err(Problem::new(ProblemCode::InvalidKey, detail).caused_by(reason)))
+        };
+        match tokens.verify(text).await {
+            Ok(token) => match self.lets_in(&token).await {
+                Ok(true) => ("ok", Ok(token.into())),
+                Ok(false) => invalid(TokenError::Tenant),
+                Err(away) => ("unavailable", Err(away.into())),
+            },
+            Err(reason @ TokenError::Unavailable) => {
+                let detail = "The keys of the identity provider are not known yet; try again in a moment.";
+                let problem = Problem::new(ProblemCode::IssuerUnavailable, detail).caused_by(reason).retry_after(15);
+                ("unavailable", Err(problem))
+            }
+            Err(reason) => invalid(reason),
         }
     }
 
@@ -172,7 +251,16 @@ impl Callers {
 impl From<Arc<KnownKey>> for Principal {
     fn from(known: Arc<KnownKey>) -> Self {
         let key = &known.key;
-        Principal { caller: key.caller(), scopes: key.scopes, role: key.role, key: Some(known) }
+        Principal { caller: key.caller(), scopes: key.scopes, role: key.role, proof: Proof::Key(known) }
+    }
+}
+
+impl From<Arc<Token>> for Principal {
+    fn from(token: Arc<Token>) -> Self {
+        let holder = &token.holder;
+        let (tenant, actor) = (holder.tenant.clone(), holder.actor.clone());
+        let caller = Caller { tenant, actor, origin: Default::default() };
+        Principal { caller, scopes: holder.scopes, role: holder.role, proof: Proof::Token(token) }
     }
 }
 
@@ -194,14 +282,24 @@ fn name_of_key(Digest(digest): &Digest) -> String {
     digest.iter().take(6).fold("key-".to_owned(), |name, byte| name + &format!("{byte:02x}"))
 }
 
-fn presented(headers: &HeaderMap) -> Option<&[u8]> {
+/// Where a key or a token was.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Form {
+    Header,
+    Bearer,
+}
+
+fn presented(headers: &HeaderMap) -> Option<(&[u8], Form)> {
     if let Some(value) = headers.get(API_KEY) {
-        return Some(value.as_bytes());
+        return Some((value.as_bytes(), Form::Header));
     }
     let value = headers.get(header::AUTHORIZATION)?.as_bytes();
     let (scheme, key) = value.split_at_checked(7)?;
-    scheme.eq_ignore_ascii_case(b"bearer ").then(|| key.trim_ascii())
+    scheme.eq_ignore_ascii_case(b"bearer ").then(|| (key.trim_ascii(), Form::Bearer))
 }
+
+/// Between two looks whether a token still lets in whoever is in already.
+const LOOK: Duration = Duration::from_secs(5);
 
 /// The header that may carry a key instead of `Authorization`.
 const API_KEY: &str = "x-api-key";
@@ -221,7 +319,7 @@ mod tests {
         let with = |name: &'static str, value: &'static str| {
             let mut headers = HeaderMap::new();
             headers.insert(name, value.parse().unwrap());
-            let found = presented(&headers).map(<[u8]>::to_vec);
+            let found = presented(&headers).map(|(key, _)| key.to_vec());
             forget(&mut headers);
             assert_eq!(presented(&headers), None);
             found

@@ -1,6 +1,6 @@
 //! What a handler can reach for the caller of its request.
 
-use std::{future, ops::Deref, pin::Pin};
+use std::{ops::Deref, pin::Pin};
 
 use axum::{extract::FromRequestParts, http::request::Parts};
 
@@ -29,13 +29,8 @@ impl CallerState {
 
     /// Ready when the caller would not be let in any more.
     pub fn refused(&self) -> Pin<Box<dyn Future<Output = ()> + Send>> {
-        let (app, key) = (self.app.clone(), self.principal.key.clone());
-        Box::pin(async move {
-            match key {
-                Some(key) => app.callers.kept().ended(&key).await,
-                None => future::pending().await,
-            }
-        })
+        let (app, proof) = (self.app.clone(), self.principal.proof.clone());
+        Box::pin(async move { app.callers.ended(&proof).await })
     }
 }
 

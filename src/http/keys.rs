@@ -8,7 +8,7 @@ use jiff::SignedDuration;
 use utoipa_axum::{router::OpenApiRouter, routes};
 
 use super::{
-    auth::Principal,
+    auth::{Principal, Proof},
     body::Payload,
     caller_state::CallerState,
     compute::read_small_json,
@@ -22,7 +22,7 @@ use crate::{
     api::{
         callers::{
             key::{KeyBody, KeyPageBody, KeyPatchBody, NewKeyBody, RotationBody},
-            whoami::WhoamiBody,
+            whoami::{ProofName, WhoamiBody},
         },
         json::{value::read_json, writer::text_of},
         problem::{Problem, ProblemCode},
@@ -214,8 +214,15 @@ async fn rotate_key(
     responses((status = 200, description = "Who asks.", body = WhoamiBody))
 )]
 async fn whoami(state: CallerState) -> axum::Json<WhoamiBody> {
-    let Principal { caller, scopes, role, key } = &state.principal;
-    axum::Json(WhoamiBody::of(caller, *role, *scopes, key.as_ref().map(|known| &known.key)))
+    let Principal { caller, scopes, role, proof } = &state.principal;
+    let mut body = WhoamiBody::of(caller, *role, *scopes);
+    match proof {
+        Proof::None => {}
+        Proof::Listed => body.kind = Some(ProofName::Secret),
+        Proof::Key(known) => body.take_key(&known.key),
+        Proof::Token(token) => body.take_token(token.expires_at),
+    }
+    axum::Json(body)
 }
 
 /// The id in a path; one of another form is an id that does not exist.

@@ -11,6 +11,7 @@ use super::{
 use crate::{
     config::ServeSettings,
     jobs::{JobService, RunningKeys},
+    oidc::Tokens,
     pool::WorkPool,
     telemetry,
 };
@@ -48,11 +49,11 @@ pub struct Shared {
 }
 
 impl AppState {
-    pub fn new(settings: ServeSettings, jobs: Arc<JobService>) -> std::io::Result<Self> {
+    pub fn new(settings: ServeSettings, jobs: Arc<JobService>, tokens: Option<Arc<Tokens>>) -> std::io::Result<Self> {
         let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue, settings.tenant_share)?;
-        let callers = Callers::of(&settings, &jobs);
+        let callers = Callers::of(&settings, &jobs, tokens);
         let dashboard = settings.dashboard.then(|| Files::of(settings.dashboard_dir.as_deref()));
         Ok(AppState(Arc::new(Shared {
             settings,

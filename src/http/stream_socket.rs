@@ -55,7 +55,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     responses(
         (status = 101, description = "A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is \
             closed when the stream is finished or deleted, when the server stops, and (1008) when the \
-            caller's key ends."),
+            caller's key or token ends."),
         (status = 400, description = "Not a WebSocket request.", body = Problem,
             content_type = "application/problem+json"),
         (status = 403, description = "A web page of an origin that `--cors-origins` does not name.", body = Problem,
@@ -137,7 +137,7 @@ async fn session(state: &CallerState, id: Uuid, socket: &mut WebSocket) -> Sessi
         tokio::select! {
             () = &mut stopped => return SessionEnd::Close(close_code::AWAY, "the server stops"),
             () = &mut refused => {
-                return SessionEnd::Close(close_code::POLICY, "the key cannot be used any more");
+                return SessionEnd::Close(close_code::POLICY, "the key or the token cannot be used any more");
             }
             _ = ends.changed() => {
                 if let Some(end) = ended(state, id).await {

@@ -47,10 +47,16 @@ const RULES: &[Rule] = &[
     },
     Rule {
         room: "http",
-        rooms: &["api", "jobs", "estimation", "pool", "config", "telemetry"],
+        rooms: &["api", "jobs", "estimation", "oidc", "pool", "config", "telemetry"],
         foreign: &["clap", "sqlx"],
     },
+    Rule {
+        room: "oidc",
+        rooms: &["config", "jobs", "outgoing", "telemetry"],
+        foreign: &["axum", "clap", "metrics", "sqlx", "utoipa"],
+    },
     Rule { room: "pool", rooms: &["numerics", "telemetry"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
+    Rule { room: "outgoing", rooms: &[], foreign: &["axum", "clap", "sqlx", "tokio", "utoipa"] },
     Rule { room: "telemetry", rooms: &["config"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
     Rule { room: "config", rooms: &[], foreign: &["axum", "sqlx", "utoipa"] },
 ];

@@ -1,5 +1,6 @@
 //! Who asks.
 
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -17,9 +18,14 @@ pub struct WhoamiBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tenant: Option<String>,
     /// The name under which they act: `key-` and the id of the key, or the beginning of its digest
-    /// where the server's settings name it; `anonymous` where no key is asked for.
+    /// where the server's settings name it; of a token its subject; `anonymous` where no key is
+    /// asked for.
     pub actor: String,
-    /// Absent where scopes were named one by one, and where no key is asked for.
+    /// What lets them in; absent where no key is asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub kind: Option<ProofName>,
+    /// Absent where scopes were named one by one or a token names several roles, and where no key
+    /// is asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleName>,
     /// What they may ask for.
@@ -30,22 +36,50 @@ pub struct WhoamiBody {
     /// The key's name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key_name: Option<String>,
-    /// When the key ends.
+    /// When the key or the token ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
 }
 
+/// What lets somebody in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = Proof)]
+pub enum ProofName {
+    /// A key that is sent.
+    Secret,
+    /// A client's certificate.
+    Certificate,
+    /// A token of the identity provider.
+    Token,
+}
+
 impl WhoamiBody {
-    pub fn of(caller: &Caller, role: Option<Role>, scopes: Scopes, key: Option<&ApiKey>) -> Self {
+    pub fn of(caller: &Caller, role: Option<Role>, scopes: Scopes) -> Self {
         WhoamiBody {
             tenant: (!caller.tenant.is_root()).then(|| caller.tenant.as_str().to_owned()),
             actor: caller.actor.as_ref().to_owned(),
+            kind: None,
             role: role.map(RoleName::from),
             scopes: names_of(scopes),
-            key_id: key.map(|key| key.id.to_string()),
-            key_name: key.map(|key| key.name.clone()),
-            expires_at: key.and_then(|key| key.expires_at).map(Moment),
+            key_id: None,
+            key_name: None,
+            expires_at: None,
         }
+    }
+
+    /// It is a key of the database that lets them in.
+    pub fn take_key(&mut self, key: &ApiKey) {
+        self.kind = Some(if key.san.is_some() { ProofName::Certificate } else { ProofName::Secret });
+        self.key_id = Some(key.id.to_string());
+        self.key_name = Some(key.name.clone());
+        self.expires_at = key.expires_at.map(Moment);
+    }
+
+    /// It is a token.
+    pub fn take_token(&mut self, expires_at: Timestamp) {
+        self.kind = Some(ProofName::Token);
+        self.expires_at = Some(Moment(expires_at));
     }
 }

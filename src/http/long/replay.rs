@@ -9,7 +9,13 @@ use axum::{
 use tower::ServiceExt;
 
 use super::{
-    super::{auth::Principal, idempotency::KEY, observe::RequestId, server::Peer, state::AppState},
+    super::{
+        auth::{Principal, Proof},
+        idempotency::KEY,
+        observe::RequestId,
+        server::Peer,
+        state::AppState,
+    },
     answer::{self, Answered},
 };
 use crate::{api::problem::Problem, jobs::ClaimedTask, pool::Handle};
@@ -35,7 +41,7 @@ async fn respond(state: &AppState, handlers: &Router, task: ClaimedTask) -> Resu
         extensions.insert(RequestId(id));
     }
     caller.origin.peer.map(|peer| extensions.insert(Peer(peer)));
-    extensions.insert(Principal { caller, scopes, role: None, key: None });
+    extensions.insert(Principal { caller, scopes, role: None, proof: Proof::None });
     extensions.insert(lease);
     let Ok(response) = handlers.clone().oneshot(request).await;
     Ok(response)

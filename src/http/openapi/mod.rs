@@ -122,7 +122,7 @@ impl Modify for Complete {
             components.schemas.values_mut().for_each(without_null);
             let bearer = HttpBuilder::new()
                 .scheme(HttpAuthScheme::Bearer)
-                .description(Some("An API key, where the server was started with some."))
+                .description(Some("An API key, or a token (JWT) of the identity provider that the server knows."))
                 .build();
             components.add_security_scheme("bearer", SecurityScheme::Http(bearer));
             let header = ApiKeyValue::with_description("x-api-key", "The same in a header of its own.");

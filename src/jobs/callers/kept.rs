@@ -23,6 +23,9 @@ pub trait Credentials: Send + Sync + 'static {
     /// The key of a certificate with this name that is not revoked, else the last one that was.
     fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>>;
 
+    /// The tenant of this name.
+    fn find_tenant(&self, name: Tenant) -> RepositoryFuture<'_, Option<Plant>>;
+
     /// Whether there ever was a key.
     fn has_keys(&self) -> RepositoryFuture<'_, bool>;
 

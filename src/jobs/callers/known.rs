@@ -1,59 +1,40 @@
 //! Keys that were lately seen: whoever comes with one is not asked about in the store each time.
 //!
-//! What is known of a key holds for two seconds, or until somebody tells of a change of keys; then
-//! the store is asked anew. While it does not answer, a key once seen holds for five minutes. So a
+//! What the store says of a key holds for a while ([`super::lately`]); then it is asked anew. So a
 //! key that is revoked is refused within seconds, at other processes too when nobody tells them,
-//! and what needs no store outlives it.
+//! and what needs no store outlives it. The same goes for the tenants of tokens.
 
 use std::{
     collections::HashMap,
     sync::{
-        Arc, Mutex, MutexGuard, PoisonError,
+        Arc, Mutex, PoisonError,
         atomic::{AtomicBool, AtomicU64, Ordering},
     },
-    time::{Duration, Instant},
+    time::Duration,
 };
 
 use jiff::Timestamp;
 use tokio::{sync::watch, time::timeout};
 
 use super::{
+    caller::Tenant,
     kept::Credentials,
     key::{KeyId, KnownKey, San},
+    lately::Lately,
+    plant::Plant,
     secret::{digest, id_of, same},
 };
 use crate::jobs::{ambient::Clock, outcome::RepositoryError, service::JobService};
 
-/// How long what the store said is not asked about again.
-const FRESH: Duration = Duration::from_secs(2);
-/// How long it holds while the store does not answer.
-const HELD: Duration = Duration::from_secs(300);
-/// How long the store may take to answer, where something is known already.
-const PATIENCE: Duration = Duration::from_secs(1);
-/// While somebody asks, and when the store did not answer, the others do not ask for so long.
-const PAUSE: Duration = Duration::from_secs(1);
 /// Between two looks whether a key still lets in whoever is in already.
 const LOOK: Duration = Duration::from_secs(5);
 /// Between two times that uses are written down.
 const USES: Duration = Duration::from_secs(20);
-/// Entries in memory. There are fewer keys, or as many keys at a time are not fast.
-const MOST: usize = 1 << 16;
-
 /// What somebody comes with.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 enum Credential {
     Secret(KeyId),
     Certificate(San),
-}
-
-struct Entry {
-    known: Option<Arc<KnownKey>>,
-    /// When the store said so.
-    said: Instant,
-    /// Which changes of keys it had seen by then.
-    seen: u64,
-    /// When it was last asked in vain, or is being asked.
-    asked: Option<Instant>,
 }
 
 /// See the module's documentation.
@@ -62,11 +43,9 @@ pub struct KnownKeys {
     clock: Arc<dyn Clock>,
     /// Told of every change of keys.
     changes: watch::Receiver<u64>,
-    entries: Mutex<HashMap<Credential, Entry>>,
+    keys: Lately<Credential, Arc<KnownKey>>,
+    tenants: Lately<Tenant, Plant>,
     used: Mutex<HashMap<KeyId, Timestamp>>,
-    /// See [`FRESH`] and [`HELD`].
-    fresh: Duration,
-    held: Duration,
     /// Whether there is a key at all, and after which change of keys the store said so.
     exist: AtomicBool,
     exist_seen: AtomicU64,
@@ -75,11 +54,12 @@ pub struct KnownKeys {
 impl JobService {
     /// The keys of every tenant, as they are when somebody comes with one.
     pub fn known_keys(&self) -> KnownKeys {
-        let (entries, used, exist) = Default::default();
+        let (used, exist) = Default::default();
         let (store, changes) = (self.store.credentials(), self.key_changes.subscribe());
+        let (keys, tenants) = (Lately::new(changes.clone()), Lately::new(changes.clone()));
         let exist_seen = AtomicU64::new(u64::MAX);
         let clock = self.clock.clone();
-        KnownKeys { store, clock, changes, entries, used, fresh: FRESH, held: HELD, exist, exist_seen }
+        KnownKeys { store, clock, changes, keys, tenants, used, exist, exist_seen }
     }
 }
 
@@ -167,64 +147,36 @@ impl KnownKeys {
         }
     }
 
-    fn entries(&self) -> MutexGuard<'_, HashMap<Credential, Entry>> {
-        self.entries.lock().unwrap_or_else(PoisonError::into_inner)
+    /// Whether there is such a tenant, and its callers are let in at present.
+    pub async fn lets_in(&self, tenant: &Tenant) -> Result<bool, RepositoryError> {
+        let ask = || self.store.find_tenant(tenant.clone());
+        let plant = self.tenants.find(tenant.clone(), false, ask).await?;
+        Ok(plant.is_some_and(|plant| !plant.suspended))
     }
 
     /// What the store says of a credential, or has said lately.
     async fn find(&self, credential: Credential) -> Result<Option<Arc<KnownKey>>, RepositoryError> {
-        let changes = *self.changes.borrow();
-        let mut held = None;
-        if let Some(entry) = self.entries().get_mut(&credential) {
-            let age = entry.said.elapsed();
-            let current = entry.seen == changes && age < self.fresh;
-            let waiting = entry.asked.is_some_and(|asked| asked.elapsed() < PAUSE) && age < self.held;
-            if current || (waiting && entry.seen == changes) {
-                return Ok(entry.known.clone());
-            }
-            entry.asked = Some(Instant::now());
-            held = Some(entry.known.clone()).filter(|_| age < self.held);
-        }
-        match (self.ask(&credential, held.is_some()).await, held) {
-            (Ok(known), _) => {
-                self.learn(credential, known.clone(), changes);
-                Ok(known)
-            }
-            (Err(_away), Some(held)) => Ok(held),
-            (Err(away), None) => Err(away),
-        }
-    }
-
-    async fn ask(&self, credential: &Credential, in_haste: bool) -> Result<Option<Arc<KnownKey>>, RepositoryError> {
-        let asking = match credential {
-            Credential::Secret(id) => self.store.find_key(*id),
-            Credential::Certificate(san) => self.store.find_certificate(san.clone()),
-        };
-        let late = |_| Err(RepositoryError::Unavailable("the store does not say whose key it is".into()));
-        let said = if in_haste { timeout(PATIENCE, asking).await.unwrap_or_else(late) } else { asking.await };
-        Ok(said?.map(Arc::new))
-    }
-
-    fn learn(&self, credential: Credential, known: Option<Arc<KnownKey>>, seen: u64) {
-        let mut entries = self.entries();
         // ids that nobody has are never the same twice, names of certificates are
-        if known.is_none() && matches!(credential, Credential::Secret(_)) {
-            entries.remove(&credential);
-            return;
-        }
-        if entries.len() >= MOST {
-            entries.clear();
-        }
-        entries.insert(credential, Entry { known, said: Instant::now(), seen, asked: None });
+        let recurs = matches!(credential, Credential::Certificate(_));
+        let ask = || async {
+            let asking = match &credential {
+                Credential::Secret(id) => self.store.find_key(*id),
+                Credential::Certificate(san) => self.store.find_certificate(san.clone()),
+            };
+            Ok(asking.await?.map(Arc::new))
+        };
+        self.keys.find(credential.clone(), recurs, ask).await
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Instant;
+
     use super::*;
     use crate::jobs::{
         ambient::SystemClock,
-        callers::{ApiKey, Role, Secret, Tenant},
+        callers::{ApiKey, Role, Secret},
         outcome::RepositoryFuture,
     };
 
@@ -248,6 +200,20 @@ mod tests {
 
         fn find_certificate(&self, _san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
             Box::pin(async { Ok(None) })
+        }
+
+        fn find_tenant(&self, name: Tenant) -> RepositoryFuture<'_, Option<Plant>> {
+            Box::pin(async move {
+                self.asked.fetch_add(1, Ordering::Relaxed);
+                if self.away.load(Ordering::Relaxed) {
+                    return Err(RepositoryError::Unavailable("away".into()));
+                }
+                let (id, now) = (uuid::Uuid::nil(), SystemClock.now());
+                let suspended = self.key.lock().unwrap().suspended;
+                let (created_at, updated_at, description) = (now, now, None);
+                let plant = Plant { id, name, description, suspended, version: 1, created_at, updated_at };
+                Ok(Some(plant).filter(|plant| plant.name == Tenant::default()))
+            })
         }
 
         fn has_keys(&self) -> RepositoryFuture<'_, bool> {
@@ -287,10 +253,12 @@ mod tests {
         let key = KnownKey { key, sha256: Some(secret.sha256()), suspended: false };
         let store = Arc::new(OneKey { key: Mutex::new(key), away: AtomicBool::default(), asked: AtomicU64::default() });
         let (told, changes) = watch::channel(0);
-        let (entries, used, exist, exist_seen) = Default::default();
+        let (used, exist, exist_seen) = Default::default();
         let clock = Arc::new(SystemClock);
+        let (mut keys, mut tenants) = (Lately::new(changes.clone()), Lately::new(changes.clone()));
         let (fresh, held) = (Duration::from_millis(50), Duration::from_millis(400));
-        let known = KnownKeys { store: store.clone(), clock, changes, entries, used, fresh, held, exist, exist_seen };
+        (keys.fresh, keys.held, tenants.fresh, tenants.held) = (fresh, held, fresh, held);
+        let known = KnownKeys { store: store.clone(), clock, changes, keys, tenants, used, exist, exist_seen };
         (store, known, told, secret)
     }
 
@@ -352,5 +320,23 @@ mod tests {
         };
         let both = async { tokio::join!(ended, revoking) };
         assert!(timeout(Duration::from_secs(4), both).await.is_ok());
+    }
+    #[tokio::test]
+    async fn tenants_of_tokens_are_known_as_keys_are() {
+        let (store, known, told, _) = one_key();
+        let (own, other) = (Tenant::default(), Tenant::named("other").unwrap());
+        for _ in 0..100 {
+            assert!(known.lets_in(&own).await.unwrap());
+        }
+        assert!(store.asked() < 50, "{}", store.asked());
+        assert!(!known.lets_in(&other).await.unwrap());
+        store.away.store(true, Ordering::Relaxed);
+        tokio::time::sleep(Duration::from_millis(60)).await;
+        assert!(known.lets_in(&own).await.unwrap(), "it was seen");
+        assert!(known.lets_in(&other).await.is_err(), "nobody knows");
+        store.away.store(false, Ordering::Relaxed);
+        store.key.lock().unwrap().suspended = true;
+        told.send_modify(|changes| *changes += 1);
+        assert!(!known.lets_in(&own).await.unwrap());
     }
 }

@@ -5,6 +5,7 @@ mod desk;
 mod kept;
 mod key;
 mod known;
+mod lately;
 mod plant;
 mod role;
 mod scope;

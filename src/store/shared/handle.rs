@@ -134,6 +134,7 @@ impl<B: Backend> Credentials for Handle<B>
 where
     FindKey: Read<B::Readers>,
     FindCertificate: Read<B::Readers>,
+    GetPlant: Read<B::Readers>,
     HasKeys: Read<B::Readers>,
     NoteUses: Run<B::Connection>,
 {
@@ -143,6 +144,17 @@ where
 
     fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
         self.read(FindCertificate { san })
+    }
+
+    fn find_tenant(&self, name: Tenant) -> RepositoryFuture<'_, Option<Plant>> {
+        let reading = self.read(GetPlant { name });
+        Box::pin(async move {
+            match reading.await {
+                Ok(plant) => Ok(Some(plant)),
+                Err(RepositoryError::NotFound(_)) => Ok(None),
+                Err(error) => Err(error),
+            }
+        })
     }
 
     fn has_keys(&self) -> RepositoryFuture<'_, bool> {

@@ -3,8 +3,11 @@
 mod callers;
 mod draining;
 mod fairness;
+mod issuer;
 pub mod keys;
 mod roles;
 mod secrecy;
 mod sites;
+mod talkative;
 mod tls;
+mod tokens;

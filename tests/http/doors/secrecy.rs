@@ -1,57 +1,14 @@
 //! A key is told once: it is in no log, no metric, no problem, no help and no database.
 
-use std::{
-    fs,
-    io::{BufRead as _, BufReader, Read as _},
-    path::Path,
-    process::{Child, Command, Stdio},
-    sync::{Arc, Mutex},
-};
+use std::{fs, io::Read as _, process::Command};
 
 use serde_json::{Value, json};
 
+use super::{
+    issuer::{Issuer, SigningKey},
+    talkative::Talkative,
+};
 use crate::database::in_file;
-
-/// A server that logs everything, and what it has said.
-struct Talkative {
-    child: Child,
-    base: String,
-    said: Arc<Mutex<String>>,
-}
-
-impl Talkative {
-    fn start(database: &Path) -> Self {
-        let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-            .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "trace", "--database-url"])
-            .arg(in_file(database))
-            .env_clear()
-            .stdout(Stdio::null())
-            .stderr(Stdio::piped())
-            .spawn()
-            .unwrap();
-        let mut log = BufReader::new(child.stderr.take().unwrap());
-        let said = Arc::<Mutex<String>>::default();
-        let mut line = String::new();
-        let address = loop {
-            line.clear();
-            assert_ne!(log.read_line(&mut line).unwrap(), 0, "the server ended before it listened");
-            said.lock().unwrap().push_str(&line);
-            let entry: Value = serde_json::from_str(&line).unwrap_or_default();
-            if let Some(address) = entry["address"].as_str() {
-                break address.to_owned();
-            }
-        };
-        let heard = said.clone();
-        std::thread::spawn(move || {
-            let mut line = String::new();
-            while log.read_line(&mut line).is_ok_and(|length| length > 0) {
-                heard.lock().unwrap().push_str(&line);
-                line.clear();
-            }
-        });
-        Talkative { child, base: format!("http://{address}"), said }
-    }
-}
 
 /// Whether some bytes hold the secret part of a key, whole or as binary.
 fn holds(bytes: &[u8], key: &str) -> bool {
@@ -70,7 +27,7 @@ async fn a_secret_is_told_once_and_nowhere_else() {
         .output()
         .unwrap();
     let admin = String::from_utf8(made.stdout).unwrap().trim().to_owned();
-    let mut server = Talkative::start(&database);
+    let server = Talkative::start(&database, &[]);
     let client = reqwest::Client::new();
     let mut answers = String::new();
     let mut asked = async |request: reqwest::RequestBuilder| {
@@ -112,9 +69,7 @@ async fn a_secret_is_told_once_and_nowhere_else() {
         .output()
         .unwrap();
     texts.push_str(&String::from_utf8_lossy(&help.stdout));
-    let told = Command::new("kill").args(["-TERM", &server.child.id().to_string()]).status().unwrap();
-    assert!(told.success() && server.child.wait().unwrap().success());
-    let said = server.said.lock().unwrap().clone();
+    let said = server.end();
     assert!(said.contains("DEBUG") && said.contains(&format!("key-{}", &canary[4..20])), "everything was logged");
     for (what, bytes) in [("answers", texts.as_bytes()), ("headers", answers.as_bytes()), ("log", said.as_bytes())] {
         assert!(!holds(bytes, &canary) && !holds(bytes, &admin), "{what}");
@@ -127,4 +82,50 @@ async fn a_secret_is_told_once_and_nowhere_else() {
         files += usize::from(bytes.windows(16).any(|window| window == &canary.as_bytes()[4..20]));
     }
     assert!(files > 0, "the id of the key is there");
+}
+
+/// The parts of a token that nobody else must have: who has its claims alone cannot use them, but
+/// they are nobody's business either.
+fn parts(token: &str) -> Vec<&str> {
+    token.split('.').skip(1).filter(|part| !part.is_empty()).collect()
+}
+
+#[tokio::test]
+async fn a_token_is_told_nowhere() {
+    let folder = tempfile::tempdir().unwrap();
+    let database = folder.path().join("test.db");
+    let (issuer, key) = (Issuer::start(), SigningKey::es256("one"));
+    issuer.publish(&[&key]);
+    let server = Talkative::start(&database, &["--oidc-issuer", &issuer.url, "--oidc-audience", "flankfit"]);
+    let client = reqwest::Client::new();
+    let url = |path: &str| format!("{}{path}", server.base);
+    let good = issuer.token(&key, json!({"role": "engineer"}));
+    let expired = issuer.token(&key, json!({"role": "engineer", "exp": 1_700_000_000}));
+    let strange = issuer.token(&SigningKey::es256("two"), json!({"role": "engineer"}));
+    let mut heard = String::new();
+    for token in [&good, &expired, &strange, &format!("{good}x")] {
+        for request in [
+            client.get(url("/v1/whoami")).bearer_auth(token),
+            client.post(url("/v1/jobs")).bearer_auth(token).json(&json!({"name": "wheel"})),
+            client.post(url("/v1/fits")).bearer_auth(token).body("{"),
+            client.get(url("/v1/jobs")).header("x-api-key", token),
+            client.get(url("/metrics")).bearer_auth(token),
+        ] {
+            let answer = request.send().await.unwrap();
+            heard.push_str(&format!("{} {:?}", answer.status(), answer.headers()));
+            heard.push_str(&answer.text().await.unwrap());
+        }
+    }
+    assert!(heard.contains("jane.doe") && heard.contains("invalid_key"), "{heard}");
+    let said = server.end();
+    assert!(said.contains("DEBUG") && said.contains("jane.doe") && said.contains("it has expired"), "{said}");
+    for token in [&good, &expired, &strange] {
+        for part in parts(token) {
+            assert!(!heard.contains(part) && !said.contains(part), "{part}");
+            for entry in fs::read_dir(folder.path()).unwrap() {
+                let bytes = fs::read(entry.unwrap().path()).unwrap();
+                assert!(!bytes.windows(part.len()).any(|window| window == part.as_bytes()), "the database");
+            }
+        }
+    }
 }

@@ -221,6 +221,9 @@ pub async fn tenants_begin_with_a_key(pair: &mut Pair) {
     assert_eq!(after, Plant { suspended: true, version: 2, updated_at: now, ..first.plant.clone() });
     let late = keys.patch_plant(name.clone(), patch.clone(), Precondition::AnyOf(vec![1]), now).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 2 })));
+    let found = credentials(pair).find_tenant(name.clone()).await.unwrap();
+    assert_eq!(found, Some(after), "whoever asks before it is known who asks hears the same");
+    assert_eq!(credentials(pair).find_tenant(Tenant::named("nobody").unwrap()).await.unwrap(), None);
     let known = credentials(pair).find_key(first.key.key.id).await.unwrap().unwrap();
     assert!(known.suspended && !known.is_valid(now));
     let nobody = keys.patch_plant(Tenant::named("nobody").unwrap(), patch, Precondition::None, now).await;

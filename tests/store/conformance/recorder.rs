@@ -127,12 +127,14 @@ fn name_of(error: &RepositoryError) -> &'static str {
 const UPKEEP: [&str; 16] = [
     "turn",
     "untouched",
+const UPKEEP: [&str; 15] = [
     "seal_audit",
     "forget_answers",
     "check_writable",
     "ping",
     "close",
     "find_key",
+    "find_tenant",
     "find_certificate",
     "has_keys",
     "note_uses",
@@ -267,6 +269,11 @@ impl Credentials for WatchedCredentials {
     fn find_certificate(&self, san: San) -> RepositoryFuture<'_, Option<KnownKey>> {
         self.exercised.operation("find_certificate");
         self.credentials.find_certificate(san)
+    }
+
+    fn find_tenant(&self, name: Tenant) -> RepositoryFuture<'_, Option<Plant>> {
+        self.exercised.operation("find_tenant");
+        self.credentials.find_tenant(name)
     }
 
     fn has_keys(&self) -> RepositoryFuture<'_, bool> {

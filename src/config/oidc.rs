@@ -1,0 +1,109 @@
+//! Whose tokens are accepted.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+/// Audiences of tokens, one of which must be among a token's.
+pub type Audiences = Vec<String>;
+
+#[derive(Clone, Debug, PartialEq, Eq, Args)]
+pub struct OidcSettings {
+    /// Identity provider whose tokens (JWT) are accepted beside keys, by the URL that tokens name as
+    /// their issuer; its keys are found by `/.well-known/openid-configuration` there.
+    #[arg(long = "oidc-issuer", env = "FLANKFIT_OIDC_ISSUER", requires = "audience", value_parser = parse_issuer)]
+    pub issuer: Option<String>,
+    /// What tokens must name as their audience; of several, comma-separated, one.
+    #[arg(
+        long = "oidc-audience",
+        env = "FLANKFIT_OIDC_AUDIENCE",
+        requires = "issuer",
+        value_parser = parse_audiences
+    )]
+    pub audience: Option<Audiences>,
+    /// Claim with the role of a token's holder (a name or a list of names; `a.b` is `b` within `a`).
+    #[arg(long = "oidc-role-claim", env = "FLANKFIT_OIDC_ROLE_CLAIM", default_value = "role")]
+    pub role_claim: String,
+    /// Claim with the tenant of a token's holder; without it all are of the tenant `default`.
+    #[arg(long = "oidc-tenant-claim", env = "FLANKFIT_OIDC_TENANT_CLAIM", requires = "issuer")]
+    pub tenant_claim: Option<String>,
+    /// URL of the provider's keys (JWKS), where they are not to be found by way of the issuer.
+    #[arg(
+        long = "oidc-jwks-url",
+        env = "FLANKFIT_OIDC_JWKS_URL",
+        requires = "issuer",
+        value_parser = parse_issuer
+    )]
+    pub jwks_url: Option<String>,
+    /// File with the certificates of the authorities (PEM) that the provider's certificate must come
+    /// from; without it those that browsers believe.
+    #[arg(long = "oidc-ca", env = "FLANKFIT_OIDC_CA", requires = "issuer")]
+    pub authorities: Option<PathBuf>,
+}
+
+impl Default for OidcSettings {
+    fn default() -> Self {
+        OidcSettings {
+            issuer: None,
+            audience: None,
+            role_claim: "role".into(),
+            tenant_claim: None,
+            jwks_url: None,
+            authorities: None,
+        }
+    }
+}
+
+/// A URL by TLS; on this machine one without will do.
+fn parse_issuer(text: &str) -> Result<String, String> {
+    let text = text.trim();
+    let secure = text.strip_prefix("https://").is_some_and(|rest| !rest.is_empty());
+    let plain = |host: &str| {
+        let rest = text.strip_prefix("http://").and_then(|rest| rest.strip_prefix(host));
+        rest.is_some_and(|rest| rest.is_empty() || rest.starts_with([':', '/']))
+    };
+    if text.contains(['?', '#', '@']) || text.contains(char::is_whitespace) {
+        return Err("write a URL without query, fragment and user".into());
+    }
+    if secure || ["localhost", "127.0.0.1", "[::1]"].into_iter().any(plain) {
+        return Ok(text.to_owned());
+    }
+    Err("write https://HOST/…; http:// is for a provider on this machine alone".into())
+}
+
+fn parse_audiences(text: &str) -> Result<Audiences, String> {
+    let audiences: Audiences = text.split(',').map(|audience| audience.trim().to_owned()).collect();
+    if audiences.iter().any(String::is_empty) {
+        return Err("write what tokens for this server have as their audience".into());
+    }
+    Ok(audiences)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn issuers_are_asked_by_tls() {
+        for good in ["https://id.example/realms/plant", "http://127.0.0.1:8080/x", "http://localhost", "http://[::1]:1"]
+        {
+            assert_eq!(parse_issuer(good).as_deref(), Ok(good));
+        }
+        for bad in [
+            "",
+            "id.example",
+            "http://id.example",
+            "http://localhost.example",
+            "http://127.0.0.1.example",
+            "https://",
+            "https://a b",
+            "https://u:p@id.example",
+            "https://id.example/?x",
+            "ftp://id.example",
+        ] {
+            assert!(parse_issuer(bad).is_err(), "{bad}");
+        }
+        assert_eq!(parse_audiences("flankfit, cell"), Ok(vec!["flankfit".to_owned(), "cell".to_owned()]));
+        assert!(parse_audiences("a,").is_err() && parse_audiences("").is_err());
+    }
+}

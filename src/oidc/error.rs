@@ -1,0 +1,33 @@
+//! Why tokens are refused.
+
+/// Why a token is not believed. What stands in it is told nobody.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum TokenError {
+    #[error("it cannot be read")]
+    Malformed,
+    #[error("it is signed by none of RS256, PS256, ES256 and EdDSA")]
+    Algorithm,
+    #[error("its header names what must be understood and is not")]
+    Critical,
+    #[error("the provider has no key of this name for its algorithm")]
+    UnknownKey,
+    #[error("its signature is not the provider's")]
+    Signature,
+    #[error("it is of another issuer")]
+    Issuer,
+    #[error("it is for another audience")]
+    Audience,
+    #[error("it has expired")]
+    Expired,
+    #[error("it is not valid yet")]
+    NotYet,
+    #[error("it lacks the claim `{0}`, or has it in another form")]
+    Claim(&'static str),
+    #[error("its claim of the role names none of this server's")]
+    Role,
+    #[error("its claim of the tenant names what cannot be one")]
+    Tenant,
+    /// The provider has never been reached.
+    #[error("the keys of the identity provider are not known")]
+    Unavailable,
+}

@@ -1,0 +1,231 @@
+//! Where a provider's keys come from, and when they are asked for.
+//!
+//! Every ten minutes, and when a token names a key that is not known: once a minute at most, however
+//! many such tokens come. While the provider does not answer, the keys that it has given go on.
+
+use std::{
+    sync::{Arc, PoisonError, RwLock},
+    time::{Duration, Instant},
+};
+
+use jsonwebtoken::Algorithm;
+use serde::Deserialize;
+use tokio::sync::Mutex;
+
+use super::{
+    error::TokenError,
+    key_set::{Key, KeyDigest, KeySet},
+};
+use crate::{
+    config::OidcSettings,
+    outgoing::{self, OutgoingError},
+    telemetry,
+};
+
+/// Between two times that keys are asked for; and where the provider did not answer.
+const REFRESH: Duration = Duration::from_secs(600);
+const RETRY: Duration = Duration::from_secs(15);
+/// Between two times that they are asked for because of a token.
+const PAUSE: Duration = Duration::from_secs(60);
+/// How long an answer may take, and how long it may be.
+const PATIENCE: Duration = Duration::from_secs(10);
+const LONGEST: u64 = 1 << 20;
+
+/// Below the issuer.
+const DISCOVERY: &str = "/.well-known/openid-configuration";
+
+/// Why there are no new keys.
+#[derive(Debug, thiserror::Error)]
+enum FetchError {
+    #[error("GET {url}: {source}")]
+    Transport {
+        url: String,
+        #[source]
+        source: Box<ureq::Error>,
+    },
+    #[error("GET {url} was answered {status}")]
+    Status { url: String, status: u16 },
+    #[error("GET {url} was answered with what is not as agreed: {source}")]
+    Form {
+        url: String,
+        #[source]
+        source: serde_json::Error,
+    },
+    #[error("{url} describes another issuer")]
+    OtherIssuer { url: String },
+    #[error("{url} names keys that are not to be had by TLS")]
+    Insecure { url: String },
+    #[error("{url} has no key for RS256, PS256, ES256 or EdDSA")]
+    NoKeys { url: String },
+    #[error("the thread that asks was lost")]
+    Lost,
+}
+
+/// What a provider says of itself (OpenID Connect Discovery 1.0, 3).
+#[derive(Deserialize)]
+struct Discovery {
+    issuer: String,
+    jwks_uri: String,
+}
+
+/// What is asked, and how.
+#[derive(Clone)]
+struct Source {
+    issuer: String,
+    keys: Option<String>,
+    agent: ureq::Agent,
+}
+
+/// See the module's documentation.
+pub struct Provider {
+    source: Source,
+    /// None as long as it has not answered once.
+    current: RwLock<Option<Arc<KeySet>>>,
+    /// One asks at a time.
+    asked: Mutex<Asked>,
+}
+
+/// When the provider was asked.
+#[derive(Default)]
+struct Asked {
+    /// The last time, and whether it answered.
+    last: Option<(Instant, bool)>,
+    /// Because of a token that names a key that is not known.
+    for_token: Option<Instant>,
+}
+
+impl Asked {
+    /// The time until it is asked again whatever comes.
+    fn rest(&self) -> Duration {
+        self.last.map_or(Duration::ZERO, |(at, answered)| {
+            (if answered { REFRESH } else { RETRY }).saturating_sub(at.elapsed())
+        })
+    }
+}
+
+impl Provider {
+    pub fn of(settings: &OidcSettings, issuer: &str) -> Result<Self, OutgoingError> {
+        let keys = settings.jwks_url.clone();
+        let agent = outgoing::agent(keys.as_deref().unwrap_or(issuer), PATIENCE, settings.authorities.clone())?;
+        let source = Source { issuer: issuer.to_owned(), keys, agent };
+        Ok(Provider { source, current: RwLock::default(), asked: Mutex::default() })
+    }
+
+    /// Keeps the keys current. Never ends.
+    pub async fn follow(&self) {
+        loop {
+            let rest = {
+                let mut asked = self.asked.lock().await;
+                if asked.rest().is_zero() {
+                    self.fetch(&mut asked).await;
+                }
+                asked.rest()
+            };
+            tokio::time::sleep(rest).await;
+        }
+    }
+
+    /// Whether a key is one of the provider's.
+    pub fn has(&self, digest: &KeyDigest) -> bool {
+        self.current().is_some_and(|keys| keys.has(digest))
+    }
+
+    /// The key of that name for an algorithm. One that is not known is asked for.
+    pub async fn key(&self, name: Option<&str>, algorithm: Algorithm) -> Result<Key, TokenError> {
+        let seen = self.current();
+        let find = |keys: &Arc<KeySet>| keys.find(name, algorithm).cloned();
+        if let Some(key) = seen.as_ref().and_then(find) {
+            return Ok(key);
+        }
+        self.ask_for_new(seen).await;
+        let keys = self.current().ok_or(TokenError::Unavailable)?;
+        find(&keys).ok_or(TokenError::UnknownKey)
+    }
+
+    /// Asks for keys, unless somebody has done so since `seen`, or lately.
+    async fn ask_for_new(&self, seen: Option<Arc<KeySet>>) {
+        let mut asked = self.asked.lock().await;
+        match (seen, self.current()) {
+            // nothing is known yet: as often as it would be anyway
+            (None, None) => {
+                if asked.rest().is_zero() {
+                    self.fetch(&mut asked).await;
+                }
+            }
+            (Some(seen), Some(now)) if Arc::ptr_eq(&seen, &now) => {
+                if asked.for_token.is_none_or(|at| at.elapsed() >= PAUSE) {
+                    asked.for_token = Some(Instant::now());
+                    self.fetch(&mut asked).await;
+                }
+            }
+            _ => {}
+        }
+    }
+
+    fn current(&self) -> Option<Arc<KeySet>> {
+        self.current.read().unwrap_or_else(PoisonError::into_inner).clone()
+    }
+
+    /// Asks, apart from the threads that serve.
+    async fn fetch(&self, asked: &mut Asked) {
+        let source = self.source.clone();
+        let fetched = tokio::task::spawn_blocking(move || source.fetch()).await;
+        let fetched = fetched.unwrap_or(Err(FetchError::Lost));
+        asked.last = Some((Instant::now(), fetched.is_ok()));
+        telemetry::record_identity_provider(fetched.is_ok());
+        match fetched {
+            Ok(keys) => {
+                let (issuer, count) = (&self.source.issuer, keys.len());
+                let known = self.current.write().unwrap_or_else(PoisonError::into_inner).replace(Arc::new(keys));
+                match known {
+                    None => tracing::info!(%issuer, keys = count, "tokens of the identity provider are accepted"),
+                    Some(_) => tracing::debug!(%issuer, keys = count, "the identity provider told its keys"),
+                }
+            }
+            Err(error) if self.current().is_none() => {
+                tracing::warn!(%error, "the identity provider does not tell its keys: no token is accepted until it does");
+            }
+            Err(error) => tracing::warn!(%error, "the identity provider does not tell its keys: those known go on"),
+        }
+    }
+}
+
+impl Source {
+    fn fetch(&self) -> Result<KeySet, FetchError> {
+        let url = match &self.keys {
+            Some(url) => url.clone(),
+            None => self.discover()?,
+        };
+        let text = self.get(&url)?;
+        let keys = KeySet::read(&text).map_err(|source| FetchError::Form { url: url.clone(), source })?;
+        if keys.is_empty() { Err(FetchError::NoKeys { url }) } else { Ok(keys) }
+    }
+
+    fn discover(&self) -> Result<String, FetchError> {
+        let url = format!("{}{DISCOVERY}", self.issuer.trim_end_matches('/'));
+        let text = self.get(&url)?;
+        let said: Discovery = match serde_json::from_slice(&text) {
+            Ok(said) => said,
+            Err(source) => return Err(FetchError::Form { url, source }),
+        };
+        if said.issuer != self.issuer {
+            return Err(FetchError::OtherIssuer { url });
+        }
+        let secure = said.jwks_uri.starts_with("https://");
+        // what is asked without TLS is on this machine, and stays there
+        let here = outgoing::is_here(&self.issuer) && outgoing::is_here(&said.jwks_uri);
+        if secure || here { Ok(said.jwks_uri) } else { Err(FetchError::Insecure { url }) }
+    }
+
+    fn get(&self, url: &str) -> Result<Vec<u8>, FetchError> {
+        let transport = |source| FetchError::Transport { url: url.to_owned(), source: Box::new(source) };
+        let request = self.agent.get(url).header("accept", "application/json");
+        // by TLS to begin with, by TLS wherever that leads
+        let only = url.starts_with("https://");
+        let mut response = request.config().https_only(only).build().call().map_err(transport)?;
+        match response.status().as_u16() {
+            200 => response.body_mut().with_config().limit(LONGEST).read_to_vec().map_err(transport),
+            status => Err(FetchError::Status { url: url.to_owned(), status }),
+        }
+    }
+}

@@ -1,0 +1,67 @@
+//! A server that logs everything, and what it has said.
+
+use std::{
+    io::{BufRead as _, BufReader},
+    path::Path,
+    process::{Child, Command, Stdio},
+    sync::{Arc, Mutex},
+};
+
+use serde_json::Value;
+
+use crate::database::in_file;
+
+/// See the module's documentation.
+pub struct Talkative {
+    child: Child,
+    pub base: String,
+    said: Arc<Mutex<String>>,
+}
+
+impl Talkative {
+    /// A server with these arguments beside.
+    pub fn start(database: &Path, arguments: &[&str]) -> Self {
+        let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+            .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "trace", "--database-url"])
+            .arg(in_file(database))
+            .args(arguments)
+            .env_clear()
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut log = BufReader::new(child.stderr.take().unwrap());
+        let said = Arc::<Mutex<String>>::default();
+        let mut line = String::new();
+        let address = loop {
+            line.clear();
+            assert_ne!(log.read_line(&mut line).unwrap(), 0, "the server ended before it listened");
+            said.lock().unwrap().push_str(&line);
+            let entry: Value = serde_json::from_str(&line).unwrap_or_default();
+            if let Some(address) = entry["address"].as_str() {
+                break address.to_owned();
+            }
+        };
+        let heard = said.clone();
+        std::thread::spawn(move || {
+            let mut line = String::new();
+            while log.read_line(&mut line).is_ok_and(|length| length > 0) {
+                heard.lock().unwrap().push_str(&line);
+                line.clear();
+            }
+        });
+        Talkative { child, base: format!("http://{address}"), said }
+    }
+
+    /// What was said so far.
+    pub fn said(&self) -> String {
+        self.said.lock().unwrap().clone()
+    }
+
+    /// Ends the server as a signal does, and tells all that it has said.
+    pub fn end(mut self) -> String {
+        let told = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().unwrap();
+        assert!(told.success() && self.child.wait().unwrap().success());
+        self.said()
+    }
+}
