@@ -184,3 +184,34 @@ fn manifests_name_each_other_and_their_ports() {
         assert!(read(&format!("deploy/{text}")).contains("Untried"), "{text}");
     }
 }
+
+/// Prometheus' own program reads the rules, and holds each against series that fire it and that do
+/// not.
+#[test]
+#[cfg_attr(without_promtool, ignore = "promtool is not installed (Debian: prometheus)")]
+fn each_alert_fires_when_it_should() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("deploy");
+    for arguments in [["check", "rules", "alerts.yaml"], ["test", "rules", "alerts.test.yaml"]] {
+        let told = Command::new("promtool").args(arguments).current_dir(&folder).output().unwrap();
+        let said = String::from_utf8_lossy(&told.stdout) + String::from_utf8_lossy(&told.stderr);
+        assert!(told.status.success() && said.contains("SUCCESS"), "{said}");
+    }
+}
+
+/// Each alert has series that fire it.
+#[test]
+fn each_alert_is_tried() {
+    let rules = read("deploy/alerts.yaml");
+    let tests = yaml::documents(&read("deploy/alerts.test.yaml")).remove(0);
+    let fired: BTreeSet<&str> = at(&tests, "/tests")
+        .as_array()
+        .unwrap()
+        .iter()
+        .flat_map(|test| at(test, "/alert_rule_test").as_array().unwrap())
+        .filter(|tried| at(tried, "/exp_alerts").as_array().is_some_and(|alerts| !alerts.is_empty()))
+        .map(|tried| at(tried, "/alertname").as_str().unwrap())
+        .collect();
+    let alerts: BTreeSet<&str> = rules.lines().filter_map(|line| line.trim().strip_prefix("- alert: ")).collect();
+    assert!(alerts.len() > 10);
+    assert_eq!(fired, alerts);
+}
