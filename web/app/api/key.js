@@ -3,12 +3,39 @@
 import { signal } from "../../vendor/ui.js";
 
 const PLACE = "flankfit.key";
+const MAY = "flankfit.may";
 
 /** Grows with every new key or connection: whoever shows data asks for it again. */
 export const session = signal(0);
 
 /** What the server wanted a key for, while the dialog asks for one. @type {import("../../vendor/ui.js").Signal<"unauthorized" | "forbidden" | null>} */
 export const keyWanted = signal(/** @type {"unauthorized" | "forbidden" | null} */ (null));
+
+/** @typedef {import("./client.js").Schema<"Whoami">} Whoami */
+/** Who asks, as the server said last. @type {import("../../vendor/ui.js").Signal<Whoami | undefined>} */
+export const caller = signal(told());
+
+/** Whether the caller may ask for what needs this scope; as long as nobody has said, they may try. @param {Whoami["scopes"][number]} scope */
+export function may(scope) {
+  return caller.value?.scopes.includes(scope) ?? true;
+}
+
+/** @param {Whoami | undefined} who */
+export function tellCaller(who) {
+  if (JSON.stringify(who) === JSON.stringify(caller.peek())) return;
+  caller.value = who;
+  if (who) sessionStorage.setItem(MAY, JSON.stringify(who));
+  else sessionStorage.removeItem(MAY);
+}
+
+/** From this tab, so that a reload offers at once what it offered before. @returns {Whoami | undefined} */
+function told() {
+  try {
+    return JSON.parse(globalThis.sessionStorage?.getItem(MAY) ?? "null") ?? undefined;
+  } catch {
+    return undefined;
+  }
+}
 
 /** @returns {string | null} */
 export function currentKey() {
@@ -31,5 +58,6 @@ export function takeKey(key, remember) {
 export function forgetKey() {
   sessionStorage.removeItem(PLACE);
   localStorage.removeItem(PLACE);
+  tellCaller(undefined);
   session.value += 1;
 }

@@ -28,12 +28,21 @@ export function Facts({ items, columns = false }) {
   </dl>`;
 }
 
+/** Neither good nor bad. */
+const RING = "M8 4.5a3.5 3.5 0 1 0 0 7a3.5 3.5 0 1 0 0 -7";
+
 /**
  * A decision or a state: by its word, its sign and its colour.
- * @param {{ kind: "good" | "warn" | "bad" | "plain", children: Children }} props
+ * @param {{ kind: "good" | "warn" | "bad" | "news" | "plain", children: Children }} props
  */
 export function Badge({ kind, children }) {
-  const sign = { good: "M3 8.5l3.5 3.5L13 5", warn: "M8 3v6M8 12v1", bad: "M4 4l8 8M12 4l-8 8", plain: "M4 8h8" }[kind];
+  const sign = {
+    good: "M3 8.5l3.5 3.5L13 5",
+    warn: "M8 3v6M8 12v1",
+    bad: "M4 4l8 8M12 4l-8 8",
+    news: RING,
+    plain: RING,
+  }[kind];
   return html`<span class=${`badge ${kind}`}>
     <svg viewBox="0 0 16 16" width="12" height="12" aria-hidden="true"><path d=${sign} /></svg>${children}
   </span>`;

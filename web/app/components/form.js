@@ -46,7 +46,7 @@ export function Field({ label, hint, unit, required = false, error, pointer, fau
 /**
  * A line of text; numbers too, which are read by `parseNumber` with point or comma.
  * @param {FieldProps & {
- *   value: string, onInput: (value: string) => void, type?: "text" | "password" | "search", numeric?: boolean,
+ *   value: string, onInput: (value: string) => void, type?: "text" | "password" | "search" | "date", numeric?: boolean,
  *   maxLength?: number, autocomplete?: string, lines?: number,
  * }} props
  */

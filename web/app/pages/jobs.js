@@ -1,102 +1,79 @@
-// All jobs, newest first, 50 a page.
+// All jobs: by status, searched, filtered and sorted, 50 a page.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
-import { Tags } from "../components/tags.js";
 import { Page } from "../components/page.js";
 import { Empty, loaded } from "../components/states.js";
-import { table } from "../components/table.js";
-import de from "../i18n/de/jobs.js";
-import en from "../i18n/en/jobs.js";
 import { t as common } from "../i18n/common.js";
-import { fmt, texts } from "../i18n/i18n.js";
-import { gearInShort } from "../lib/gear.js";
-import { ABSENT } from "../lib/format.js";
+import { t } from "../i18n/jobs.js";
+import { fmt } from "../i18n/i18n.js";
+import { FilterBar, StatusCounts } from "../jobs/filter_bar.js";
+import { countOf, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
+import { JobList } from "../jobs/list.js";
 import { query } from "../navigation.js";
-import { href, hrefIf } from "../router.js";
-import { h, html } from "../../vendor/ui.js";
+import { href } from "../router.js";
+import { h, html, useRef } from "../../vendor/ui.js";
 
-/** @typedef {import("../api/client.js").Schema<"Job">} Job */
+/** @typedef {import("../api/client.js").Schema<"JobPage">} JobPage */
 
-const t = texts({ en, de });
-const ON_A_PAGE = 50;
+export const styles = ["jobs"];
 
 export default function Jobs() {
+  const filters = filtersOf(query.value);
+  const sort = sortOf(query.value);
   const cursor = query.value.get("cursor") ?? undefined;
-  const list = useResource(`jobs ${cursor ?? ""}`, (signal) =>
-    answer(api.GET("/v1/jobs", { signal, params: { query: { limit: ON_A_PAGE, ...(cursor ? { cursor } : {}) } } })),
+  const asked = listQuery(filters, sort, cursor);
+  const list = useResource(`jobs ${JSON.stringify(asked)}`, (signal) =>
+    answer(api.GET("/v1/jobs", { signal, params: { query: asked } })),
   );
-  const toCreate = hrefIf("/jobs/new");
-  const create = toCreate && html`<a class="button primary" href=${toCreate}>${common.newJob}</a>`;
+  const summary = useResource("jobs summary", (signal) => answer(api.GET("/v1/jobs/summary", { signal })));
+  // while another search is on its way the last list stays, so that nothing jumps
+  const last = useRef(/** @type {JobPage | undefined} */ (undefined));
+  if (list.data !== undefined) last.current = list.data;
+  const shown = list.error === undefined ? { ...list, data: list.data ?? last.current } : list;
+  const create = may("measure") && html`<a class="button primary" href=${href("/jobs/new")}>${common.newJob}</a>`;
+  const none = summary.data?.total === 0 && Object.keys(filters).length === 0 && !cursor;
   return h(Page, {
     title: t.title,
-    about: t.about,
     actions: create,
-    children: loaded({
-      resource: list,
-      lines: 12,
-      children: ({ items, next_cursor }) =>
-        items.length === 0
-          ? h(Empty, { children: cursor ? t.emptyPage : t.none, action: cursor ? toNewest() : create })
-          : html`${h(List, { jobs: items })}${h(Pages, { cursor, next: next_cursor })}`,
-    }),
+    children: none
+      ? h(Empty, { children: t.none, action: create })
+      : html`
+        <div class="job-filters">
+          ${h(StatusCounts, { filters, sort, summary: summary.data })}
+          ${h(FilterBar, { filters, sort, summary: summary.data, error: list.error })}
+        </div>
+        ${loaded({
+          resource: shown,
+          lines: 12,
+          children: (data) => h(Listed, { data, filters, sort, cursor, summary: summary.data }),
+        })}`,
   });
 }
 
-/** @param {{ jobs: readonly Job[] }} props */
-function List({ jobs }) {
-  /** @type {readonly import("../components/table.js").Column<Job>[]} */
-  const columns = [
-    { key: "name", header: t.name, rowHeader: true, cell: jobLink, csv: (job) => job.name },
-    { key: "part", header: t.part, cell: (job) => named(job.part_number), csv: (job) => job.part_number },
-    { key: "serial", header: t.serial, cell: (job) => named(job.serial_number), csv: (job) => job.serial_number },
-    { key: "machine", header: t.machine, cell: (job) => named(job.machine), csv: (job) => job.machine },
-    { key: "gear", header: t.gear, cell: (job) => named(gearInShort(job.gear)), csv: (job) => gearInShort(job.gear) },
-    { key: "tags", header: t.tags, cell: (job) => h(Tags, { tags: job.tags }), csv: (job) => tagText(job.tags) },
-    {
-      key: "changed",
-      header: t.changed,
-      numeric: true,
-      cell: (job) => html`<time datetime=${job.updated_at} translate="no">${fmt.value.time(job.updated_at)}</time>`,
-      csv: (job) => job.updated_at,
-    },
-  ];
-  return table({
-    caption: t.caption,
-    hideCaption: true,
-    columns,
-    rows: jobs,
-    rowKey: (job) => job.id,
-    csvName: "jobs",
-    stacked: true,
-  });
+/**
+ * @param {{ data: JobPage, filters: import("../jobs/filters.js").Filters, sort: string, cursor: string | undefined,
+ *   summary: import("../jobs/filters.js").JobSummary | undefined }} props
+ */
+function Listed({ data: { items, next_cursor: next }, filters, sort, cursor, summary }) {
+  const all = html`<a class="button" href=${href("/jobs")}>${t.allJobs}</a>`;
+  if (items.length === 0) return h(Empty, { children: cursor ? t.emptyPage : t.noMatch, action: all });
+  const page = cursor ? Number(query.value.get("page")) || undefined : 1;
+  const count = countOf(filters, summary, { page, shown: items.length, more: Boolean(next) });
+  const here = { ...filters, sort: sort === "changed" ? undefined : sort };
+  const first = page === undefined ? undefined : (page - 1) * ON_A_PAGE + 1;
+  const where = first === undefined ? "" : t.range(fmt.value.count(first), fmt.value.count(first + items.length - 1));
+  const tools = html`<p class="list-count" role="status">
+      ${where} ${count === undefined ? "" : t.of(fmt.value.count(count))} <span class="quiet">${t.rmsUnit}</span>
+    </p>
+    <nav class="actions" aria-label=${t.pages}>
+      ${cursor && html`<a class="button small" rel="first" href=${href("/jobs", {}, here)}>${t.firstPage}</a>`}
+      ${
+        next &&
+        html`<a class="button small" rel="next"
+          href=${href("/jobs", {}, { ...here, cursor: next, ...(page ? { page: page + 1 } : {}) })}>${t.nextPage}</a>`
+      }
+    </nav>`;
+  return h(JobList, { jobs: items, sort, tools });
 }
-
-/** @param {Job} job */
-function jobLink(job) {
-  const to = hrefIf("/jobs/{job_id}", { job_id: job.id });
-  const name = html`<span translate="no">${job.name}</span>`;
-  return to ? html`<a href=${to}>${name}</a>` : name;
-}
-
-/** @param {string | null | undefined} value */
-function named(value) {
-  return value ? html`<span translate="no">${value}</span>` : ABSENT;
-}
-
-/** @param {Record<string, string>} tags */
-const tagText = (tags) =>
-  Object.entries(tags)
-    .map(([name, value]) => `${name}=${value}`)
-    .join("; ");
-
-/** @param {{ cursor: string | undefined, next: string | null | undefined }} props */
-function Pages({ cursor, next }) {
-  if (!cursor && !next) return null;
-  return html`<nav class="actions end" aria-label=${t.pages}>
-    ${cursor && toNewest()}
-    ${next && html`<a class="button" rel="next" href=${href("/jobs", {}, { cursor: next })}>${t.older}</a>`}
-  </nav>`;
-}
-
-const toNewest = () => html`<a class="button" href=${href("/jobs")}>${t.newest}</a>`;

@@ -1,4 +1,4 @@
-// The list of jobs.
+// The list of jobs: searched, filtered, sorted, counted.
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
@@ -22,28 +22,117 @@ browserTest("names are text, in the page and in the file", {}, async ({ page, op
   await page.getByRole("button", { name: "CSV" }).click();
   const text = await readFile(await (await waiting).path(), "utf8");
   const [head, row] = text.split("\r\n");
-  assert.equal(head, "Job,Part number,Serial number,Machine,Gear,Tags,Last change");
-  assert.ok(row?.startsWith(`"${name.replaceAll('"', '""')}",97340,0017,'=cmd(),`), row);
+  assert.equal(
+    head,
+    "Job,Part number,Serial number,Machine,Status,Iterations,RMS,Condition,Gear,Tags,Last measured,Created,Last change",
+  );
+  assert.ok(row?.startsWith(`"${name.replaceAll('"', '""')}",97340,0017,'=cmd(),new,0,,,`), row);
 });
 
-browserTest("fifty a page, and back by the browser", {}, async ({ page, open, stands, job }) => {
-  for (let i = 1; i <= 52; i += 1) await job({ name: `Job ${i}` });
+browserTest(
+  "what became of the last iteration stands in the list",
+  {},
+  async ({ page, open, job, iteration, call }) => {
+    const { id } = await job({ name: "measured" });
+    await iteration(id);
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine", reason: "slope" });
+    await iteration(id, "flank_z52_remachined.json");
+    const { id: decided } = await job({ name: "decided", machine: "form grinder 2" });
+    await iteration(decided);
+    await call("PATCH", `/v1/jobs/${decided}/iterations/1`, { decision: "accept", reason: "good" });
+    await job({ name: "waits" });
+    await open("/jobs");
+    const { items } = await call("GET", "/v1/jobs");
+    for (const item of items) {
+      const row = page.getByRole("row").filter({ has: page.getByRole("link", { name: item.name }) });
+      const cells = await row.locator(".cell").allTextContents();
+      const status = { new: "new", open: "open", accepted: "accepted" }[/** @type {"new"} */ (item.status)];
+      assert.equal(cells[4]?.trim(), status);
+      assert.equal(cells[5], String(item.iteration_count));
+      assert.equal(cells[6], item.rms === undefined ? "–" : String(Number(item.rms.toPrecision(3))));
+    }
+    const counts = page.getByRole("navigation", { name: "Jobs by status" });
+    for (const [name, count] of [
+      ["All", 3],
+      ["new", 1],
+      ["open", 1],
+      ["machine again", 0],
+      ["accepted", 1],
+    ])
+      await counts.getByRole("link", { name: `${name} ${count}` }).waitFor();
+    await counts.getByRole("link", { name: "accepted 1" }).click();
+    await page.waitForURL("**/jobs?status=accepted");
+    await page.getByRole("link", { name: "measured" }).waitFor({ state: "detached" });
+    assert.equal(await page.locator("tbody tr").count(), 1);
+    await page.goBack();
+    await page.getByRole("link", { name: "measured" }).waitFor();
+    await page.getByLabel("Machine").selectOption("form grinder 2");
+    await page.waitForURL(/machine=form\+grinder\+2/);
+    await page.getByRole("link", { name: "measured" }).waitFor({ state: "detached" });
+    assert.deepEqual(await page.getByLabel("Machine").locator("option").allTextContents(), [
+      "All machines",
+      "form grinder 3 (2)",
+      "form grinder 2 (1)",
+    ]);
+  },
+);
+
+browserTest("a search follows what is typed, and says what to do where it finds nothing", {}, async (world) => {
+  const { page, open, stands, job } = world;
+  await job({ name: "Sun gear", part_number: "4711", tags: { cell: "B" } });
+  await job({ name: "Planet gear" });
   await open("/jobs");
-  const rows = page.locator("tbody tr");
-  assert.equal(await rows.count(), 50);
-  await page.getByText("Job 52", { exact: true }).waitFor();
-  await page.getByRole("link", { name: "Older" }).click();
-  await page.getByText("Job 2", { exact: true }).waitFor();
-  await stands();
-  assert.equal(await rows.count(), 2);
-  await page.goBack();
-  await page.getByText("Job 52", { exact: true }).waitFor();
-  assert.equal(await rows.count(), 50);
-  await page.goForward();
-  await page.getByText("Job 1", { exact: true }).waitFor();
+  await page.keyboard.press("/");
+  await page.keyboard.type("SUN");
+  await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
+  await page.getByRole("link", { name: "Sun gear" }).waitFor();
+  assert.equal(await page.evaluate(() => document.activeElement?.getAttribute("type")), "search");
+  await page.waitForURL("**/jobs?q=SUN");
   await page.reload();
-  await page.getByText("Job 1", { exact: true }).waitFor();
+  await stands();
+  assert.equal(await page.getByLabel("Search").inputValue(), "SUN");
+  assert.equal(await page.locator("tbody tr").count(), 1);
+  await page.getByLabel("Search").fill("no such thing");
+  await page.getByText("No job matches this.").waitFor();
+  await page.getByRole("link", { name: "Show all jobs" }).click();
+  await page.getByRole("link", { name: "Planet gear" }).waitFor();
+  assert.equal(await page.getByLabel("Search").inputValue(), "");
+  await page.getByText("More filters").click();
+  await page.getByLabel("Part number").fill("4711");
+  await page.getByLabel("Tag").fill("cell:B");
+  const today = new Date().toLocaleDateString("sv", { timeZone: "Europe/Berlin" });
+  await page.getByLabel("Changed from").fill(today);
+  await page.getByLabel("Changed up to").fill("2020-01-01");
+  await page.getByText("This day is before the first.").waitFor();
+  await page.getByRole("button", { name: "Apply" }).click();
+  assert.ok(!page.url().includes("part="), "nothing is asked that cannot be");
+  await page.getByLabel("Changed up to").fill(today);
+  await page.getByRole("button", { name: "Apply" }).click();
+  await page.waitForURL(/part=4711&tag=cell%3AB/);
+  await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
+  await page.getByRole("link", { name: "Sun gear" }).waitFor();
+  await page.getByRole("button", { name: "Clear all filters" }).click();
+  await page.getByRole("link", { name: "Planet gear" }).waitFor();
+  await page.getByLabel("Sort by").selectOption("name");
+  await page.waitForURL(/sort=name/);
+  await stands();
+  assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
+  await page.getByRole("columnheader", { name: "Last change" }).getByRole("button").click();
+  await stands();
+  assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
 });
+
+browserTest(
+  "what the server does not take of a filter stands at it",
+  { statuses: [422] },
+  async ({ page, open, job }) => {
+    await job();
+    await open("/jobs?status=nonsense");
+    await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).waitFor();
+    await page.getByRole("navigation", { name: "Jobs by status" }).getByRole("link", { name: "All 1" }).click();
+    await page.getByRole("link", { name: "Pump gear" }).waitFor();
+  },
+);
 
 browserTest("a path that names nothing has a way back", { statuses: [404] }, async ({ page, server }) => {
   // the server answers unknown paths with a problem, not with a page

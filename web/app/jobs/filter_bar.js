@@ -1,0 +1,148 @@
+// Above the list: jobs by status, a search, and what else the list may be narrowed down to.
+
+import { Field, SelectField, TextField } from "../components/form.js";
+import { useShortcut } from "../components/shortcuts.js";
+import { t as common } from "../i18n/common.js";
+import { t } from "../i18n/jobs.js";
+import { fmt } from "../i18n/i18n.js";
+import { setQuery } from "../navigation.js";
+import { href } from "../router.js";
+import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
+import { firstPage, isReversed, noFilters, SORTS, STATUSES } from "./filters.js";
+
+/** @typedef {import("./filters.js").Filters} Filters */
+/** @typedef {import("./filters.js").JobSummary} JobSummary */
+
+/** How many jobs there are of each status; a link to these. @param {{ filters: Filters, sort: string, summary: JobSummary | undefined }} props */
+export function StatusCounts({ filters, sort, summary }) {
+  const count = (/** @type {string | undefined} */ status) =>
+    status ? summary?.by_status.find((one) => one.status === status)?.count : summary?.total;
+  /** @param {string | undefined} status @param {string} label */
+  const entry = (status, label) => {
+    const to = href("/jobs", {}, { ...filters, status, sort: sort === "changed" ? undefined : sort });
+    const here = filters.status === status;
+    return html`<li key=${status ?? "all"}>
+      <a class=${`status-count ${status ?? ""}`} href=${to} aria-current=${here ? "true" : undefined}>
+        <span class="label">${label}</span> <b translate="no">${fmt.value.count(count(status))}</b>
+      </a>
+    </li>`;
+  };
+  return html`<nav class="status-counts" aria-label=${t.byStatus}>
+    <ul>${entry(undefined, t.all)}${STATUSES.map((status) => entry(status, t[status]))}</ul>
+  </nav>`;
+}
+
+/** @param {{ filters: Filters, sort: string, summary: JobSummary | undefined, error: unknown }} props */
+export function FilterBar({ filters, sort, summary, error }) {
+  return html`<div class="panel filter-bar" role="search" aria-label=${t.find}>
+    <div class="filters">
+      ${h(Search, { q: filters.q ?? "", error })}${h(Machine, { machine: filters.machine ?? "", summary })}
+      ${h(SelectField, {
+        label: t.sort,
+        required: true,
+        value: sort,
+        options: SORTS.map((value) => ({ value, label: t[`sort_${value}`] })),
+        onChange: (value) => setQuery({ sort: value === "changed" ? undefined : value, ...firstPage }, { step: true }),
+      })}
+    </div>
+    ${h(MoreFilters, { key: JSON.stringify([filters.part, filters.tag, filters.from, filters.to]), filters, error })}
+  </div>`;
+}
+
+/** @param {{ q: string, error: unknown }} props */
+function Search({ q, error }) {
+  const [typed, setTyped] = useState(q);
+  const field = useRef(/** @type {HTMLDivElement | null} */ (null));
+  // back, forward and «all jobs» change the address beside the field
+  useEffect(() => {
+    if (typed.trim() !== q) setTyped(q);
+  }, [q]);
+  useShortcut(
+    "/",
+    () => common.shortcutSearch,
+    () => field.current?.querySelector("input")?.focus(),
+  );
+  return html`<div class="search" ref=${field}>
+    ${h(TextField, {
+      label: t.search,
+      required: true,
+      type: "search",
+      value: typed,
+      maxLength: 200,
+      hint: t.searchHint,
+      error,
+      pointer: "/query/q",
+      onInput: (value) => {
+        setTyped(value);
+        setQuery({ q: value.trim(), ...firstPage });
+      },
+    })}
+  </div>`;
+}
+
+/** @param {{ machine: string, summary: JobSummary | undefined }} props */
+function Machine({ machine, summary }) {
+  const counted = summary?.by_machine ?? [];
+  const listed = counted.some((one) => one.machine === machine) || machine === "" ? counted : [...counted, { machine }];
+  const others = summary?.other_machines;
+  return h(Field, {
+    label: t.machine,
+    required: true,
+    hint: others && t.otherMachines(fmt.value.count(others.machines)),
+    control: ({ id, describedBy }) => html`<select id=${id} value=${machine} aria-describedby=${describedBy}
+      onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLSelectElement>} */ event) =>
+        setQuery({ machine: event.currentTarget.value, ...firstPage }, { step: true })}>
+      <option value="">${t.allMachines}</option>
+      ${listed.map(
+        (one) => html`<option key=${one.machine} value=${one.machine} translate="no">
+          ${"count" in one ? `${one.machine} (${fmt.value.count(one.count)})` : one.machine}
+        </option>`,
+      )}
+    </select>`,
+  });
+}
+
+/** What is looked for less often. It takes effect when it is asked for. @param {{ filters: Filters, error: unknown }} props */
+function MoreFilters({ filters, error }) {
+  const [typed, setTyped] = useState({
+    part: filters.part ?? "",
+    tag: filters.tag ?? "",
+    from: filters.from ?? "",
+    to: filters.to ?? "",
+  });
+  const used = Object.values(typed).filter((value) => value !== "").length;
+  const reversed = isReversed(typed);
+  /** @param {keyof typeof typed} name @param {string} label @param {object} [more] */
+  const field = (name, label, more = {}) =>
+    h(TextField, {
+      label,
+      required: true,
+      maxLength: 200,
+      value: typed[name],
+      error,
+      onInput: (value) => setTyped((last) => ({ ...last, [name]: value })),
+      ...more,
+    });
+  const submit = (/** @type {Event} */ event) => {
+    event.preventDefault();
+    if (reversed) return;
+    const { part, tag, from, to } = typed;
+    setQuery({ part: part.trim(), tag: tag.trim(), from, to, ...firstPage }, { step: true });
+  };
+  const clear = () => setQuery(noFilters(), { step: true });
+  return html`<details class="more-filters" open=${used > 0}>
+    <summary>${t.more}</summary>
+    <form onSubmit=${submit} novalidate>
+      <div class="fields">
+        ${field("part", t.part, { hint: t.wholeHint, pointer: "/query/part_number" })}
+        ${field("tag", t.tag, { hint: t.tagHint, maxLength: 401, pointer: "/query/tag" })}
+        ${field("from", t.from, { type: "date", pointer: "/query/from" })}
+        ${field("to", t.to, { type: "date", pointer: "/query/to", fault: reversed ? t.reversed : undefined })}
+      </div>
+      <div class="actions">
+        <button type="submit" class="button">${t.apply}</button>
+        <button type="button" class="button" onClick=${clear}>${t.clear}</button>
+      </div>
+    </form>
+  </details>`;
+}

@@ -1,0 +1,113 @@
+// The list of jobs as a table, with what became of each one's last iteration.
+
+import { Badge } from "../components/figure.js";
+import { table } from "../components/table.js";
+import { Tags } from "../components/tags.js";
+import { t } from "../i18n/jobs.js";
+import { fmt } from "../i18n/i18n.js";
+import { ABSENT } from "../lib/format.js";
+import { gearInShort } from "../lib/gear.js";
+import { setQuery } from "../navigation.js";
+import { href } from "../router.js";
+import { h, html } from "../../vendor/ui.js";
+import { firstPage } from "./filters.js";
+
+/** @typedef {import("../api/client.js").Schema<"ListedJob">} ListedJob */
+/** @typedef {import("../components/table.js").Column<ListedJob>} Column */
+
+const KINDS = /** @type {const} */ ({
+  new: "plain",
+  open: "news",
+  remachine: "warn",
+  accepted: "good",
+  rejected: "bad",
+});
+
+/** @param {{ jobs: readonly ListedJob[], sort: string, tools: import("../components/table.js").Children }} props */
+export function JobList({ jobs, sort, tools }) {
+  return table({
+    caption: t.caption,
+    hideCaption: true,
+    columns: columns(sort),
+    rows: jobs,
+    rowKey: (job) => job.id,
+    csvName: "jobs",
+    stacked: true,
+    tools,
+  });
+}
+
+/** @param {string} sort @returns {Column[]} */
+function columns(sort) {
+  const by = (/** @type {string | undefined} */ value) => () => setQuery({ sort: value, ...firstPage }, { step: true });
+  return [
+    {
+      key: "name",
+      header: t.name,
+      rowHeader: true,
+      cell: nameOf,
+      csv: (job) => job.name,
+      sorted: sort === "name" ? "ascending" : undefined,
+      onSort: by("name"),
+    },
+    { key: "part", header: t.part, cell: (job) => data(job.part_number), csv: (job) => job.part_number },
+    { key: "serial", header: t.serial, cell: (job) => data(job.serial_number), csv: (job) => job.serial_number },
+    { key: "machine", header: t.machine, cell: (job) => data(job.machine), csv: (job) => job.machine },
+    {
+      key: "status",
+      header: t.status,
+      cell: ({ status }) => h(Badge, { kind: KINDS[status], children: t[status] }),
+      csv: (job) => job.status,
+    },
+    {
+      key: "iterations",
+      header: t.iterations,
+      numeric: true,
+      cell: ({ iteration_count: count }) => html`<span translate="no">${fmt.value.count(count)}</span>`,
+      csv: (job) => job.iteration_count,
+    },
+    number("rms", t.rms, ({ rms }) => rms, fmt.value.three),
+    number("condition", t.condition, ({ condition }) => condition, fmt.value.condition),
+    { key: "gear", header: t.gear, csv: (job) => gearInShort(job.gear) },
+    { key: "tags", header: t.tags, csv: (job) => tagText(job.tags) },
+    { key: "measured", header: t.measured, csv: (job) => job.last_measured_at },
+    { key: "created", header: t.created, csv: (job) => job.created_at },
+    {
+      key: "changed",
+      header: t.changed,
+      numeric: true,
+      cell: (job) => html`<time datetime=${job.changed_at} translate="no">${fmt.value.time(job.changed_at)}</time>`,
+      csv: (job) => job.changed_at,
+      sorted: sort === "changed" ? "descending" : undefined,
+      onSort: by(undefined),
+    },
+  ];
+}
+
+/** @param {string} key @param {string} header @param {(job: ListedJob) => number | undefined} of @param {(value: number | undefined) => string} write @returns {Column} */
+function number(key, header, of, write) {
+  const cell = (/** @type {ListedJob} */ job) => {
+    const value = of(job);
+    return value === undefined ? ABSENT : html`<span translate="no">${write(value)}</span>`;
+  };
+  return { key, header, numeric: true, cell, csv: of };
+}
+
+/** The name, a link; below it what it is of. @param {ListedJob} job */
+function nameOf({ id, name, gear, tags }) {
+  const beside = gearInShort(gear);
+  const tagged = Object.keys(tags).length > 0;
+  return html`<a href=${href("/jobs/{job_id}", { job_id: id })} translate="no">${name}</a>
+    ${(beside || tagged) && html`<span class="job-more" translate="no">${beside && html`<span>${beside}</span>`}${tagged && h(Tags, { tags })}</span>`}`;
+}
+
+/** @param {string | null | undefined} value */
+function data(value) {
+  return value ? html`<span translate="no">${value}</span>` : ABSENT;
+}
+
+/** @param {Record<string, string>} tags */
+const tagText = (tags) =>
+  Object.entries(tags)
+    .map(([name, value]) => `${name}=${value}`)
+    .join("; ");

@@ -1,0 +1,52 @@
+// What narrows the list of jobs down, and how many there are then.
+
+import assert from "node:assert/strict";
+import { test } from "node:test";
+import { countOf, filtersOf, isReversed, listQuery, sortOf } from "../../app/jobs/filters.js";
+
+const address = (/** @type {string} */ text) => new URLSearchParams(text);
+
+test("the address names filters, and the request has those that say something", () => {
+  const filters = filtersOf(address("q=+sun+&status=open&machine=&part=4711&other=1&sort=name&cursor=abc"));
+  assert.deepEqual(filters, { q: " sun ", status: "open", part: "4711" });
+  assert.equal(sortOf(address("sort=name")), "name");
+  assert.equal(sortOf(address("sort=nonsense")), "changed");
+  assert.deepEqual(listQuery(filters, "name", "abc"), {
+    limit: 50,
+    sort: "name",
+    q: "sun",
+    status: "open",
+    part_number: "4711",
+    cursor: "abc",
+  });
+});
+
+test("days are whole days of this place", () => {
+  const query = listQuery({ from: "2026-03-28", to: "2026-03-29" }, "changed", undefined);
+  assert.equal(query.from, new Date(2026, 2, 28).toISOString());
+  // the last day too, however many hours it has
+  assert.equal(query.to, new Date(2026, 2, 30).toISOString());
+  assert.ok(!("from" in listQuery({ from: "yesterday" }, "changed", undefined)));
+  assert.ok(isReversed({ from: "2026-03-02", to: "2026-03-01" }));
+  assert.ok(!isReversed({ from: "2026-03-01", to: "2026-03-01" }) && !isReversed({ to: "2026-03-01" }));
+});
+
+test("a count is told where it is known", () => {
+  /** @type {import("../../app/jobs/filters.js").JobSummary} */
+  const summary = {
+    total: 120,
+    by_status: [{ status: "open", count: 70 }],
+    by_machine: [{ machine: "grinder 3", count: 51 }],
+    without_machine: 0,
+    by_week: [],
+    earlier: 0,
+  };
+  const list = { page: 1, shown: 50, more: true };
+  assert.equal(countOf({}, summary, list), 120);
+  assert.equal(countOf({ status: "open" }, summary, list), 70);
+  assert.equal(countOf({ machine: "grinder 3" }, summary, list), 51);
+  assert.equal(countOf({ machine: "grinder 3", status: "open" }, summary, list), undefined);
+  assert.equal(countOf({ q: "sun" }, summary, list), undefined);
+  assert.equal(countOf({ q: "sun" }, summary, { page: 2, shown: 7, more: false }), 57);
+  assert.equal(countOf({}, undefined, { page: undefined, shown: 7, more: false }), undefined);
+});
