@@ -2,6 +2,8 @@
 // loaded when somebody goes there. The server answers the same paths (`PAGES` in
 // src/http/dashboard.rs; a test compares the two lists).
 
+import { may } from "./api/key.js";
+
 /** @typedef {import("../vendor/ui.js").ComponentType<{ params: Record<string, string> }>} PageComponent */
 /** @typedef {{ default: PageComponent, styles?: readonly string[] }} PageModule */
 
@@ -88,6 +90,11 @@ export function href(path, params = {}, query = {}) {
  */
 export function hrefIf(path, params = {}, query = {}) {
   return pages.some((page) => page.path === path) ? filled(path, params, query) : undefined;
+}
+
+/** Where a job is measured, for those who may. @param {string} jobId */
+export function toMeasure(jobId) {
+  return may("measure") ? href("/jobs/{job_id}/measure", { job_id: jobId }) : undefined;
 }
 
 /** @param {string} path @param {Record<string, string | number>} params @param {Record<string, string | number | undefined>} query */

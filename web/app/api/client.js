@@ -66,34 +66,3 @@ export function refusal(body, response) {
   else if (response.status === 403 && problem.code === "forbidden") keyWanted.value = "forbidden";
   return new ApiError(problem, response);
 }
-
-/**
- * Keys for POSTs that store: the same content is sent under the same key, however often it is tried,
- * until it has been stored.
- */
-export class Attempt {
-  #content = "";
-  #key = "";
-
-  /** The headers of a request with this content. @param {unknown} content */
-  headers(content) {
-    const text = JSON.stringify(content);
-    if (text !== this.#content || this.#key === "") {
-      this.#content = text;
-      this.#key = newKey();
-    }
-    return { "Idempotency-Key": this.#key };
-  }
-
-  /** It has been stored; the next is another. */
-  done() {
-    this.#key = "";
-  }
-}
-
-/** @returns {string} */
-function newKey() {
-  // not `randomUUID`, which browsers have on secure origins only
-  const bytes = crypto.getRandomValues(new Uint8Array(16));
-  return [...bytes].map((byte) => byte.toString(16).padStart(2, "0")).join("");
-}

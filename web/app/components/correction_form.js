@@ -1,12 +1,14 @@
 // What a correction is asked for with. What was typed stays, whatever becomes of the request.
 
-import { Attempt, answer, api } from "../api/client.js";
+import { useAttempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
 import { ApiError, faultsAt } from "../api/problem.js";
+import { t as words } from "../i18n/common.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { draftOf, emptyDraft, escaped, limitOf, requestOf, settingsOf } from "../lib/correction.js";
 import { useDraft } from "../lib/draft.js";
-import { h, html, useRef, useState } from "../../vendor/ui.js";
+import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 import { settingName } from "./correction_result.js";
 import { Checkbox, SelectField, TextField } from "./form.js";
 import { Failure } from "./states.js";
@@ -24,13 +26,15 @@ const AT_FIELDS = ["/sensitivity", "/noise_sigma_um", "/response_uncertainty", "
  *   `last`: the request to begin from
  */
 export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone }) {
-  const [draft, setDraft] = useDraft(`correction ${jobId} ${number}`, () =>
+  const [draft, setDraft, forget] = useDraft(`correction ${jobId} ${number}`, () =>
     last ? draftOf(last, fmt.value.input) : emptyDraft(hasGear),
   );
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [busy, setBusy] = useState(false);
   const [shown, setShown] = useState(/** @type {Record<string, "number" | "row">} */ ({}));
-  const attempt = useRef(new Attempt());
+  const attempt = useAttempt(`correction ${jobId} ${number}`);
+  const underway = useRef(/** @type {AbortController | undefined} */ (undefined));
+  useEffect(() => () => underway.current?.abort(), []);
   const change = (/** @type {Partial<Draft>} */ part) => setDraft({ ...draft, ...part });
   const fault = (/** @type {string} */ pointer) =>
     shown[pointer] === undefined ? undefined : shown[pointer] === "row" ? t.notRow : t.notNumber;
@@ -46,14 +50,18 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
       return;
     }
     setBusy(true);
+    underway.current = new AbortController();
+    const { signal } = underway.current;
     try {
-      const params = { path: { job_id: jobId, number }, header: attempt.current.headers(request) };
-      await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction", { params, body: request }));
-      attempt.current.done();
+      const params = { path: { job_id: jobId, number }, header: attempt.headers(request) };
+      await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction", { signal, params, body: request }));
+      attempt.done();
+      forget();
       notify(t.done);
       onDone();
     } catch (failed) {
-      setError(failed);
+      if (signal.aborted) notify(t.stopped, "news");
+      else setError(failed);
     } finally {
       setBusy(false);
     }
@@ -189,6 +197,8 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
     ${error !== undefined && !beside && h(Failure, { error, except: known })}
     <div class="actions">
       <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${busy ? t.computing : t.compute}</button>
+      ${busy && html`<button type="button" class="button" onClick=${() => underway.current?.abort()}>${words.cancel}</button>`}
+      ${busy && html`<progress aria-label=${t.computing}></progress>`}
     </div>
   </form>`;
 }

@@ -4,9 +4,11 @@ import { answer, api } from "../api/client.js";
 import { ApiError } from "../api/problem.js";
 import { t as common } from "../i18n/common.js";
 import { texts } from "../i18n/i18n.js";
+import { useDraft } from "../lib/draft.js";
 import de from "../i18n/de/decision.js";
 import en from "../i18n/en/decision.js";
 import { Fragment, h, html, useState } from "../../vendor/ui.js";
+import { Allowed } from "./allowed.js";
 import { Dialog } from "./dialog.js";
 import { Badge } from "./figure.js";
 import { TextField } from "./form.js";
@@ -38,15 +40,16 @@ export function Decision({ iteration, etag, reason, put, reload }) {
     <h2 id="decision">${t.decision}</h2>
     <p>${iteration.decision ? h(DecisionBadge, { decision: iteration.decision }) : html`<span class="quiet">${t.none}</span>`}
       ${reason && html` <span translate="no">${reason}</span>`}</p>
-    <div class="actions">
-      ${ORDER.map(
-        (
-          one,
-        ) => html`<button key=${one} type="button" class=${`button${one === "reject" ? " danger" : ""}`} onClick=${() => setAsked(one)}>
-          ${t[one]}
-        </button>`,
-      )}
-    </div>
+    ${h(Allowed, {
+      scope: "judge",
+      short: true,
+      children: () => html`<div class="actions">
+        ${ORDER.map(
+          (one) => html`<button key=${one} type="button" class=${`button${one === "reject" ? " danger" : ""}`}
+            onClick=${() => setAsked(one)}>${t[one]}</button>`,
+        )}
+      </div>`,
+    })}
     ${asked && h(Ask, { key: asked, asked, iteration, etag, put, reload, onClose: () => setAsked(null) })}
   </section>`;
 }
@@ -56,7 +59,7 @@ export function Decision({ iteration, etag, reason, put, reload }) {
  *   put: (iteration: Iteration, etag: string | undefined) => void, reload: () => void, onClose: () => void }} props
  */
 function Ask({ asked, iteration, etag, put, reload, onClose }) {
-  const [reason, setReason] = useState("");
+  const [reason, setReason, forget] = useDraft(`decision ${iteration.job_id} ${iteration.number} ${asked}`, () => "");
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
   const overtaken = error instanceof ApiError && error.status === 412;
@@ -68,6 +71,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
       const path = { job_id: iteration.job_id, number: iteration.number };
       const header = etag ? { "If-Match": etag } : {};
       const done = await answer(api.PATCH("/v1/jobs/{job_id}/iterations/{number}", { params: { path, header }, body }));
+      forget();
       put(done.data, done.etag);
       notify(t.done(common[asked]));
       onClose();

@@ -6,6 +6,7 @@ import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/job.js";
 import en from "../i18n/en/job.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { useDraft } from "../lib/draft.js";
 import { ABSENT } from "../lib/format.js";
 import { FIELDS, gearOf } from "../lib/gear_form.js";
 import { editOf, patchOf, rebased } from "../lib/job_edit.js";
@@ -35,7 +36,7 @@ const SHOWN = [
 /** @param {{ version: Version, onClose: () => void, onSaved: (version: Version) => void }} props */
 export function EditJob({ version, onClose, onSaved }) {
   const [base, setBase] = useState(version);
-  const [mine, setMine] = useState(() => read(version));
+  const [mine, setMine, forget] = useDraft(`edit ${version.data.id} ${version.etag}`, () => read(version));
   const [told, setTold] = useState(false);
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [theirs, setTheirs] = useState(/** @type {Version | undefined} */ (undefined));
@@ -56,6 +57,7 @@ export function EditJob({ version, onClose, onSaved }) {
     try {
       const header = over.etag === undefined ? {} : { "If-Match": over.etag };
       const saved = await answer(api.PATCH("/v1/jobs/{job_id}", { params: { ...params, header }, body }));
+      forget();
       notify(t.saved);
       onSaved(saved);
     } catch (failed) {
@@ -64,6 +66,10 @@ export function EditJob({ version, onClose, onSaved }) {
       } else setError(failed);
       setSending(false);
     }
+  };
+  const close = () => {
+    forget();
+    onClose();
   };
   const submit = (/** @type {Event} */ event) => {
     event.preventDefault();
@@ -95,10 +101,10 @@ export function EditJob({ version, onClose, onSaved }) {
         ${error !== undefined && h(Failure, { error, except: SHOWN })}
         <div class="actions">
           <button type="submit" class="button primary" disabled=${sending}>${common.save}</button>
-          <button type="button" class="button" onClick=${onClose}>${common.cancel}</button>
+          <button type="button" class="button" onClick=${close}>${common.cancel}</button>
         </div>
       </form>`;
-  return h(Dialog, { title: t.edit, onClose, wide: true, children: body });
+  return h(Dialog, { title: t.edit, onClose: close, wide: true, children: body });
 }
 
 /** @param {Version} version */

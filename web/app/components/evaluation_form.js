@@ -1,12 +1,13 @@
 // The same traces with other ranges, sign or class: another evaluation, kept beside the first.
 
-import { Attempt, answer, api } from "../api/client.js";
+import { useAttempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
 import { ApiError } from "../api/problem.js";
 import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { useDraft } from "../lib/draft.js";
 import { parseNumber } from "../lib/format.js";
-import { h, html, useRef, useState } from "../../vendor/ui.js";
+import { h, html, useState } from "../../vendor/ui.js";
 import { SelectField, TextField } from "./form.js";
 import { Failure } from "./states.js";
 import { notify } from "./toast.js";
@@ -25,7 +26,7 @@ const FIELDS = [
 /** @param {{ jobId: string, number: number, record: string, request: EvaluateGear, settings: EvaluationSettings, onDone: (id: string) => void }} props */
 export function EvaluationForm({ jobId, number, record, request, settings, onDone }) {
   const write = fmt.value.input;
-  const [draft, setDraft] = useDraft(`evaluation ${jobId} ${number} ${record}`, () => ({
+  const [draft, setDraft, forget] = useDraft(`evaluation ${jobId} ${number} ${record}`, () => ({
     profile: [0, 1].map((i) => write(settings.profile_diameter_range_mm?.[i])),
     helix: [0, 1].map((i) => write(settings.helix_range_mm?.[i])),
     sign: String(settings.sign ?? "din"),
@@ -33,7 +34,7 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
   }));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [busy, setBusy] = useState(false);
-  const attempt = useRef(new Attempt());
+  const attempt = useAttempt(`evaluation ${jobId} ${number} ${record}`);
   const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
     request.traces.some((trace) => trace.kind === kind),
   );
@@ -65,9 +66,10 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
     setBusy(true);
     setError(undefined);
     try {
-      const params = { path: { job_id: jobId, number }, header: attempt.current.headers(body) };
+      const params = { path: { job_id: jobId, number }, header: attempt.headers(body) };
       const { data } = await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/evaluations", { params, body }));
-      attempt.current.done();
+      attempt.done();
+      forget();
       notify(t.done);
       onDone(data.id);
     } catch (failed) {

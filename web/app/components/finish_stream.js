@@ -1,11 +1,13 @@
 // Makes a stream an iteration of its job.
 
-import { Attempt, answer, api } from "../api/client.js";
+import { useAttempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/stream.js";
 import en from "../i18n/en/stream.js";
 import { texts } from "../i18n/i18n.js";
-import { h, html, useRef, useState } from "../../vendor/ui.js";
+import { useDraft } from "../lib/draft.js";
+import { h, html, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
 import { TextField } from "./form.js";
 import { Failure } from "./states.js";
@@ -15,10 +17,10 @@ const FIELDS = /** @type {const} */ (["instrument", "operator", "note"]);
 
 /** @param {{ streamId: string, onDone: (iteration: number) => void, onClose: () => void }} props */
 export function FinishStream({ streamId, onDone, onClose }) {
-  const [typed, setTyped] = useState({ instrument: "", operator: "", note: "" });
+  const [typed, setTyped, forget] = useDraft(`finish ${streamId}`, () => ({ instrument: "", operator: "", note: "" }));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
-  const attempt = useRef(new Attempt());
+  const attempt = useAttempt(`finish ${streamId}`);
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
     if (sending) return;
@@ -27,10 +29,11 @@ export function FinishStream({ streamId, onDone, onClose }) {
     const body = {};
     for (const name of FIELDS) if (typed[name].trim() !== "") body[name] = typed[name].trim();
     try {
-      const header = attempt.current.headers(body);
+      const header = attempt.headers(body);
       const params = { path: { stream_id: streamId }, header };
       const { data } = await answer(api.POST("/v1/streams/{stream_id}/finish", { params, body }));
-      attempt.current.done();
+      attempt.done();
+      forget();
       onDone(data.number);
     } catch (failed) {
       setError(failed);

@@ -1,12 +1,14 @@
 // What stands around every page: header, navigation, messages, dialogs.
 
+import { answer, api } from "../api/client.js";
 import { lostAt, probe } from "../api/connection.js";
-import { underway } from "../api/resource.js";
+import { may, tellCaller } from "../api/key.js";
+import { underway, useResource } from "../api/resource.js";
 import { current } from "../navigation.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/common.js";
 import { hrefIf } from "../router.js";
-import { h, html, signal } from "../../vendor/ui.js";
+import { h, html, signal, useEffect } from "../../vendor/ui.js";
 import { KeyDialog } from "./key_dialog.js";
 import { ShortcutHelp } from "./shortcuts.js";
 import { Toasts } from "./toast.js";
@@ -19,6 +21,10 @@ export const arriving = signal(false);
 /** @param {{ children: import("../../vendor/ui.js").ComponentChildren }} props */
 export function Frame({ children }) {
   const busy = underway.value > 0 || arriving.value;
+  const who = useResource("whoami", (signal) => answer(api.GET("/v1/whoami", { signal })));
+  useEffect(() => {
+    if (who.data) tellCaller(who.data);
+  }, [who.data]);
   return html`
     <a class="skip" href="#content">${t.skip}</a>
     <header class="top">
@@ -29,7 +35,7 @@ export function Frame({ children }) {
         <span translate="no">flankfit</span>
       </a>
       <nav aria-label=${t.mainNavigation}>
-        <ul>${h(MainLink, { path: "/jobs", label: t.jobs })}${h(MainLink, { path: "/fit", label: t.fit })}
+        <ul>${h(MainLink, { path: "/jobs", label: t.jobs })}${may("compute") && h(MainLink, { path: "/fit", label: t.fit })}
           ${h(MainLink, { path: "/settings", label: t.settings })}</ul>
       </nav>
     </header>

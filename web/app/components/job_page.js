@@ -6,7 +6,7 @@ import { t as common } from "../i18n/common.js";
 import { gearInShort } from "../lib/gear.js";
 import { navigate, pathname } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
-import { Fragment, h, html, useState } from "../../vendor/ui.js";
+import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { JobNavigation, Page } from "./page.js";
 import { useShortcut } from "./shortcuts.js";
 import { loaded } from "./states.js";
@@ -24,20 +24,22 @@ import { loaded } from "./states.js";
  *   number?: number | undefined,
  *   onEvents?: (events: import("../api/live.js").JobEvent[]) => void,
  *   actions?: (job: Job, resources: { job: JobResource, trace: TraceResource }) => Children,
- *   children: (job: Job, resources: { job: JobResource, trace: TraceResource }) => Children,
+ *   children: (job: Job, resources: { job: JobResource, trace: TraceResource, news: number }) => Children,
  * }} props `view`: the name of the page beside the job's; `number`: the iteration that it shows; `onEvents`: somebody has
  *   done something to the job (or may have, without events). The trace may still be on
- *   its way when the children are drawn
+ *   its way when the children are drawn; `news` grows with every event, for `useNews`
  */
 export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const job = useJob(jobId);
   const trace = useTrace(jobId);
+  const [news, setNews] = useState(0);
   const [stream, setStream] = useState(/** @type {string | undefined} */ (undefined));
   useJobEvents(job.data === undefined ? null : jobId, (events) => {
     // blocks of a stream, of which there may be many a second, change neither
     if (events.length === 0 || events.some(({ state }) => state !== "block")) {
       job.reload();
       trace.reload();
+      if (events.length > 0) setNews((last) => last + 1);
     }
     const ofStream = events.findLast(({ stream_id: id }) => id);
     if (ofStream) setStream(ofStream.state === "open" || ofStream.state === "block" ? ofStream.stream_id : undefined);
@@ -77,10 +79,20 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
           null,
           h(JobNavigation, { jobId, number, iterations: numbers }),
           stream !== undefined && h(Streaming, { jobId, streamId: stream }),
-          children(data, { job, trace }),
+          children(data, { job, trace, news }),
         ),
     }),
   });
+}
+
+/**
+ * Asks again for what others may have changed.
+ * @param {number} news of the page @param {readonly { reload: () => void }[]} resources
+ */
+export function useNews(news, resources) {
+  useEffect(() => {
+    if (news > 0) for (const { reload } of resources) reload();
+  }, [news]);
 }
 
 /** Leads to what is being measured. @param {{ jobId: string, streamId: string }} props */

@@ -1,5 +1,6 @@
 // A page: its title in tab and heading, its actions, its content.
 
+import { may } from "../api/key.js";
 import { t } from "../i18n/common.js";
 import { href, hrefIf } from "../router.js";
 import { current } from "../navigation.js";
@@ -44,10 +45,12 @@ export function Page({ title, heading, above, about, actions, children }) {
   </div>`;
 }
 
+const MEASURE = "/jobs/{job_id}/measure";
+
 /** The views of a job in their order; those without a page are not shown. */
 const JOB_VIEWS = /** @type {const} */ ([
   ["/jobs/{job_id}", "overview"],
-  ["/jobs/{job_id}/measure", "measure"],
+  [MEASURE, "measure"],
   ["/jobs/{job_id}/trace", "trace"],
   ["/jobs/{job_id}/report", "report"],
 ]);
@@ -71,6 +74,7 @@ export function JobNavigation({ jobId, number, iterations = [] }) {
   const map = "/jobs/{job_id}/iterations/{number}";
   /** @param {string} path @param {string} label @param {boolean} [marked] @param {number} [of] */
   const entry = (path, label, marked = here === path, of = number) => {
+    if (path === MEASURE && !may("measure")) return null;
     const to = hrefIf(path, { job_id: jobId, ...(of === undefined ? {} : { number: of }) });
     const key = path + (of ?? "");
     return to && html`<li key=${key}><a href=${to} aria-current=${marked ? "page" : undefined}>${label}</a></li>`;

@@ -1,11 +1,14 @@
 // Keeps nodes that were fitted as the next iteration of a job.
 
-import { Attempt, answer, api } from "../api/client.js";
+import { useAttempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { digestOf } from "../lib/digest.js";
+import { useDraft } from "../lib/draft.js";
 import { navigate } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
 import { h, html, useRef, useState } from "../../vendor/ui.js";
@@ -18,49 +21,53 @@ import { notify } from "./toast.js";
 /** @typedef {import("../lib/nodes_file.js").Fields} Fields */
 
 const t = texts({ en, de });
+const MOST_OFFERED = 50;
 const FIELDS = /** @type {const} */ (["instrument", "operator", "note"]);
 
 /** @param {{ file: NodesFile, spec: Fields }} props */
 export function SaveIteration({ file, spec }) {
-  const jobs = useResource("jobs to choose", allJobs);
+  const [find, setFind] = useState("");
+  const q = find.trim();
+  const jobs = useResource(`jobs to choose ${q}`, (signal) =>
+    answer(api.GET("/v1/jobs", { signal, params: { query: { limit: MOST_OFFERED, ...(q ? { q } : {}) } } })),
+  );
+  // what was found before stays until the next is there
+  const last = useRef(jobs.data);
+  if (jobs.data) last.current = jobs.data;
   return html`<section class="panel save-iteration" aria-labelledby="save">
     <h2 id="save">${t.save}</h2>
     ${loaded({
-      resource: jobs,
+      resource: { ...jobs, data: jobs.data ?? last.current },
       lines: 3,
-      children: (list) =>
-        list.length === 0
+      children: ({ items }) =>
+        items.length === 0 && q === ""
           ? h(Empty, {
               children: t.noJobs,
               action: html`<a class="button" href=${href("/jobs/new")}>${common.newJob}</a>`,
             })
-          : h(Save, { jobs: list, file, spec }),
+          : h(Save, { key: digestOf(file.text), jobs: items, find, setFind, file, spec }),
     })}
   </section>`;
-}
-
-/** The newest jobs. @param {AbortSignal} signal */
-async function allJobs(signal) {
-  const { data } = await answer(api.GET("/v1/jobs", { signal, params: { query: { limit: 200 } } }));
-  return { data: data.items };
 }
 
 /** @param {Job} job */
 const jobName = ({ name, serial_number, updated_at }) =>
   [name, serial_number, fmt.value.date(updated_at)].filter(Boolean).join(" · ");
 
-/** @param {{ jobs: readonly Job[], file: NodesFile, spec: Fields }} props */
-function Save({ jobs, file, spec }) {
-  const [jobId, setJobId] = useState(jobs[0]?.id ?? "");
-  const [typed, setTyped] = useState(() =>
+/** @param {{ jobs: readonly Job[], find: string, setFind: (text: string) => void, file: NodesFile, spec: Fields }} props */
+function Save({ jobs, find, setFind, file, spec }) {
+  const [chosen, setJobId] = useState("");
+  // of what is found the first, unless another is chosen
+  const jobId = jobs.some(({ id }) => id === chosen) ? chosen : (jobs[0]?.id ?? "");
+  const [typed, setTyped, forget] = useDraft(`save ${digestOf(file.text)}`, () =>
     Object.fromEntries(FIELDS.map((name) => [name, String(file.measurement[name] ?? "")])),
   );
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
-  const attempt = useRef(new Attempt());
+  const attempt = useAttempt("save of /fit");
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
-    if (sending) return;
+    if (sending || jobId === "") return;
     setSending(true);
     setError(undefined);
     const measurement = { ...file.measurement };
@@ -69,14 +76,15 @@ function Save({ jobs, file, spec }) {
       else delete measurement[name];
     }
     try {
-      const header = attempt.current.headers([jobId, spec, measurement, file.text]);
+      const header = attempt.headers([jobId, spec, measurement, file.text]);
       const { data } = await answer(
         api.POST("/v1/jobs/{job_id}/iterations", {
           params: { path: { job_id: jobId }, header },
           ...bodyOf(file, { ...spec, ...measurement }),
         }),
       );
-      attempt.current.done();
+      attempt.done();
+      forget();
       notify(t.saved(data.number));
       const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: data.number });
       navigate(to ?? href("/jobs/{job_id}", { job_id: jobId }));
@@ -98,9 +106,11 @@ function Save({ jobs, file, spec }) {
   return html`<form onSubmit=${submit}>
     <p class="quiet">${t.saveText}</p>
     <div class="fields">
+      ${h(TextField, { label: t.findJob, hint: t.findJobHint, type: "search", value: find, onInput: setFind, maxLength: 200 })}
       ${h(SelectField, {
         label: common.job,
         required: true,
+        fault: jobs.length === 0 ? t.noSuchJob : undefined,
         value: jobId,
         onChange: setJobId,
         options: jobs.map((job) => ({ value: job.id, label: html`<span translate="no">${jobName(job)}</span>` })),
@@ -108,7 +118,7 @@ function Save({ jobs, file, spec }) {
       ${FIELDS.map(line)}
     </div>
     ${error !== undefined && h(Failure, { error, except: FIELDS.map((name) => `/${name}`) })}
-    <div class="actions"><button type="submit" class="button primary" disabled=${sending}>${t.saveNow}</button></div>
+    <div class="actions"><button type="submit" class="button primary" disabled=${sending || jobId === ""}>${t.saveNow}</button></div>
   </form>`;
 }
 

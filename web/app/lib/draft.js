@@ -3,14 +3,14 @@
 import { useState } from "../../vendor/ui.js";
 
 /**
- * A value that is kept in this tab under a name.
+ * A value that is kept in this tab under a name, until it has been sent and is forgotten.
  * @template Value
  * @param {string} name @param {() => Value} begin what it is before anything was typed
- * @returns {[Value, (value: Value) => void]}
+ * @returns {[Value, (value: Value) => void, () => void]}
  */
 export function useDraft(name, begin) {
   const place = `flankfit.draft ${name}`;
-  const [value, setValue] = useState(() => kept(place) ?? begin());
+  const [value, setValue] = useState(() => /** @type {Value} */ (kept(place) ?? begin()));
   /** @param {Value} next */
   const take = (next) => {
     setValue(next);
@@ -20,7 +20,15 @@ export function useDraft(name, begin) {
       // a full store loses only what outlives the page
     }
   };
-  return [value, take];
+  const forget = () => {
+    setValue(begin());
+    try {
+      sessionStorage.removeItem(place);
+    } catch {
+      // nothing was kept
+    }
+  };
+  return [value, take, forget];
 }
 
 /** @param {string} place */

@@ -2,6 +2,7 @@
 
 import { ApiError } from "../api/problem.js";
 import { Badge, Facts } from "../components/figure.js";
+import { Progress } from "../components/progress.js";
 import { Failure } from "../components/states.js";
 import { mapAxes } from "../flank/axes.js";
 import { HeatMap, nodeText } from "../flank/heat_map.js";
@@ -30,15 +31,19 @@ const t = texts({ en, de });
  * @property {import("../api/client.js").Schema<"GearsOfFile"> | undefined} gears
  * @property {"waiting" | "sending" | "done" | "failed"} state
  * @property {unknown} error
+ * @property {import("../components/progress.js").Done} progress
  * @property {number | undefined} number of the iteration that it became
- * @property {import("../api/client.js").Attempt} attempt
+ * @property {import("../api/attempt.js").Attempt} attempt
  */
 
 const KINDS = /** @type {const} */ ({ waiting: "plain", sending: "plain", done: "good", failed: "bad" });
 
-/** @param {{ entry: Entry, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void }} props `fields`: pointers whose faults stand at fields */
-export function QueueEntry({ entry, jobId, fields, onRemove, onCancel }) {
-  const { file, content, state, error, number, gears } = entry;
+/**
+ * @param {{ entry: Entry, most: number, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void }} props
+ *   `most`: bytes that the server takes; `fields`: pointers whose faults stand at fields
+ */
+export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
+  const { file, content, state, error, number, gears, progress } = entry;
   const to = number === undefined ? undefined : hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number });
   const counts = content && [
     { name: t.kind, value: t[/** @type {"grid"} */ (content.form || "unknown")] ?? t.unknown },
@@ -59,9 +64,10 @@ export function QueueEntry({ entry, jobId, fields, onRemove, onCancel }) {
         ${(state === "waiting" || state === "failed") && html`<button type="button" class="button small" onClick=${onRemove}>${t.remove}</button>`}
       </div>
     </header>
-    ${state === "sending" && html`<progress aria-label=${t.sending}></progress>`}
+    ${state === "sending" && h(Progress, { label: t.sending, progress })}
     ${counts ? h(Facts, { items: counts }) : html`<p class="quiet">${t.reading}</p>`}
     ${content?.fault && html`<p class="fault">${t[/** @type {"fault_json"} */ (`fault_${content.fault}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
+    ${file.size > most && html`<p class="fault">${t.tooLarge(`${fmt.value.count(Math.ceil(most / 1000))} kB`)}</p>`}
     ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}
     ${gears && html`<ul class="gears">${gears.gears.map((gear, i) => html`<li key=${i} translate="no">${[gear.id, gear.name, gearInShort(gear.gear), gear.topographies?.join(", ")].filter(Boolean).join(" · ")}</li>`)}</ul>`}
     ${content && content.doubts.length > 0 && h(Doubts, { content })}

@@ -2,6 +2,7 @@
 
 import { gridOf } from "../flank/surface.js";
 import { scatteredOf } from "../flank/triangles.js";
+import { digestOf } from "../lib/digest.js";
 import { headerOf, readNodesCsv } from "../lib/nodes_csv.js";
 
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
@@ -15,6 +16,7 @@ import { headerOf, readNodesCsv } from "../lib/nodes_csv.js";
  * @property {FlankSurface | undefined} surface
  * @property {Record<string, unknown> | undefined} request of JSON: all of it
  * @property {Doubt[]} doubts
+ * @property {string} digest of the file
  * @property {string | undefined} fault why it cannot be read: `json`, `empty`, `header`, `nodes`; with what the reader says
  * @property {string | undefined} detail
  */
@@ -28,6 +30,7 @@ const content = (given) => ({
   surface: undefined,
   request: undefined,
   doubts: [],
+  digest: "",
   fault: undefined,
   detail: undefined,
   ...given,
@@ -35,6 +38,11 @@ const content = (given) => ({
 
 /** @param {string} name @param {Uint8Array} bytes @returns {Content} */
 export function readFile(name, bytes) {
+  return { ...contentOf(name, bytes), digest: digestOf(bytes) };
+}
+
+/** @param {string} name @param {Uint8Array} bytes @returns {Content} */
+function contentOf(name, bytes) {
   const end = /\.(\w+)$/.exec(name.toLowerCase())?.[1] ?? "";
   if (bytes.length === 0) return content({ fault: "empty" });
   if (bytes[0] === 0x50 && bytes[1] === 0x4b) return content({ form: "rexs" });

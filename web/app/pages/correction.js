@@ -3,18 +3,19 @@
 import { answer, api, transport } from "../api/client.js";
 import { useRecords } from "../api/records.js";
 import { useResource } from "../api/resource.js";
+import { Allowed } from "../components/allowed.js";
 import { CorrectionForm } from "../components/correction_form.js";
 import { CorrectionMaps } from "../components/correction_maps.js";
 import { Answer, Apart, Changes, Figures } from "../components/correction_result.js";
 import { Facts } from "../components/figure.js";
-import { JobPage } from "../components/job_page.js";
+import { JobPage, useNews } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
 import { notify } from "../components/toast.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { download } from "../lib/csv.js";
-import { hrefIf } from "../router.js";
+import { toMeasure } from "../router.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
@@ -32,12 +33,12 @@ export default function CorrectionPage({ params }) {
     jobId,
     view: t.title,
     number,
-    children: (job) => h(Correction, { job, number }),
+    children: (job, { news }) => h(Correction, { job, number, news }),
   });
 }
 
-/** @param {{ job: Job, number: number }} props */
-function Correction({ job, number }) {
+/** @param {{ job: Job, number: number, news: number }} props */
+function Correction({ job, number, news }) {
   const path = { job_id: job.id, number };
   const iteration = useResource(`iteration ${job.id} ${number}`, (signal) =>
     answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { signal, params: { path } })),
@@ -50,18 +51,23 @@ function Correction({ job, number }) {
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}/correction", { signal, params }));
     return { data: /** @type {KeptCorrection} */ (data) };
   });
+  useNews(news, [iteration, records, kept]);
   const form = (/** @type {Iteration} */ { node_count }) =>
-    h(CorrectionForm, {
-      key: latest?.id ?? "",
-      jobId: job.id,
-      number,
-      nodeCount: node_count,
-      hasGear: Boolean(job.gear),
-      last: /** @type {CorrectionRequest | undefined} */ (kept.data?.request),
-      onDone: () => {
-        records.reload();
-        scrollTo(0, 0);
-      },
+    h(Allowed, {
+      scope: "judge",
+      children: () =>
+        h(CorrectionForm, {
+          key: latest?.id ?? "",
+          jobId: job.id,
+          number,
+          nodeCount: node_count,
+          hasGear: Boolean(job.gear),
+          last: /** @type {CorrectionRequest | undefined} */ (kept.data?.request),
+          onDone: () => {
+            records.reload();
+            scrollTo(0, 0);
+          },
+        }),
     });
   return loaded({
     resource: iteration,
@@ -92,7 +98,7 @@ function Kept({ job, iteration, kept, earlier }) {
     const { data } = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params }));
     return { data: /** @type {import("../api/client.js").Schema<"Nodes">} */ (data) };
   });
-  const measure = hrefIf("/jobs/{job_id}/measure", { job_id: job.id });
+  const measure = toMeasure(job.id);
   const tools = html`<button type="button" class="button small" onClick=${() => saveForMachine(job.id, iteration.number, name)}>${t.csvForMachine}</button>`;
   return html`
     <section class="panel" aria-labelledby="changes">

@@ -1,7 +1,9 @@
 // Fits nodes of a file, or that are pasted, and stores nothing until it is asked to.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
+import { Allowed } from "../components/allowed.js";
 import { Facts } from "../components/figure.js";
 import { SelectField } from "../components/form.js";
 import { NodesInput } from "../components/nodes_input.js";
@@ -17,7 +19,7 @@ import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
 import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
-import { specOf } from "../lib/nodes_file.js";
+import { readNodes, specOf } from "../lib/nodes_file.js";
 import { heightUnit } from "../lib/units.js";
 import { query, setQuery } from "../navigation.js";
 import { Fragment, h, html, useMemo, useState } from "../../vendor/ui.js";
@@ -36,7 +38,7 @@ const LAYERS = /** @type {const} */ (["measured", "fitted", "residual"]);
 let turns = 0;
 
 export default function FitPage() {
-  const [given, setGiven] = useState(/** @type {Given | undefined} */ (undefined));
+  const [given, setGiven] = useState(givenBefore);
   const degree = query.value.get("degree") ?? undefined;
   const by = query.value.get("by") ?? undefined;
   const spec = useMemo(() => given && specOf(given.file, { degree, by }), [given, degree, by]);
@@ -47,11 +49,14 @@ export default function FitPage() {
     turns += 1;
     setQuery({ at: undefined, zoom: undefined, limit: undefined, layer: undefined });
     setGiven({ file, name, turn: turns });
+    keep(file.text, name);
   };
   return h(Page, {
     title: common.fit,
     about: t.about,
-    children: html`<div class="fit-input">
+    children: !may("compute")
+      ? h(Allowed, { scope: "compute", children: () => null })
+      : html`<div class="fit-input">
         ${h(NodesInput, { onNodes: take })}
         ${h(Choices, { file: given?.file, degree, by })}
       </div>
@@ -65,6 +70,33 @@ export default function FitPage() {
           : h(Empty, { children: t.none })
       }`,
   });
+}
+
+const PLACE = "flankfit.draft nodes of /fit";
+/** Longer texts would leave no room for other drafts. */
+const MOST_KEPT = 2_000_000;
+
+/** @param {string} text @param {string} name */
+function keep(text, name) {
+  try {
+    if (text.length > MOST_KEPT) sessionStorage.removeItem(PLACE);
+    else sessionStorage.setItem(PLACE, JSON.stringify({ text, name }));
+  } catch {
+    // a full store loses only what outlives the page
+  }
+}
+
+/** The nodes that were fitted before a reload. @returns {Given | undefined} */
+function givenBefore() {
+  try {
+    const { text, name } = JSON.parse(sessionStorage.getItem(PLACE) ?? "{}");
+    const { file } = typeof text === "string" ? readNodes(text) : { file: undefined };
+    if (!file) return undefined;
+    turns += 1;
+    return { file, name: String(name), turn: turns };
+  } catch {
+    return undefined;
+  }
 }
 
 /** @returns {never} */
@@ -125,7 +157,7 @@ function Fitted({ given: { file, name }, spec, result }) {
         <h2 id="figures">${t.figures}</h2>${h(FitFacts, { result, axes })}
       </section>
       ${h(Warnings, { result })}
-      ${h(SaveIteration, { file, spec: { ...spec, include: file.spec["include"] } })}
+      ${may("measure") && h(SaveIteration, { file, spec: { ...spec, include: file.spec["include"] } })}
     </div>
   </div>`;
 }

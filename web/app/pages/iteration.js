@@ -38,6 +38,7 @@ export default function IterationPage({ params }) {
     jobId,
     number,
     view: common.iteration(number),
+    onEvents: iteration.reload,
     children: (job, { trace }) =>
       loaded({
         resource: iteration,

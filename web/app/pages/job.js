@@ -2,6 +2,7 @@
 
 import { answer, api } from "../api/client.js";
 import { standingFit } from "../api/job.js";
+import { may } from "../api/key.js";
 import { Dialog } from "../components/dialog.js";
 import { EditJob } from "../components/edit_job.js";
 import { Badge, Facts } from "../components/figure.js";
@@ -18,7 +19,7 @@ import { ABSENT } from "../lib/format.js";
 import { gearInShort } from "../lib/gear.js";
 import { heightUnit } from "../lib/units.js";
 import { navigate } from "../navigation.js";
-import { href, hrefIf } from "../router.js";
+import { href, hrefIf, toMeasure } from "../router.js";
 import { h, html, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/job.js").Job} Job */
@@ -35,7 +36,7 @@ export default function JobOverview({ params }) {
   return h(JobPage, {
     jobId,
     actions: (job, { job: resource, trace }) =>
-      h(Actions, { job, resource, empty: trace.data?.iterations.length === 0 }),
+      may("judge") && h(Actions, { job, resource, empty: trace.data?.iterations.length === 0 }),
     children: (job, { trace }) => html`<div class="job-overview">
       ${loaded({
         resource: trace,
@@ -70,7 +71,7 @@ function NextStep({ job, last }) {
 /** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, more?: string, links: [string, string | undefined][] }} */
 function nextStep(job, last) {
   const at = { job_id: job.id, number: last?.number ?? 0 };
-  const measure = hrefIf("/jobs/{job_id}/measure", at);
+  const measure = toMeasure(job.id);
   const iteration = (/** @type {string} */ view) => hrefIf(`/jobs/{job_id}/iterations/{number}${view}`, at);
   if (!last) return { text: t.nextMeasure, more: t.nextMeasureApi, links: [[t.toMeasure, measure]] };
   if (last.decision === "accept")
@@ -195,7 +196,7 @@ function numberLink(job, number) {
 
 /** @param {{ decision: TracedIteration["decision"] }} props */
 function Decision({ decision }) {
-  if (!decision) return h(Badge, { kind: "plain", children: t.undecided });
+  if (!decision) return h(Badge, { kind: "news", children: t.undecided });
   const kind = /** @type {const} */ ({ accept: "good", remachine: "warn", reject: "bad" })[decision];
   return h(Badge, { kind, children: common[decision] });
 }

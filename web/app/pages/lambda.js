@@ -1,6 +1,8 @@
 // The choice of λ*: what it does, what each criterion would choose, a refit by hand, and which fit stands.
 
-import { answer, api, Attempt } from "../api/client.js";
+import { useAttempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { useLatest } from "../api/latest.js";
 import { useResource } from "../api/resource.js";
 import { Badge, Facts } from "../components/figure.js";
@@ -21,7 +23,7 @@ import { Fits } from "../regularization/fits.js";
 import { RidgeTrace } from "../regularization/ridge_trace.js";
 import { countsRank, movable, queryOf, rangeOf, refitOf, selectionOf, symbolOf } from "../regularization/selection.js";
 import { LambdaSlider } from "../regularization/slider.js";
-import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
+import { h, html, useEffect, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../api/client.js").Schema<"IterationFit">} IterationFit */
@@ -90,7 +92,7 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
   const path = { job_id: iteration.job_id, number: iteration.number };
   const [selection, setSelection] = useState(() => selectionOf(query.value));
   const [keeping, setKeeping] = useState(false);
-  const attempt = useRef(new Attempt());
+  const attempt = useAttempt(`fit ${path.job_id} ${path.number}`);
   const wanted = selection && refitOf(spec, selection, []);
   const preview = useLatest(wanted, async (body, signal) => {
     const pending = api.POST("/v1/jobs/{job_id}/iterations/{number}/preview", { signal, params: { path }, body });
@@ -116,11 +118,11 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
     const body = { ...refitOf(spec, selection), ...(reason ? { reason } : {}) };
     const { data } = await answer(
       api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
-        params: { path, header: attempt.current.headers(body) },
+        params: { path, header: attempt.headers(body) },
         body,
       }),
     );
-    attempt.current.done();
+    attempt.done();
     setQuery({ fit: data.id, by: undefined, lambda: undefined }, { step: true });
     notify(t.kept);
     reload();
@@ -133,9 +135,9 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
           ${selection ? h(Badge, { kind: "warn", children: t.notStored }) : fit.chosen ? h(Badge, { kind: "good", children: t.standsNow }) : null}</header>
         ${h(Facts, { items: factsOf(shown, symbol, unit) })}
         ${preview.error !== undefined && selection && preview.current && h(Failure, { error: preview.error })}
-        ${range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value) => setSelection({ value }) }) : html`<p class="note">${t.nothingToMove}</p>`}
+        ${!may("compute") ? null : range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value) => setSelection({ value }) }) : html`<p class="note">${t.nothingToMove}</p>`}
         <div class="actions">
-          <button type="button" class="button primary" disabled=${!selection || !preview.current || preview.error !== undefined} onClick=${() => setKeeping(true)}>${t.keep}</button>
+          ${may("judge") && html`<button type="button" class="button primary" disabled=${!selection || !preview.current || preview.error !== undefined} onClick=${() => setKeeping(true)}>${t.keep}</button>`}
           <button type="button" class="button" disabled=${!selection} onClick=${() => setSelection(undefined)}>${t.back}</button>
         </div>
       </section>
@@ -145,7 +147,7 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
     ${result.ridge_trace && h(RidgeTrace, { points: result.ridge_trace, result, at: chosen })}
     ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => setSelection({ by }) })}
     ${h(Coefficients, { before: result, after: shown, afterName: t.refit, names: "coefficients" })}
-    ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, send: keep, onClose: () => setKeeping(false) })}
+    ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, draft: `keep ${path.job_id} ${path.number}`, send: keep, onClose: () => setKeeping(false) })}
   `;
 }
 

@@ -1,6 +1,10 @@
 // Measuring: files are dropped, picked or pasted, looked at, and become iterations.
 
-import { answer, api, Attempt } from "../api/client.js";
+import { Attempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
+import { StoppedError } from "../api/later.js";
+import { Allowed } from "../components/allowed.js";
+import { useResource } from "../api/resource.js";
 import { JobPage } from "../components/job_page.js";
 import { announce, notify } from "../components/toast.js";
 import { t as common } from "../i18n/common.js";
@@ -44,7 +48,8 @@ export default function MeasurePage({ params }) {
   return h(JobPage, {
     jobId,
     view: common.measure,
-    children: (_, { trace }) => h(Measure, { jobId, reread: trace.reload }),
+    children: (_, { trace }) =>
+      h(Allowed, { scope: "measure", children: () => h(Measure, { jobId, reread: trace.reload }) }),
   });
 }
 
@@ -55,6 +60,8 @@ function Measure({ jobId, reread }) {
   const [over, setOver] = useState(false);
   const underway = useRef(/** @type {AbortController | null} */ (null));
   const last = useRef(0);
+  const health = useResource("health", (signal) => answer(api.GET("/healthz", { signal })));
+  const most = health.data?.body_limit_bytes ?? Number.POSITIVE_INFINITY;
   useEffect(() => () => underway.current?.abort(), []);
   const update = (/** @type {number} */ id, /** @type {Partial<Entry>} */ next) =>
     setEntries((all) => all.map((one) => (one.id === id ? { ...one, ...next } : one)));
@@ -71,7 +78,8 @@ function Measure({ jobId, reread }) {
         state: "waiting",
         error: undefined,
         number: undefined,
-        attempt: new Attempt(),
+        progress: undefined,
+        attempt: new Attempt(`measure ${jobId} ${file.name} ${file.size}`),
       };
       setEntries((all) => [...all, entry]);
       look(file).then((found) => update(id, found));
@@ -82,7 +90,9 @@ function Measure({ jobId, reread }) {
     const json = /^\s*[{[]/.test(typed.text);
     add([new File([typed.text], json ? t.pastedJson : t.pastedCsv, { lastModified: 0 })]);
   };
-  const waiting = entries.filter(({ state, content }) => state !== "done" && state !== "sending" && sendable(content));
+  const waiting = entries.filter(
+    ({ file, state, content }) => state !== "done" && state !== "sending" && file.size <= most && sendable(content),
+  );
   const busy = entries.some(({ state }) => state === "sending");
   const wrong = wrongNumbers(typed);
   const submit = async (/** @type {Event} */ event) => {
@@ -94,17 +104,23 @@ function Measure({ jobId, reread }) {
       if (!content) continue;
       const abort = new AbortController();
       underway.current = abort;
-      update(id, { state: "sending", error: undefined });
+      update(id, { state: "sending", error: undefined, progress: undefined });
+      const watch = {
+        signal: abort.signal,
+        tell: (/** @type {Entry["progress"]} */ progress) => update(id, { progress }),
+      };
       try {
-        const { data } = await send(jobId, file, content, typed, attempt, abort.signal);
+        const { data } = await send(jobId, file, content, typed, attempt, watch);
         attempt.done();
         made.push(data.number);
         update(id, { state: "done", number: data.number });
         announce(t.stored(data.number));
       } catch (error) {
         if (abort.signal.aborted) {
+          const stopped = error instanceof StoppedError;
+          if (stopped) attempt.done();
           update(id, { state: "waiting" });
-          notify(t.cancelled, "news");
+          notify(stopped ? t.stopped : t.cancelled, "news");
           break;
         }
         update(id, { state: "failed", error });
@@ -162,6 +178,7 @@ function Measure({ jobId, reread }) {
           h(QueueEntry, {
             key: entry.id,
             entry,
+            most,
             jobId,
             fields: FIELDS,
             onRemove: () => setEntries((all) => all.filter(({ id }) => id !== entry.id)),

@@ -1,7 +1,10 @@
 // A new job: its names, and the gear with what follows from it.
 
-import { Attempt, answer, api } from "../api/client.js";
+import { useAttempt } from "../api/attempt.js";
+import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { ApiError } from "../api/problem.js";
+import { Allowed } from "../components/allowed.js";
 import { Checkbox } from "../components/form.js";
 import { Derived, emptyGear, GearFields } from "../components/gear_fields.js";
 import { GearFile } from "../components/gear_file.js";
@@ -13,6 +16,7 @@ import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/new_job.js";
 import en from "../i18n/en/new_job.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { useDraft } from "../lib/draft.js";
 import { FIELDS, formOf, gearOf, tagsOf } from "../lib/gear_form.js";
 import { OPTIONAL } from "../lib/job_edit.js";
 import { navigate } from "../navigation.js";
@@ -34,13 +38,25 @@ const SHOWN = [
 export const styles = ["new_job"];
 
 export default function NewJob() {
-  const [job, setJob] = useState(emptyJob);
-  const [withGear, setWithGear] = useState(true);
-  const [gear, setGear] = useState(emptyGear);
+  return may("measure")
+    ? h(Form, null)
+    : h(Page, {
+        title: t.title,
+        above: html`<a href=${href("/jobs")}>${common.jobs}</a>`,
+        children: h(Allowed, { scope: "measure", children: () => null }),
+      });
+}
+
+function Form() {
+  const [draft, setDraft, forget] = useDraft("new job", () => ({ job: emptyJob, withGear: true, gear: emptyGear() }));
+  const { job, withGear, gear } = draft;
+  const setJob = (/** @type {typeof emptyJob} */ next) => setDraft({ ...draft, job: next });
+  const setWithGear = (/** @type {boolean} */ next) => setDraft({ ...draft, withGear: next });
+  const setGear = (/** @type {import("../lib/gear_form.js").GearForm} */ next) => setDraft({ ...draft, gear: next });
   const [told, setTold] = useState(false);
   const [sending, setSending] = useState(false);
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
-  const attempt = useRef(new Attempt());
+  const attempt = useAttempt("new job");
   const form = useRef(/** @type {HTMLFormElement | null} */ (null));
 
   const submit = async (/** @type {Event} */ event) => {
@@ -51,9 +67,10 @@ export default function NewJob() {
     setSending(true);
     setError(undefined);
     try {
-      const header = attempt.current.headers(body);
+      const header = attempt.headers(body);
       const { data } = await answer(api.POST("/v1/jobs", { body, params: { header } }));
-      attempt.current.done();
+      attempt.done();
+      forget();
       notify(t.created(data.name));
       navigate(href("/jobs/{job_id}", { job_id: data.id }));
     } catch (failed) {
@@ -63,8 +80,8 @@ export default function NewJob() {
     }
   };
   const take = (/** @type {import("../lib/gear_form.js").Gear} */ found, /** @type {string | undefined} */ name) => {
-    setGear(formOf(found, fmt.value.input));
-    if (name && job.name === "") setJob({ ...job, name });
+    const named = name && job.name === "" ? { ...job, name } : job;
+    setDraft({ ...draft, job: named, gear: formOf(found, fmt.value.input) });
   };
 
   return h(Page, {

@@ -16,7 +16,7 @@ import { showBoxes } from "../report/page_boxes.js";
 import { iterationsOf, partsOf } from "../report/parts.js";
 import { Choices, Spectra } from "../report/regularization.js";
 import { Origin, Story, Warnings } from "../report/story.js";
-import { hrefIf } from "../router.js";
+import { toMeasure } from "../router.js";
 import { languageOfPage } from "../settings.js";
 import { h, html, useEffect, useLayoutEffect } from "../../vendor/ui.js";
 
@@ -52,7 +52,7 @@ function Report({ job, iterations }) {
   const date = fmt.value.date(new Date());
   useEffect(() => showBoxes({ job: job.name, date, page: t.page }), [job.name, date, t.page]);
   if (there.length === 0) {
-    const to = hrefIf("/jobs/{job_id}/measure", { job_id: job.id });
+    const to = toMeasure(job.id);
     return h(Empty, {
       children: t.nothing,
       action: to && html`<a class="button primary" href=${to}>${common.measure}</a>`,

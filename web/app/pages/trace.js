@@ -11,7 +11,7 @@ import en from "../i18n/en/trace.js";
 import { texts } from "../i18n/i18n.js";
 import { heightUnit } from "../lib/units.js";
 import { query, setQuery } from "../navigation.js";
-import { hrefIf } from "../router.js";
+import { hrefIf, toMeasure } from "../router.js";
 import { Compare } from "../trace/compare.js";
 import { entriesOf, KINDS } from "../trace/entries.js";
 import { EntryText } from "../trace/entry.js";
@@ -43,7 +43,7 @@ export default function TracePage({ params }) {
 
 /** @param {string} jobId */
 function measureLink(jobId) {
-  const to = hrefIf("/jobs/{job_id}/measure", { job_id: jobId });
+  const to = toMeasure(jobId);
   return to && html`<a class="button primary" href=${to}>${common.measure}</a>`;
 }
 

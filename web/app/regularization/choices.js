@@ -1,5 +1,6 @@
 // What every criterion would choose, side by side.
 
+import { may } from "../api/key.js";
 import { criterionColumn, numberColumn } from "../components/columns.js";
 import { table } from "../components/table.js";
 import de from "../i18n/de/lambda.js";
@@ -30,17 +31,15 @@ export function choiceColumns(symbol, unit) {
  * }} props
  */
 export function Choices({ choices, symbol, unit, standingBy, shownBy, onShow }) {
-  /** @type {readonly import("../components/table.js").Column<Choice>[]} */
-  const columns = [
-    ...choiceColumns(symbol, unit),
-    {
-      key: "show",
-      header: t.shown,
-      cell: ({ criterion }) =>
-        html`<button type="button" class="button small" aria-pressed=${shownBy === criterion ? "true" : "false"}
-          aria-label=${t.showChoice(criterion)} onClick=${() => onShow(criterion)}>${t.show}</button>`,
-    },
-  ];
+  /** @type {import("../components/table.js").Column<Choice>} */
+  const show = {
+    key: "show",
+    header: t.shown,
+    cell: ({ criterion }) =>
+      html`<button type="button" class="button small" aria-pressed=${shownBy === criterion ? "true" : "false"}
+        aria-label=${t.showChoice(criterion)} onClick=${() => onShow(criterion)}>${t.show}</button>`,
+  };
+  const columns = [...choiceColumns(symbol, unit), ...(may("compute") ? [show] : [])];
   return html`<section class="panel">
     <h2>${t.choices}</h2>
     ${table({

@@ -1,6 +1,9 @@
 // The fits of an iteration: which is looked at, which stands, and letting another one stand.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
+import { ApiError } from "../api/problem.js";
+import { Criterion } from "../components/criterion.js";
 import { criterionColumn, numberColumn } from "../components/columns.js";
 import { Badge } from "../components/figure.js";
 import { ReasonDialog } from "../components/reason_dialog.js";
@@ -8,6 +11,7 @@ import { table } from "../components/table.js";
 import { notify } from "../components/toast.js";
 import de from "../i18n/de/lambda.js";
 import en from "../i18n/en/lambda.js";
+import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { setQuery } from "../navigation.js";
 import { Fragment, h, html, useState } from "../../vendor/ui.js";
@@ -24,17 +28,23 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
   const [letting, setLetting] = useState(/** @type {FitSummary | undefined} */ (undefined));
   const choose = async (/** @type {string} */ reason) => {
     if (!letting) return;
-    const { data, etag: next } = await answer(
-      api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen_fit", {
-        params: {
-          path: { job_id: iteration.job_id, number: iteration.number },
-          header: etag ? { "If-Match": etag } : {},
-        },
-        body: { fit_id: letting.id, ...(reason ? { reason } : {}) },
-      }),
-    );
-    onChosen(data, next);
-    notify(t.stands);
+    const path = { job_id: iteration.job_id, number: iteration.number };
+    const params = { path, header: etag ? { "If-Match": etag } : {} };
+    const body = { fit_id: letting.id, ...(reason ? { reason } : {}) };
+    try {
+      const { data, etag: next } = await answer(
+        api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen_fit", { params, body }),
+      );
+      onChosen(data, next);
+      notify(t.stands);
+    } catch (failed) {
+      // what stands by now is shown beside what was to stand
+      if (failed instanceof ApiError && failed.status === 412) {
+        const now = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { params: { path } }));
+        onChosen(now.data, now.etag);
+      }
+      throw failed;
+    }
   };
   /** @type {readonly import("../components/table.js").Column<FitSummary>[]} */
   const columns = [
@@ -64,7 +74,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
         ? html`<span class="quiet">${t.viewed}</span>`
         : html`<button type="button" class="button small" onClick=${() => setQuery({ fit: one.chosen ? undefined : one.id, by: undefined, lambda: undefined }, { step: true })}>${t.view}</button>`
     }
-    ${!one.chosen && html`<button type="button" class="button small" onClick=${() => setLetting(one)}>${t.letStand}</button>`}
+    ${!one.chosen && may("judge") && html`<button type="button" class="button small" onClick=${() => setLetting(one)}>${t.letStand}</button>`}
   </span>`;
   return h(
     Fragment,
@@ -80,8 +90,24 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
         text: t.letStandText,
         label: t.reason,
         action: t.letStand,
+        draft: `let stand ${letting.id}`,
+        versions: () => h(Versions, { iteration, mine: letting }),
         send: choose,
         onClose: () => setLetting(undefined),
       }),
   );
+}
+
+/** What stands by now, and what was to stand. @param {{ iteration: Iteration, mine: FitSummary }} props */
+function Versions({ iteration, mine }) {
+  const now = iteration.fits.find(({ chosen }) => chosen);
+  const written = (/** @type {FitSummary | undefined} */ fit) =>
+    fit
+      ? html`${h(Criterion, { name: fit.criterion })}, <span translate="no">λ* ${fmt.value.three(fit.lambda_star)}</span>`
+      : "–";
+  const decided = iteration.decision ? common[iteration.decision] : undefined;
+  return html`<dl class="facts">
+    <div><dt>${t.thereNow}</dt><dd>${written(now)}${decided && html` · ${decided}`}</dd></div>
+    <div><dt>${t.yours}</dt><dd>${written(mine)}</dd></div>
+  </dl>`;
 }

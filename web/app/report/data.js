@@ -1,6 +1,7 @@
 // All that a report tells, in one: each iteration with its standing fit, nodes, evaluation and correction.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
 import { surfaceOf } from "../flank/layers.js";
 
@@ -100,7 +101,7 @@ async function evaluatedOf(job, number, record_id, signal) {
   const gear = request.gear ?? record.gear ?? job.gear ?? undefined;
   const of = result.evaluation.tolerance_limits?.class;
   const tolerances =
-    gear && typeof of === "number"
+    gear && typeof of === "number" && may("compute")
       ? (await answer(api.POST("/v1/gears/tolerances", { signal, body: { gear, class: of } }))).data
       : undefined;
   return { record, result, request, gear, tolerances };

@@ -1,6 +1,7 @@
 // How the numbers were computed, out of what, and whether they come out again.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { Badge, Facts } from "../components/figure.js";
 import { Failure } from "../components/states.js";
 import de from "../i18n/de/statistics.js";
@@ -28,7 +29,7 @@ export function Provenance({ fit: { id, created_at, result }, path }) {
   };
   const data = (/** @type {string} */ text) => html`<span translate="no">${text}</span>`;
   return html`<section class="panel">
-    <header><h2>${t.provenance}</h2><button type="button" class="button" disabled=${replay.busy ?? false} onClick=${run}>${t.replay}</button></header>
+    <header><h2>${t.provenance}</h2>${may("compute") && html`<button type="button" class="button" disabled=${replay.busy ?? false} onClick=${run}>${t.replay}</button>`}</header>
     <div aria-live="polite">${replay.data && h(ReplayAnswer, { replay: replay.data })}</div>
     ${replay.error !== undefined && h(Failure, { error: replay.error, retry: run })}
     ${h(Facts, {

@@ -38,7 +38,7 @@ export default {
   mean: "Mittelwert",
   variation: "Schwankung",
   tolerance: (of) => `Toleranz, Klasse ${of}`,
-  beyond: "jenseits 11",
+  beyond: "gröber als 11",
   toTip: "Werkstoff nimmt zum Kopf zu",
   toRoot: "Werkstoff nimmt zum Fuß zu",
   rightHand: "nach rechtssteigend gedreht",

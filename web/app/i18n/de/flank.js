@@ -42,7 +42,7 @@ export default {
   criterion: "Gewählt nach",
   condition: "Kondition",
   conditionAfter: "Kondition, regularisiert",
-  figures: "Kennwerte der geltenden Anpassung",
+  figures: "Kenngrößen der geltenden Anpassung",
   coefficients: "Koeffizienten",
   term: "Term",
   value: "Wert ± Standardfehler",

@@ -11,7 +11,7 @@ export default {
   minus: "Abzüglich",
   lessIteration: (/** @type {number} */ number) => `abzüglich Iteration ${number}`,
   noMap:
-    "Die Messpunkte sind Zeilen einer Messmatrix und haben keinen Ort auf einer Flanke. Die Kennwerte der Anpassung stehen daneben.",
+    "Die Messpunkte sind Zeilen einer Messmatrix und haben keinen Ort auf einer Flanke. Die Kenngrößen der Anpassung stehen daneben.",
   noLayer: "Auf dieser Ebene ist nichts zu zeigen.",
   interpolated:
     "Die beiden Iterationen haben andere Messpunkte; die andere Fläche ist zwischen ihren eigenen interpoliert.",

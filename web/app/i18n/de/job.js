@@ -2,7 +2,7 @@
 export default {
   next: "Nächster Schritt",
   nextMeasure: "Die Flanke messen: Noch gibt es keine Iteration.",
-  nextMeasureApi: "Knoten gehen an …/iterations, die Datei einer Messmaschine an …/import.",
+  nextMeasureApi: "Messpunkte gehen an …/iterations, die Datei einer Messmaschine an …/import.",
   nextDecide: (number) =>
     `Über Iteration ${number} entscheiden: Karte ansehen, λ* wählen, dann annehmen, nacharbeiten lassen oder verwerfen.`,
   nextCorrect: (number) => `Iteration ${number} ist nachzuarbeiten: Maschine korrigieren, bearbeiten und neu messen.`,

@@ -34,6 +34,7 @@ export default {
   fault_empty: "Die Datei ist leer.",
   fault_header: "Die erste Zeile nennt keine bekannten Spalten:",
   fault_nodes: "Es sind keine Messpunkte darin.",
+  tooLarge: (most) => `Der Server nimmt höchstens ${most} auf einmal an.`,
   valuesOnly:
     "Die Datei hat nur die Verzahnung und gedruckte Werte, keine Messpunkte: Daraus kann keine Iteration werden.",
   measurement: "Messung",
@@ -88,6 +89,7 @@ export default {
   cutoff: "Grenzwellenlänge",
   cutoffHint: "In der Einheit der Achse.",
   nothingYet: "Es gibt keine Datei zu senden.",
+  stopped: "Abgebrochen. Nichts ist gespeichert.",
   cancelled:
     "Abgebrochen. Was bis dahin ankam, kann gespeichert sein; nochmals gesendet wird es nur einmal gespeichert.",
   refused: "Der Server hat es abgelehnt.",

@@ -12,7 +12,7 @@ export default {
   tagsFault: "Jede Zeile als Name = Wert schreiben.",
   gear: "Zahnrad",
   gearAbout:
-    "Ohne Zahnrad lassen sich Knoten ausgleichen, aber nicht als Profil und Flankenlinie auswerten, und keine Maschine korrigieren.",
+    "Ohne Zahnrad lassen sich Messpunkte ausgleichen, aber nicht als Profil und Flankenlinie auswerten, und keine Maschine korrigieren.",
   withGear: "Mit Zahnraddaten",
   fromFile: "Zahnrad aus einer Datei",
   fromFileHint: "REXS, .mka oder .mew",

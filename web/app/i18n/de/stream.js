@@ -1,6 +1,6 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/stream.js").default>} */
 export default {
-  stream: "Messstrom",
+  stream: "Datenstrom",
   toJob: "Zum Auftrag",
   state: "Zustand",
   open: "wird gemessen",
@@ -15,7 +15,7 @@ export default {
   opened: "Geöffnet",
   lastBlock: "Letzter Block",
   noResult: "Warum es noch kein Ergebnis gibt",
-  nothingKept: "Der Messstrom ist abgeschlossen. Seine Iteration hat die Messpunkte und die Anpassung.",
+  nothingKept: "Der Datenstrom ist abgeschlossen. Seine Iteration hat die Messpunkte und die Anpassung.",
   course: "Verlauf der Schätzung",
   since: "Seit diese Seite in diesem Tab offen ist; der Server behält nur die letzte Schätzung.",
   coefficients: "Koeffizienten",
@@ -28,12 +28,12 @@ export default {
   regularised: "Regularisiert (gestrichelt)",
   lambda: "λ*",
   noLambda: "Nichts ist regularisiert, daher gibt es kein λ*.",
-  estimate: "Kennwerte der Schätzung",
-  finish: "Messstrom abschließen",
+  estimate: "Kenngrößen der Schätzung",
+  finish: "Datenstrom abschließen",
   finishText:
-    "Alle Messpunkte werden auf einmal ausgeglichen und die nächste Iteration. Danach nimmt der Messstrom keine Messpunkte mehr an.",
+    "Alle Messpunkte werden auf einmal ausgeglichen und die nächste Iteration. Danach nimmt der Datenstrom keine Messpunkte mehr an.",
   finishNow: "Abschließen",
-  finishedAs: (number) => `Der Messstrom ist Iteration ${number} geworden.`,
+  finishedAs: (number) => `Der Datenstrom ist Iteration ${number} geworden.`,
   toIteration: (number) => `Zu Iteration ${number}`,
   instrument: "Messgerät",
   operator: "Bediener",

@@ -31,7 +31,7 @@ export default {
   tooth: "Zahn",
   instrument: "Messgerät",
   operator: "Bediener",
-  note: "Notiz",
+  note: "Bemerkung",
   condition: "Kondition",
   rms: "RMS",
   compare: "Zwei Anpassungen verglichen",
@@ -45,7 +45,7 @@ export default {
   difference: "Zweite − erste",
   inErrors: "In Standardfehlern",
   sameNodes:
-    "Beide passen dieselben Knoten an, ihre Fehler sind also nicht unabhängig: die Unterschiede stehen in Standardfehlern der ersten.",
+    "Beide passen dieselben Messpunkte an, ihre Fehler sind also nicht unabhängig: die Unterschiede stehen in Standardfehlern der ersten.",
   otherNodes:
     "Anpassungen zweier Messungen: die Unterschiede stehen in der Wurzel aus der Summe der quadrierten Standardfehler.",
   noCommonTerm: "Die beiden Modelle haben keinen Term gemeinsam.",

@@ -126,6 +126,7 @@ export default {
   notNumber: "This is no number.",
   notRow: "A line holds what is no number.",
   compute: "Compute the correction",
+  stopped: "Stopped. Nothing that was typed is lost.",
   computing: "Computing",
   done: "The correction has been computed and kept.",
   lookAgain: "Some entries are no numbers; they are marked.",

@@ -53,6 +53,8 @@ export default {
   storedFit: "A stored fit",
   notStored: "not stored",
   nothingToMove: "This regularisation has no value that could be moved.",
+  thereNow: "Stands there now",
+  yours: "Yours",
   keep: "Keep",
   keepTitle: "Keep this refit",
   keepText: "The refit is stored beside the others. It stands only when it is let stand.",

@@ -1,0 +1,64 @@
+// What may take long is asked for so that it can be answered later (`Prefer: respond-async`): how far it is can be
+// shown, and it can be stopped without anything being stored.
+
+import { answer, api } from "./client.js";
+
+/** @typedef {import("./client.js").Schema<"Operation">} Operation */
+/** @typedef {(progress: { done: number, seconds: number | undefined } | undefined) => void} Tell `done` from 0 to 1; `seconds` that remain */
+/** @template Data @typedef {{ data?: Data, error?: unknown, response: Response }} Pending */
+
+/** An answer that comes within a second is none that anybody waits for. */
+const PREFER = { Prefer: "respond-async, wait=1" };
+/** How long a request that is stopped may take to say under which id it goes on. */
+const GRACE_MS = 1500;
+
+/** It was stopped, and the server has said that nothing is stored. */
+export class StoppedError extends Error {}
+
+/**
+ * The answer, once it is there.
+ * @template Data
+ * @param {(more: { header: typeof PREFER, signal: AbortSignal }) => Promise<Pending<Data>>} send
+ * @param {{ signal: AbortSignal, tell?: Tell }} watch `signal` stops it
+ * @returns {ReturnType<typeof answer<Data>>}
+ */
+export async function answerLater(send, { signal, tell }) {
+  const sending = new AbortController();
+  const stop = () => setTimeout(() => sending.abort(), GRACE_MS);
+  signal.addEventListener("abort", stop, { once: true });
+  if (signal.aborted) stop();
+  const first = await send({ header: PREFER, signal: sending.signal });
+  signal.removeEventListener("abort", stop);
+  if (first.response.status !== 202) return answer(Promise.resolve(first));
+  const { id } = /** @type {Operation} */ (/** @type {unknown} */ (first.data));
+  const params = { path: { operation_id: id } };
+  try {
+    await ended(id, signal, tell);
+    const result = api.GET("/v1/operations/{operation_id}/result", { signal, params });
+    return await answer(/** @type {Promise<Pending<Data>>} */ (/** @type {unknown} */ (result)));
+  } catch (error) {
+    if (signal.aborted && (await isCancelled(id))) throw new StoppedError("cancelled", { cause: error });
+    throw error;
+  }
+}
+
+/** Waits for the end. @param {string} id @param {AbortSignal} signal @param {Tell} [tell] */
+async function ended(id, signal, tell) {
+  // the server holds each answer back for a second, unless the operation ends before
+  const params = { path: { operation_id: id }, header: { Prefer: "wait=1" } };
+  for (;;) {
+    signal.throwIfAborted();
+    const { data } = await answer(api.GET("/v1/operations/{operation_id}", { signal, params }));
+    const { state, progress, remaining_seconds: seconds } = /** @type {Operation} */ (data);
+    if (state !== "queued" && state !== "running") return;
+    tell?.({ done: progress, seconds });
+  }
+}
+
+/** Cancels, and asks whether that was in time. @param {string} id */
+async function isCancelled(id) {
+  const params = { path: { operation_id: id } };
+  await answer(api.DELETE("/v1/operations/{operation_id}", { params }));
+  const { data } = await answer(api.GET("/v1/operations/{operation_id}", { params }));
+  return /** @type {Operation} */ (data).state === "cancelled";
+}

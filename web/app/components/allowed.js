@@ -1,0 +1,24 @@
+// What a role may not do is not offered; where a page is for nothing else, it says so.
+
+import { caller, currentKey, keyWanted, may } from "../api/key.js";
+import { t } from "../i18n/common.js";
+import { h, html } from "../../vendor/ui.js";
+import { Empty } from "./states.js";
+
+/** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
+/** @typedef {"compute" | "measure" | "judge"} Scope */
+
+/**
+ * The children, or why they are not there.
+ * @param {{ scope: Scope, children: () => Children, short?: boolean }} props `short`: a line instead of a block
+ */
+export function Allowed({ scope, children, short = false }) {
+  if (may(scope)) return children();
+  const why = t.mayNot(t[`may_${scope}`], caller.value?.role ?? "");
+  if (short) return html`<p class="quiet">${why}</p>`;
+  const another = () => {
+    keyWanted.value = "forbidden";
+  };
+  const action = currentKey() && html`<button type="button" class="button" onClick=${another}>${t.anotherKey}</button>`;
+  return h(Empty, { children: why, action });
+}

@@ -1,0 +1,158 @@
+// Files of testers and of gear programs, and what is wrong with a file.
+
+import assert from "node:assert/strict";
+import { browserTest, example } from "./harness.js";
+import { curvesFile, rexsModel, valuesFile } from "./tester_files.js";
+
+const picker = "#measure-files";
+/** The gear of the files of testers. */
+const SPUR = {
+  teeth: 52,
+  normal_module_mm: 1,
+  normal_pressure_angle_deg: 20,
+  profile_shift_coefficient: 0.011,
+  face_width_mm: 15,
+  tip_diameter_mm: 54.0219,
+  root_diameter_mm: 49.5219,
+};
+
+/** @param {string} name @param {string} text */
+const file = (name, text) => ({ name, mimeType: "application/octet-stream", buffer: Buffer.from(text) });
+
+browserTest("curves of a tester become an iteration with its charts", {}, async ({ page, open, stands, job, call }) => {
+  const { id } = await job({ gear: SPUR });
+  await open(`/jobs/${id}/measure`);
+  await page.setInputFiles(picker, file("1.mka", curvesFile()));
+  await page.locator(".queue-entry", { hasText: "curves of a gear tester" }).waitFor();
+  // the gear of the file is read before it is sent
+  await page.locator(".queue-entry .gears", { hasText: "z 52" }).waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  await stands();
+  await page.getByRole("link", { name: "Evaluation" }).click();
+  await page.waitForURL("**/evaluation");
+  await stands();
+  const { items } = await call("GET", `/v1/jobs/${id}/iterations/1/records`);
+  const record = await call("GET", `/v1/jobs/${id}/iterations/1/records/${items[0].id}`);
+  const profiles = record.result.traces.filter((/** @type {any} */ trace) => trace.kind === "profile");
+  assert.equal(profiles.length, 3);
+  const rows = page.getByRole("region", { name: "Profiles" }).locator("tbody tr");
+  for (const { slope_um: slope } of profiles) {
+    assert.ok(Math.abs(slope - 10) < 0.01, `${slope}`);
+    await rows.filter({ hasText: "10.0" }).first().waitFor();
+  }
+});
+
+browserTest("of a REXS model the gear is named, and its topography is a map", { statuses: [422] }, async (world) => {
+  const { page, open, stands, job, call } = world;
+  const { id } = await job({ gear: SPUR });
+  await open(`/jobs/${id}/measure`);
+  await page.setInputFiles(picker, file("m.rexs", rexsModel()));
+  await page.locator(".queue-entry .gears", { hasText: "wheel" }).waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  // which of the two gears is asked at its field
+  const component = page.getByLabel("Component");
+  await page.locator('[aria-invalid="true"]').waitFor();
+  assert.equal(await component.getAttribute("aria-invalid"), "true");
+  await component.fill("7");
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  await stands();
+  await page.locator('[data-extreme="greatest"]', { hasText: "26.0 µm" }).waitFor();
+  assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
+});
+
+browserTest("a file of values shows its gear, and is no measurement", {}, async ({ page, open, job }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  await page.setInputFiles(picker, file("1.mew", valuesFile()));
+  const entry = page.locator(".queue-entry");
+  await entry.getByText("printed values only").waitFor();
+  await entry.locator(".gears", { hasText: "z 52" }).waitFor();
+  assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
+  assert.equal(await entry.getByRole("alert").count(), 0);
+});
+
+browserTest(
+  "what is larger than the server takes is told before it is sent",
+  { serve: ["--body-limit=65536"] },
+  async ({ page, open, job, call }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    const nodes = JSON.parse(await example("flank_z52.json"));
+    nodes.note = "x".repeat(70_000);
+    await page.setInputFiles(picker, file("large.json", JSON.stringify(nodes)));
+    await page.locator(".queue-entry").getByText("The server takes at most 66 kB").waitFor();
+    assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
+    assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
+  },
+);
+
+browserTest("a table names the line and the column of a bad cell", { statuses: [422] }, async ({ page, open, job }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  const rows = [1, 2, 3, 4].flatMap((u) => [1, 2, 3, 4].map((v) => `${u},${v},${u === 2 && v === 3 ? "n/a" : u * v}`));
+  await page.setInputFiles(picker, file("bad.csv", ["u,v,z", ...rows, ""].join("\n")));
+  const entry = page.locator(".queue-entry");
+  await entry.getByText("line 8, column 3").waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await entry.getByRole("alert").waitFor();
+  assert.match((await entry.getByRole("alert").textContent()) ?? "", /line 8/);
+});
+
+browserTest("the same file twice by one key is one iteration, over a reload too", { offline: true }, async (world) => {
+  const { page, open, stands, job, call } = world;
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  const flank = file("flank.json", await example("flank_z52.json"));
+  await page.setInputFiles(picker, flank);
+  await page.locator(".queue-entry canvas").waitFor();
+  /** @type {(string | undefined)[]} */
+  const keys = [];
+  await page.route("**/v1/jobs/*/iterations", async (route) => {
+    keys.push(route.request().headers()["idempotency-key"]);
+    if (keys.length > 1) return route.continue();
+    await route.fetch();
+    return route.abort("connectionreset");
+  });
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.locator(".queue-entry").getByText("The server does not answer").waitFor();
+  await page.reload();
+  await stands();
+  await page.setInputFiles(picker, flank);
+  await page.locator(".queue-entry canvas").waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  assert.equal(keys.length, 2);
+  assert.equal(keys[0], keys[1]);
+  assert.equal((await call("GET", `/v1/jobs/${id}/trace`)).iterations.length, 1);
+});
+
+browserTest("what takes long shows how far it is, and is stopped without being stored", {}, async (world) => {
+  const { page, open, job, call } = world;
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  // a robust fit of many nodes begins from many starts
+  const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
+  const v = Array.from({ length: 120 }, (_, i) => 1 + i / 10);
+  const z = u.map((a) => v.map((b) => Number((Math.sin(a) + 0.1 * b * b + Math.sin(50 * a * b)).toFixed(4))));
+  const request = {
+    nodes: { type: "grid", u, v, z },
+    model: { type: "polynomial", degree: [3, 3] },
+    estimator: { type: "least_trimmed_squares" },
+  };
+  await page.setInputFiles(picker, file("long.json", JSON.stringify(request)));
+  await page.locator(".queue-entry canvas").waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  const entry = page.locator(".queue-entry");
+  await entry.getByText(/^\d+\u202f%/).waitFor();
+  await entry.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText("Stopped. Nothing has been stored.").waitFor();
+  await entry.getByText("not sent yet").waitFor();
+  const { items } = await call("GET", "/v1/operations");
+  assert.deepEqual(
+    items.map((/** @type {any} */ one) => one.state),
+    ["cancelled"],
+  );
+  assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
+});

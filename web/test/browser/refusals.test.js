@@ -1,0 +1,139 @@
+// What goes wrong, where it is told, and that nothing typed is lost by it.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { browserTest, example } from "./harness.js";
+
+browserTest("who lets a fit stand second is told what stands", { statuses: [412] }, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  const { fits } = await iteration(id);
+  const at = `/v1/jobs/${id}/iterations/1`;
+  const refit = JSON.parse(await example("requests/refit.json"));
+  const [mine, theirs] = [await call("POST", `${at}/fits`, refit), await call("POST", `${at}/fits`, refit)];
+  await open(`/jobs/${id}/iterations/1/lambda?fit=${mine.id}`);
+  // the event of what others do waits while a dialog is open
+  const row = page.getByRole("row").filter({ hasText: "shown here" });
+  await row.getByRole("button", { name: "Let it stand" }).click();
+  const dialog = page.getByRole("dialog");
+  await dialog.getByLabel("Reason").fill("mine is better");
+  await call("PUT", `${at}/chosen_fit`, { fit_id: theirs.id, reason: "theirs" });
+  await dialog.getByRole("button", { name: "Let it stand" }).click();
+  await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
+  await dialog.getByText("Stands there now").waitFor();
+  assert.equal(await dialog.getByLabel("Reason").inputValue(), "mine is better");
+  await dialog.getByRole("button", { name: "Let it stand all the same" }).click();
+  await page.getByText("This fit stands now.").waitFor();
+  await stands();
+  const now = await call("GET", at);
+  assert.equal(now.fits.find((/** @type {any} */ fit) => fit.chosen).id, mine.id);
+  assert.notEqual(mine.id, fits[0].id);
+});
+
+browserTest(
+  "what was typed outlives a refusal, a lost connection and a reload",
+  { statuses: [503], offline: true },
+  async (world) => {
+    const { page, open, stands, server, call } = world;
+    await open("/jobs/new");
+    await page.getByLabel("Name", { exact: true }).fill("kept through it all");
+    await page.getByLabel("Teeth z").fill("52");
+    await page.getByLabel("Normal module").fill("1,25");
+    await page.route("**/v1/jobs", (route) =>
+      route.request().method() === "POST"
+        ? route.fulfill({
+            status: 503,
+            headers: { "retry-after": "3" },
+            contentType: "application/problem+json",
+            body: JSON.stringify({
+              type: "about:blank",
+              title: "Busy",
+              status: 503,
+              code: "overloaded",
+              detail: "Busy.",
+            }),
+          })
+        : route.continue(),
+    );
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("heading", { name: "The server has too much to do" }).waitFor();
+    await page.unroute("**/v1/jobs");
+    await server.stop();
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.locator(".new-job-fields").getByRole("heading", { name: "The server does not answer" }).waitFor();
+    await server.start();
+    await page.reload();
+    await stands();
+    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "kept through it all");
+    assert.equal(await page.getByLabel("Normal module").inputValue(), "1,25");
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("heading", { name: "kept through it all" }).waitFor();
+    const { items } = await call("GET", "/v1/jobs");
+    assert.deepEqual([items.length, items[0].gear.normal_module_mm], [1, 1.25]);
+    // and what has been sent is not offered again
+    await open("/jobs/new");
+    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "");
+  },
+);
+
+browserTest("reasons, corrections and edits outlive a reload", {}, async ({ page, open, stands, job, iteration }) => {
+  const { id } = await job();
+  await iteration(id);
+  await open(`/jobs/${id}/iterations/1`);
+  await page.getByRole("button", { name: "Reject" }).click();
+  await page.getByRole("dialog").getByLabel("Reason").fill("burnt at the tip");
+  await page.reload();
+  await stands();
+  await page.getByRole("button", { name: "Reject" }).click();
+  assert.equal(await page.getByRole("dialog").getByLabel("Reason").inputValue(), "burnt at the tip");
+  await page.keyboard.press("Escape");
+  await open(`/jobs/${id}/iterations/1/correction`);
+  await page.getByLabel("Target").fill("1 2 3");
+  await open(`/jobs/${id}`);
+  await page.getByRole("button", { name: "Edit" }).click();
+  await page.getByRole("dialog").getByLabel("Machine").fill("another");
+  await open(`/jobs/${id}/iterations/1/correction`);
+  assert.equal(await page.getByLabel("Target").inputValue(), "1 2 3");
+  await open(`/jobs/${id}`);
+  await page.getByRole("button", { name: "Edit" }).click();
+  assert.equal(await page.getByRole("dialog").getByLabel("Machine").inputValue(), "another");
+});
+
+browserTest("nodes of a fit outlive a reload", {}, async ({ page, open, stands }) => {
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles({
+    name: "kept.json",
+    mimeType: "application/json",
+    buffer: Buffer.from(await example("flank_z52.json")),
+  });
+  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+  await page.reload();
+  await stands();
+  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+  await page.getByText("kept.json").first().waitFor();
+});
+
+const KEY = "a-key-that-ends";
+const serve = [`--api-keys-sha256=${createHash("sha256").update(KEY).digest("hex")}`, "--auth=required"];
+
+browserTest(
+  "a key that is asked for in the middle of a form loses nothing of it",
+  { serve, statuses: [401] },
+  async (world) => {
+    const { page, server, stands, call } = world;
+    await page.goto(`${server.url}/jobs/new`);
+    const dialog = page.getByRole("dialog", { name: "API key" });
+    await dialog.waitFor();
+    await page.keyboard.press("Escape");
+    await page.getByLabel("With gear data").uncheck();
+    await page.getByLabel("Name", { exact: true }).fill("typed without a key");
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await dialog.getByLabel("Key", { exact: true }).fill(KEY);
+    await dialog.getByRole("button", { name: "Use this key" }).click();
+    await stands();
+    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "typed without a key");
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("heading", { name: "typed without a key" }).waitFor();
+    assert.equal((await call("GET", "/v1/jobs", undefined, { "x-api-key": KEY })).items.length, 1);
+  },
+);

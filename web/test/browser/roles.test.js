@@ -1,0 +1,84 @@
+// What a role may not do is not offered; what is refused all the same says why.
+
+import assert from "node:assert/strict";
+import { createHash } from "node:crypto";
+import { browserTest } from "./harness.js";
+
+const KEY = "a-key-for-the-tests";
+const as = (/** @type {string} */ role) => [
+  `--api-keys-sha256=${createHash("sha256").update(KEY).digest("hex")}`,
+  "--auth=required",
+  `--api-keys-role=${role}`,
+];
+
+/** @param {import("./harness.js").World} world */
+async function withKey({ page, server }) {
+  await page.goto(`${server.url}/settings`);
+  await page.evaluate((key) => sessionStorage.setItem("flankfit.key", key), KEY);
+}
+
+browserTest(
+  "a reader is offered nothing that changes anything",
+  { serve: as("reader"), statuses: [401, 404] },
+  async (world) => {
+    const { page, open, stands } = world;
+    await withKey(world);
+    await open("/settings");
+    await page.getByText("reader", { exact: true }).waitFor();
+    await open("/jobs");
+    assert.equal(await page.getByRole("link", { name: "New job" }).count(), 0);
+    await page.getByRole("link", { name: "Fit", exact: true }).waitFor();
+    await open("/jobs/new");
+    await page.getByText("A key with the role “reader” may not measure or make jobs.").waitFor();
+    assert.equal(await page.locator("main form").count(), 0);
+    await page.getByRole("button", { name: "Use another key" }).click();
+    await page.getByRole("dialog", { name: "API key" }).waitFor();
+    await page.keyboard.press("Escape");
+    await stands();
+  },
+);
+
+browserTest(
+  "an operator measures, and an engineer decides",
+  { serve: as("operator"), statuses: [401] },
+  async (world) => {
+    const { page, open, stands, call } = world;
+    const headers = { "x-api-key": KEY };
+    const { id } = await call("POST", "/v1/jobs", { name: "guarded" }, headers);
+    const nodes = {
+      type: "grid",
+      u: [1, 2, 3, 4],
+      v: [1, 2, 3, 4],
+      z: [1, 2, 3, 4].map((u) => [1, 2, 3, 4].map((v) => u * v)),
+    };
+    await call("POST", `/v1/jobs/${id}/iterations`, { nodes, model: { type: "polynomial", degree: 1 } }, headers);
+    await withKey(world);
+    await open(`/jobs/${id}`);
+    await page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Measure" }).waitFor();
+    assert.equal(await page.getByRole("button", { name: "Edit" }).count(), 0);
+    await open(`/jobs/${id}/iterations/1`);
+    await page.getByText("A key with the role “operator” may not decide, or change jobs and fits.").waitFor();
+    for (const name of ["Accept", "Machine again", "Reject"])
+      assert.equal(await page.getByRole("button", { name, exact: true }).count(), 0);
+    await open(`/jobs/${id}/iterations/1/lambda`);
+    await page.getByRole("slider", { name: /by hand/ }).waitFor();
+    assert.equal(await page.getByRole("button", { name: "Keep", exact: true }).count(), 0);
+    await open(`/jobs/${id}/iterations/1/correction`);
+    await page.getByText("may not decide").waitFor();
+    assert.equal(await page.getByRole("button", { name: "Compute the correction" }).count(), 0);
+    await stands();
+  },
+);
+
+browserTest(
+  "an auditor looks, and asks for nothing that is computed",
+  { serve: as("auditor"), statuses: [401] },
+  async (world) => {
+    const { page, open } = world;
+    await withKey(world);
+    await open("/jobs");
+    assert.equal(await page.getByRole("link", { name: "Fit", exact: true }).count(), 0);
+    await open("/fit");
+    await page.getByText("may not compute").waitFor();
+  },
+);
