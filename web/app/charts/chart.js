@@ -124,10 +124,14 @@ function nearest(probes, plot, px, py) {
   return best;
 }
 
-/** @param {{ plot: Plot, probe: Probe }} props */
+/** Where there is no value, a place only. @param {{ plot: Plot, probe: Probe }} props */
 function Crosshair({ plot, probe }) {
   const [x, y] = [plot.x(probe.x), plot.y(probe.y)];
-  return html`<g class="chart-crosshair"><path d=${`M${x} 0V${plot.height}M0 ${y}H${plot.width}`} /><circle cx=${x} cy=${y} r="5" /></g>`;
+  const across = Number.isFinite(y);
+  return html`<g class="chart-crosshair">
+    <path d=${`M${x} 0V${plot.height}${across ? `M0 ${y}H${plot.width}` : ""}`} />
+    ${across && html`<circle cx=${x} cy=${y} r="5" />`}
+  </g>`;
 }
 
 /** @param {{ plot: Plot, x: AxisSpec, y: AxisSpec }} props */

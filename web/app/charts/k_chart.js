@@ -17,13 +17,14 @@ import { html, useId } from "../../vendor/ui.js";
 
 /** Millimetres of a pixel, as CSS has them. */
 export const PIXEL = 25.4 / 96;
-const EDGE = { long: 18, across: 30 };
+const EDGE = { long: 18, across: 34, end: 34 };
 
 /**
- * @param {{ sheet: Sheet, scale: KScale, band?: number | undefined, flat?: boolean, dash?: string | undefined, name: string, summary: string }} props
- *   `band`: its width in µm; `dash`: of right flanks
+ * @param {{ sheet: Sheet, scale: KScale, band?: number | undefined, flat?: boolean, dash?: string | undefined, name: string, summary: string,
+ *   ends: readonly [string, string] }} props `band`: its width in µm; `dash`: of right flanks; `ends`: what lies at the ends of the
+ *   length axis
  */
-export function KChart({ sheet, scale, band, flat = false, dash, name, summary }) {
+export function KChart({ sheet, scale, band, flat = false, dash, name, summary, ends }) {
   const id = useId();
   const long = (scale.length[1] - scale.length[0]) * scale.perLength;
   const wide = (scale.deviation[1] - scale.deviation[0]) * scale.perDeviation;
@@ -44,8 +45,8 @@ export function KChart({ sheet, scale, band, flat = false, dash, name, summary }
   const { samples } = sheet;
   const [a, b] = scale.deviation;
   const ticks = ticksOf(a, b, wide);
-  return html`<svg class="k-chart chart" width=${width + EDGE.across + 8} height=${height + EDGE.long + 18}
-    viewBox=${`0 0 ${width + EDGE.across + 8} ${height + EDGE.long + 18}`} role="img" aria-label=${`${name}. ${summary}`}>
+  return html`<svg class="k-chart chart" width=${width + EDGE.across + EDGE.end} height=${height + EDGE.long + 18}
+    viewBox=${`0 0 ${width + EDGE.across + EDGE.end} ${height + EDGE.long + 18}`} role="img" aria-label=${`${name}. ${summary}`}>
     <pattern id=${id} width="5" height="5" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><path class="k-hatch" d="M0 0v5" /></pattern>
     ${ticks.map((value) => html`<path key=${value} class=${value === 0 ? "k-zero" : "k-grid"} d=${line(scale.length.map((at) => ({ at, value })))} />`)}
     ${ticks.map((value) => {
@@ -60,6 +61,8 @@ export function KChart({ sheet, scale, band, flat = false, dash, name, summary }
         ? html`<text key=${`l${at}`} x=${x} y=${y + 16} text-anchor="middle" translate="no">${fmt.value.fixed(at, 1)}</text>`
         : html`<text key=${`l${at}`} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${fmt.value.fixed(at, 1)}</text>`;
     })}
+    ${units(flat, width, height)}
+    ${ends.map((text, i) => endMark(text, i === 1, flat, width, height))}
     ${
       band !== undefined &&
       top !== undefined &&
@@ -89,6 +92,24 @@ export function KChart({ sheet, scale, band, flat = false, dash, name, summary }
     }
     ${sheet.mean.length > 1 && html`<path class="k-mean" d=${line(sheet.mean)} />`}
   </svg>`;
+}
+
+/** The axes' units, where sheets have them. @param {boolean} flat @param {number} width @param {number} height */
+function units(flat, width, height) {
+  const [below, beside] = flat ? ["mm", "µm"] : ["µm", "mm"];
+  return html`<g class="k-unit" translate="no">
+    <text x=${EDGE.across + width + EDGE.end} y=${EDGE.long / 2 + height + 16} text-anchor="end">${below}</text>
+    <text x="0" y=${EDGE.long / 2 + 4}>${beside}</text>
+  </g>`;
+}
+
+/** Root or tip, face I or II: beside the frame, where the axis ends. @param {string} text @param {boolean} last @param {boolean} flat @param {number} width @param {number} height */
+function endMark(text, last, flat, width, height) {
+  const right = EDGE.across + width;
+  const [x, y, anchor] = flat
+    ? [last ? right - 3 : EDGE.across + 3, EDGE.long / 2 + 11, last ? "end" : "start"]
+    : [right + 5, last ? EDGE.long / 2 + 9 : EDGE.long / 2 + height, "start"];
+  return html`<text key=${`end${last}`} class="k-end" x=${x} y=${y} text-anchor=${anchor}>${text}</text>`;
 }
 
 /** Stretches of samples that are there and of which something holds. @param {readonly Sample[]} samples @param {(sample: Sample) => boolean} holds */

@@ -43,7 +43,11 @@ function widened([from, to], scale) {
 export function ticksOf(scale, { scale: kind = "linear", ticks = 6 }, formats) {
   const [a = 0, b = 1] = scale.domain();
   const [low, high] = [Math.min(a, b), Math.max(a, b)];
-  return kind === "log" ? logTicks(low, high, ticks, formats) : linearTicks(scale, low, high, ticks, formats);
+  if (kind !== "log") return linearTicks(scale, low, high, ticks, formats);
+  const found = logTicks(low, high, ticks, formats);
+  // within a part of a decade there may be none that is named
+  if (found.filter(({ label }) => label !== null).length > 1) return found;
+  return linearTicks(scaleLinear().domain([low, high]), low, high, Math.min(ticks, 4), formats);
 }
 
 /** @param {Scale} scale @param {number} low @param {number} high @param {number} count @param {Formats} formats */

@@ -3,6 +3,7 @@
 import { fmt } from "../i18n/i18n.js";
 import { h, html } from "../../vendor/ui.js";
 import { Criterion } from "./criterion.js";
+import { termSign } from "../lib/terms.js";
 import { WithError } from "./figure.js";
 
 /** @typedef {number | null | undefined} Maybe */
@@ -41,7 +42,7 @@ export const termColumn = (header) => ({
   key: "term",
   header,
   rowHeader: true,
-  cell: ({ term }) => html`<code translate="no">${term}</code>`,
+  cell: ({ term }) => html`<span class="term" translate="no">${termSign(term)}</span>`,
   csv: ({ term }) => term,
 });
 

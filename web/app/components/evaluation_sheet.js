@@ -3,9 +3,12 @@
 import { KChart, PIXEL } from "../charts/k_chart.js";
 import { useWidth } from "../charts/chart.js";
 import { t } from "../i18n/evaluation.js";
+import { t as flankText } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { dashOf } from "../lib/colour.js";
 import { highest, isOutside, magnification, sheetOf } from "../lib/traces.js";
+import { symbolsOf } from "./evaluation_table.js";
+import { GearSymbol } from "./symbol.js";
 import { h, html, useEffect, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../lib/traces.js").GearTrace} GearTrace */
@@ -31,8 +34,8 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
   const scale = scaleOf(
     drawn.map(({ sheet }) => sheet),
     band,
-    flat ? Math.max(200, width - 60) : 340,
-    flat ? 140 : paper ? 120 : 200,
+    flat ? Math.max(200, width - 80) : paper ? 340 : 420,
+    flat ? 140 : paper ? 110 : 230,
   );
   const { value } = fmt;
   return html`<div class="k-sheet" ref=${box}>
@@ -53,6 +56,12 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
                 band,
                 flat,
                 dash: dashOf(trace.flank),
+                ends:
+                  kind === "profile"
+                    ? gear?.internal
+                      ? [flankText.tip, flankText.root]
+                      : [flankText.root, flankText.tip]
+                    : [flankText.shortI, flankText.shortII],
                 name: [t[kind], t.tooth(trace.tooth), words].join(", "),
                 summary: t.chartSummary(
                   value.um(evaluated.slope_um),
@@ -62,6 +71,7 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
               })}
               <figcaption>
                 <b>${t.tooth(trace.tooth)}</b>
+                ${h(Values, { kind, evaluated })}
                 ${outside > 0 && html`<span class="k-count">${t.outside(outside)}</span>`}
               </figcaption>
             </figure>`;
@@ -71,6 +81,20 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
     })}
     <p class="hint">${t.magnification(value.fixed(scale.magnified[0], 0), value.fixed(scale.magnified[1], 0))}</p>
   </div>`;
+}
+
+/** The figures of a trace, as sheets print them below it. @param {{ kind: "profile" | "helix", evaluated: EvaluatedTrace }} props */
+function Values({ kind, evaluated }) {
+  const { slope, form, total, crowning } = symbolsOf(kind);
+  const values = /** @type {const} */ ([
+    [slope, evaluated.slope_um],
+    [form, evaluated.form_um],
+    [total, evaluated.total_um],
+    [crowning, evaluated.crowning_um],
+  ]);
+  return html`<dl class="k-values" translate="no">
+    ${values.map(([symbol, value]) => html`<div key=${symbol}><dt>${h(GearSymbol, { name: symbol })}</dt><dd>${fmt.value.um(value)}</dd></div>`)}
+  </dl>`;
 }
 
 /**

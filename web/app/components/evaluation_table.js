@@ -5,6 +5,7 @@ import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge, WithError } from "./figure.js";
+import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
 /** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
@@ -43,6 +44,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
   const plain = (key) => ({
     key,
     header: t.symbol(symbols[key].replace("_", " ")),
+    head: h(GearSymbol, { name: symbols[key] }),
     unit: um,
     numeric: true,
     cell: ({ values }) => data(value.um(values[key])),
@@ -52,6 +54,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
   const estimated = (key) => ({
     key,
     header: t.symbol(symbols[key].replace("_", " ")),
+    head: h(GearSymbol, { name: symbols[key] }),
     unit: um,
     numeric: true,
     cell: ({ values, trace }) =>
@@ -78,7 +81,8 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     {
       key: "sign",
       header: t.sign,
-      cell: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
+      cell: ({ trace }) =>
+        trace ? html`<span class="signed">${signOf(kind, trace.slope_um, settings.sign)}</span>` : "",
       csv: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
     },
     plain("form"),
@@ -99,6 +103,9 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       csv: ({ trace }) => trace?.slope_conformity?.decision,
     },
   ];
+  const asked = brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns;
+  // what no trace has takes no room; in the file it stands
+  const shown = asked.map((column) => (isAnswered(column.key, rows) ? column : { ...column, cell: undefined }));
   return table({
     caption: of ? `${t[kind]}, ${of}` : t[kind],
     hideCaption: true,
@@ -107,8 +114,15 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     rows,
     rowKey: ({ key }) => key,
     rowClass: ({ trace }) => (trace ? "" : "summary"),
-    columns: brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns,
+    columns: shown,
   });
+}
+
+/** Whether some trace has what a column tells. @param {string} key @param {readonly Row[]} rows */
+function isAnswered(key, rows) {
+  if (key === "conformity") return rows.some(({ trace }) => trace?.slope_conformity);
+  if (key === "slope-interval") return rows.some(({ trace }) => trace?.slope_interval_um);
+  return key !== "crowning-interval" || rows.some(({ trace }) => trace?.crowning_interval_um);
 }
 
 /** @param {"profile" | "helix"} kind @param {GearEvaluation} evaluation @param {GearTolerances | undefined} tolerances @returns {Row[]} */

@@ -5,7 +5,8 @@ import { Band, Dots, Line } from "../charts/marks.js";
 import de from "../i18n/de/stream.js";
 import en from "../i18n/en/stream.js";
 import { fmt, texts } from "../i18n/i18n.js";
-import { termSign, unitOf } from "../flank/figures.js";
+import { unitOf } from "../flank/figures.js";
+import { termSign } from "../lib/terms.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/stream.js").Estimate} Estimate */

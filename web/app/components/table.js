@@ -2,6 +2,7 @@
 
 import { csv, download } from "../lib/csv.js";
 import { t } from "../i18n/common.js";
+import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
@@ -10,10 +11,11 @@ import { h, html } from "../../vendor/ui.js";
  * @typedef {object} Column
  * @property {string} key
  * @property {string} header
+ * @property {Children} [head] how the header is written in the page
  * @property {string | undefined} [unit] written behind the header
  * @property {boolean} [numeric] right-aligned, digits below digits
  * @property {boolean} [rowHeader] names the row
- * @property {(row: Row) => Children} [cell] a column without is in the file only
+ * @property {((row: Row) => Children) | undefined} [cell] a column without is in the file only
  * @property {((row: Row) => string | number | boolean | null | undefined) | undefined} [csv] its value in full; a column without is left out there
  * @property {"ascending" | "descending" | undefined} [sorted]
  * @property {(() => void) | undefined} [onSort]
@@ -79,17 +81,18 @@ export function table({
 }
 
 /** @param {{ column: Column<never> }} props */
-function Head({ column: { header, unit, numeric, sorted, onSort } }) {
-  const text = html`<span>${header}${unit && html` <span class="unit" translate="no">${unit}</span>`}</span>`;
+function Head({ column: { header, head, unit, numeric, sorted, onSort } }) {
+  const text = html`<span>${head ?? header}${unit && html` <span class="unit" translate="no">${unit}</span>`}</span>`;
   return html`<th role="columnheader" scope="col" class=${numeric ? "numeric" : ""} aria-sort=${sorted}>
     ${onSort ? html`<button type="button" class="sort" onClick=${onSort}>${text}</button>` : text}
   </th>`;
 }
 
 /** @template Row @param {Column<Row>} column @param {Row} row */
-function cellOf({ key, header, numeric, rowHeader, cell }, row) {
-  const content = html`<span class="cell-label" aria-hidden="true">${header}</span><span class="cell">${cell?.(row)}</span>`;
-  const name = numeric ? "numeric" : "";
+function cellOf({ key, header, head, numeric, rowHeader, cell }, row) {
+  const value = cell?.(row);
+  const content = html`<span class="cell-label" aria-hidden="true">${head ?? header}</span><span class="cell">${value}</span>`;
+  const name = [numeric && "numeric", value === ABSENT && "absent"].filter(Boolean).join(" ");
   if (rowHeader) return html`<th role="rowheader" scope="row" key=${key} class=${name}>${content}</th>`;
   return html`<td role="cell" key=${key} class=${name}>${content}</td>`;
 }

@@ -4,6 +4,7 @@ import { Facts, WithError } from "../components/figure.js";
 import { table } from "../components/table.js";
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
+import { termSign } from "../lib/terms.js";
 import { heightUnit, unitSign } from "../lib/units.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -105,21 +106,6 @@ function intervalColumns(level) {
   ];
 }
 
-/** `u^2*v` as it is written by hand. @param {string | null | undefined} term */
-export function termSign(term) {
-  const raised = /** @type {Record<string, string>} */ ({
-    2: "²",
-    3: "³",
-    4: "⁴",
-    5: "⁵",
-    6: "⁶",
-    7: "⁷",
-    8: "⁸",
-    9: "⁹",
-  });
-  return (term ?? "").replaceAll(/\^(\d)(?!\d)/g, (_, digit) => raised[digit] ?? `^${digit}`).replaceAll("*", "\u202f");
-}
-
 /** The unit of a coefficient of raw powers: µm/mm². @param {Coefficient} coefficient @param {Axes | null | undefined} axes */
 export function unitOf({ powers }, axes) {
   const [top, u, v] = [heightUnit(axes), unitSign(axes?.u?.unit), unitSign(axes?.v?.unit)];
@@ -133,12 +119,12 @@ export function unitOf({ powers }, axes) {
   return `${top}/${below.includes("·") ? `(${below})` : below}`;
 }
 
-/** Warnings, and what cannot be told apart. @param {{ result: FitResult }} props */
-export function Warnings({ result }) {
+/** Warnings, and what cannot be told apart. @param {{ result: FitResult, half?: boolean }} props `half`: beside another panel */
+export function Warnings({ result, half = false }) {
   const dependent = result.collinearity.near_dependencies ?? [];
   const known = result.estimable ?? [];
   if (result.warnings.length === 0 && dependent.length === 0) return null;
-  return html`<section class="panel" aria-labelledby="warnings">
+  return html`<section class=${half ? "panel half" : "panel"} aria-labelledby="warnings">
     <h2 id="warnings">${t.toKnow}</h2>
     ${
       result.warnings.length > 0 &&

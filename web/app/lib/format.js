@@ -110,7 +110,7 @@ export function formats(locale) {
     /** @param {string | number | Date | null | undefined} time */
     clock: (time) => dated(time, clock),
     /** What a field for numbers begins with: all digits, the language's comma. @param {Maybe} value */
-    input: (value) => (isNumber(value) ? String(value).replace(".", comma) : ""),
+    input: (value) => (isNumber(value) ? typed(value).replace(".", comma) : ""),
   };
 }
 
@@ -122,6 +122,11 @@ export function parseNumber(text) {
   const plain = text.trim().replace(MINUS, "-").replace(",", ".");
   if (plain === "") return undefined;
   return /^[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?$/i.test(plain) ? Number(plain) : Number.NaN;
+}
+
+/** All digits; small ones by a power of ten, which fields take too. @param {number} value */
+function typed(value) {
+  return value !== 0 && Math.abs(value) < 1e-3 ? value.toExponential() : String(value);
 }
 
 /** @param {Maybe} value @returns {value is number} */

@@ -1,6 +1,7 @@
 // Evaluated traces of an iteration, as on printed tester sheets.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { useRecord, useRecords } from "../api/records.js";
 import { useResource } from "../api/resource.js";
 import { CLASSES, EvaluationForm } from "../components/evaluation_form.js";
@@ -8,14 +9,14 @@ import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
 import { Facts } from "../components/figure.js";
 import { SelectField } from "../components/form.js";
-import { JobPage } from "../components/job_page.js";
+import { JobPage, useNews } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { sameSign } from "../lib/traces.js";
 import { query, setQuery } from "../navigation.js";
-import { hrefIf } from "../router.js";
+import { toMeasure } from "../router.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
@@ -29,16 +30,22 @@ export const styles = ["evaluation"];
 /** @param {{ params: Record<string, string> }} props */
 export default function EvaluationPage({ params }) {
   const [jobId, number] = [params["job_id"] ?? "", Number(params["number"])];
-  return h(JobPage, { jobId, view: t.title, number, children: (job) => h(Evaluations, { job, number }) });
+  return h(JobPage, {
+    jobId,
+    view: t.title,
+    number,
+    children: (job, { news }) => h(Evaluations, { job, number, news }),
+  });
 }
 
-/** @param {{ job: Job, number: number }} props */
-function Evaluations({ job, number }) {
+/** @param {{ job: Job, number: number, news: number }} props */
+function Evaluations({ job, number, news }) {
   const records = useRecords(job.id, number);
+  useNews(news, [records]);
   const made = records.data?.filter(({ kind }) => kind === "evaluation") ?? [];
   const id = query.value.get("record") ?? made.at(-1)?.id;
   const record = useRecord(job.id, number, records.data ? id : undefined);
-  const measure = hrefIf("/jobs/{job_id}/measure", { job_id: job.id });
+  const measure = toMeasure(job.id);
   const action = measure && html`<a class="button primary" href=${measure}>${common.measure}</a>`;
   const choice =
     made.length > 1 &&
@@ -85,7 +92,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
   const settings = evaluation.evaluation;
   const gear = request.gear ?? record.gear ?? job.gear ?? undefined;
   const of = query.value.get("class") ?? String(settings.tolerance_limits?.class ?? "");
-  const wanted = gear && CLASSES.includes(of) ? of : undefined;
+  const wanted = gear && CLASSES.includes(of) && may("compute") ? of : undefined;
   const tolerances = useResource(wanted ? `tolerances ${wanted} ${JSON.stringify(gear)}` : null, (signal) =>
     answer(
       api.POST("/v1/gears/tolerances", {
@@ -143,11 +150,12 @@ function Evaluation({ job, number, record, choice, onDone }) {
       evaluation.warnings.length > 0 &&
       html`<section class="panel" aria-labelledby="warnings">
         <h2 id="warnings">${t.warnings}</h2>
-        <ul class="sentences">${evaluation.warnings.map(({ message }, i) => html`<li key=${i} lang="en">${message}</li>`)}</ul>
+        <ul class="sentences">${told(evaluation.warnings).map(([message, times]) => html`<li key=${message}><span lang="en">${message}</span>${times > 1 && html` <span class="quiet" translate="no">(${times}×)</span>`}</li>`)}</ul>
       </section>`
     }
     ${
       traces.length > 0 &&
+      may("measure") &&
       html`<details class="panel another"><summary><h2>${t.again}</h2></summary>
         ${h(EvaluationForm, { jobId: job.id, number, record: record.id, request: /** @type {EvaluateGear} */ (request), settings, onDone })}
       </details>`
@@ -156,3 +164,11 @@ function Evaluation({ job, number, record, choice, onDone }) {
 
 /** @param {string} text */
 const data = (text) => html`<span translate="no">${text}</span>`;
+
+/** Each sentence once, with how often it is said. @param {readonly { message: string }[]} warnings @returns {[string, number][]} */
+function told(warnings) {
+  /** @type {Map<string, number>} */
+  const times = new Map();
+  for (const { message } of warnings) times.set(message, (times.get(message) ?? 0) + 1);
+  return [...times];
+}

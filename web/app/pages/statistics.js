@@ -45,8 +45,8 @@ function OfFit({ iteration }) {
     children: (data) => html`<div class="statistics-page">
       ${h(Spectrum, { fit: data })}
       ${h(Residuals, { result: data.result, nodes: nodes.data, axes: iteration.axes })}
+      ${h(Warnings, { result: data.result, half: true })}
       ${h(Collinearity, { result: data.result })}
-      ${h(Warnings, { result: data.result })}
       ${h(Provenance, { fit: data, path })}
     </div>`,
   });

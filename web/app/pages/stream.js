@@ -1,5 +1,6 @@
 // A measurement whose nodes come as a stream: the estimate as it grows.
 
+import { may } from "../api/key.js";
 import { useStream } from "../api/stream.js";
 import { Badge, Facts } from "../components/figure.js";
 import { FinishStream } from "../components/finish_stream.js";
@@ -7,7 +8,8 @@ import { JobPage } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
 import { CoefficientChart, FigureChart } from "../components/stream_charts.js";
 import { notify } from "../components/toast.js";
-import { CoefficientTable, FitFacts, termSign, Warnings } from "../flank/figures.js";
+import { CoefficientTable, FitFacts, Warnings } from "../flank/figures.js";
+import { termSign } from "../lib/terms.js";
 import de from "../i18n/de/stream.js";
 import en from "../i18n/en/stream.js";
 import { fmt, texts } from "../i18n/i18n.js";
@@ -119,7 +121,7 @@ function State({ stream, reload }) {
   const at = { job_id: stream.job_id, number: stream.iteration_number ?? 0 };
   const map = hrefIf("/jobs/{job_id}/iterations/{number}", at) ?? href("/jobs/{job_id}", at);
   const items = [
-    { name: t.state, value: h(Badge, { kind: stream.state === "open" ? "warn" : "good", children: t[stream.state] }) },
+    { name: t.state, value: h(Badge, { kind: stream.state === "open" ? "news" : "good", children: t[stream.state] }) },
     { name: t.nodes, value: data(fmt.value.count(stream.node_count)) },
     { name: t.blocks, value: data(fmt.value.count(stream.sequence)) },
     { name: t.flank, value: stream.flank && t[stream.flank] },
@@ -134,7 +136,8 @@ function State({ stream, reload }) {
     <div class="actions">
       ${
         stream.state === "open"
-          ? html`<button type="button" class="button primary" disabled=${stream.node_count === 0} onClick=${() => setFinishing(true)}>${t.finish}</button>`
+          ? may("measure") &&
+            html`<button type="button" class="button primary" disabled=${stream.node_count === 0} onClick=${() => setFinishing(true)}>${t.finish}</button>`
           : html`<a class="button primary" href=${map}>${t.toIteration(stream.iteration_number ?? 0)}</a>`
       }
     </div>

@@ -4,6 +4,7 @@ import { table } from "../components/table.js";
 import de from "../i18n/de/statistics.js";
 import en from "../i18n/en/statistics.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { termSign } from "../lib/terms.js";
 import { html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
@@ -13,7 +14,7 @@ const t = texts({ en, de });
 /** @param {{ result: FitResult }} props */
 export function Collinearity({ result: { collinearity, spectrum } }) {
   const terms = collinearity.columns.map(({ term }) => term);
-  return html`<section class="panel">
+  return html`<section class="panel half">
       <h2>${t.vif}</h2><p class="quiet">${t.vifText}</p>
       ${table({
         caption: t.vif,
@@ -23,7 +24,7 @@ export function Collinearity({ result: { collinearity, spectrum } }) {
             key: "term",
             header: t.term,
             rowHeader: true,
-            cell: ({ term }) => html`<code translate="no">${term}</code>`,
+            cell: ({ term }) => html`<span class="term" translate="no">${termSign(term)}</span>`,
             csv: ({ term }) => term,
           },
           {
@@ -69,12 +70,12 @@ function matrix(name, text, terms, values, heads, csvName) {
           key: "term",
           header: t.term,
           rowHeader: true,
-          cell: ({ term }) => html`<code translate="no">${term}</code>`,
+          cell: ({ term }) => html`<span class="term" translate="no">${termSign(term)}</span>`,
           csv: ({ term }) => term,
         },
         ...heads.map((head, i) => ({
           key: String(i),
-          header: t.data(head),
+          header: t.data(termSign(head)),
           numeric: true,
           cell: (/** @type {{ row: readonly number[] }} */ { row }) => {
             const value = row[i] ?? Number.NaN;

@@ -7,6 +7,7 @@ import de from "../i18n/de/statistics.js";
 import en from "../i18n/en/statistics.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { query, setQuery } from "../navigation.js";
+import { termSign } from "../lib/terms.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"IterationFit">} IterationFit */
@@ -111,7 +112,7 @@ function Direction({ result, number }) {
                   key: "term",
                   header: t.term,
                   rowHeader: true,
-                  cell: ({ term }) => html`<code translate="no">${term}</code>`,
+                  cell: ({ term }) => html`<span class="term" translate="no">${termSign(term)}</span>`,
                   csv: ({ term }) => term,
                 },
                 {

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
 import { formats } from "../../app/lib/format.js";
+import { termSign } from "../../app/lib/terms.js";
 
 const f = formats("en");
 
@@ -101,7 +102,7 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   for (const [i, one] of own.coefficients.entries()) {
     const cells = await rows.nth(i).locator(".cell").allTextContents();
     assert.deepEqual(cells, [
-      one.term,
+      termSign(one.term),
       f.withError(one.least_squares, one.least_squares_std_error),
       f.withError(fits[0].result.coefficients[i].value, fits[0].result.coefficients[i].std_error),
       f.withError(one.value, one.std_error),

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { formats } from "../../app/lib/format.js";
+import { termSign } from "../../app/lib/terms.js";
 import { browserTest, example } from "./harness.js";
 
 const f = formats("en");
@@ -53,7 +54,7 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
     const cells = await rows.nth(i).locator(".cell").allTextContents();
     const difference = other.value - one.value;
     assert.deepEqual(cells, [
-      one.term,
+      termSign(one.term),
       f.withError(one.value, one.std_error),
       f.withError(other.value, other.std_error),
       f.three(difference),

@@ -80,3 +80,11 @@ test("deviations have the digits of an error that they go with, else those of th
   assert.equal(en.deviation(0.077412, undefined), "0.07741");
   assert.equal(en.deviation(undefined, "µm", 0.5), ABSENT);
 });
+
+test("fields begin with all digits, small numbers by a power of ten", () => {
+  assert.equal(formats("en").input(0.00000635949), "6.35949e-6");
+  assert.equal(formats("de").input(0.00000635949), "6,35949e-6");
+  assert.equal(parseNumber("6,35949e-6"), 6.35949e-6);
+  assert.equal(formats("de").input(-1.25), "-1,25");
+  assert.equal(formats("en").input(0), "0");
+});

@@ -54,3 +54,10 @@ test("a domain of one value has a width, and scales go where they should", () =>
   assert.ok(Math.abs(log(5) - 200) < 1e-9);
   assert.equal(scaleOf({ label: "", domain: [0, 10] }, [400, 0])(10), 0);
 });
+
+test("an axis within a part of a decade is labelled all the same", () => {
+  const axis = /** @type {const} */ ({ label: "x", scale: "log", domain: [6.6, 9.4] });
+  const labels = ticksOf(scaleOf(axis, [0, 100]), axis, formats("en")).flatMap(({ label }) => label ?? []);
+  assert.ok(labels.length >= 2, labels.join(" "));
+  assert.ok(labels.every((label) => Number(label) >= 6.6 && Number(label) <= 9.4));
+});

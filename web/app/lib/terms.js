@@ -1,0 +1,19 @@
+// Terms of models as they are written by hand. Pure.
+
+/** `u^2*v` as it is written by hand. @param {string | null | undefined} term */
+export function termSign(term) {
+  const raised = /** @type {Record<string, string>} */ ({
+    2: "²",
+    3: "³",
+    4: "⁴",
+    5: "⁵",
+    6: "⁶",
+    7: "⁷",
+    8: "⁸",
+    9: "⁹",
+  });
+  return (term ?? "")
+    .replaceAll(/\^(\d)(?!\d)/g, (_, digit) => raised[digit] ?? `^${digit}`)
+    .replaceAll(/\b([A-Z])(\d)(?=\()/g, (_, name, digit) => name + "₀₁₂₃₄₅₆₇₈₉"[Number(digit)])
+    .replaceAll("*", "\u202f");
+}
