@@ -23,7 +23,12 @@ test("pictures", async () => {
       list ??= await pageList(world);
       for (const { name, path: place } of list) {
         await world.open(place);
-        await world.page.screenshot({ path: path.join(folder, `${name}-${look}.png`), fullPage: true });
+        // as high as the page: a capture beyond the window lays it out anew
+        const { width } = world.page.viewportSize() ?? { width: 1280 };
+        const height = await world.page.evaluate(() => document.documentElement.scrollHeight);
+        await world.page.setViewportSize({ width, height });
+        await world.page.screenshot({ path: path.join(folder, `${name}-${look}.png`), animations: "disabled" });
+        await world.page.setViewportSize({ width, height: 800 });
       }
     });
   }

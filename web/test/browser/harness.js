@@ -176,7 +176,8 @@ export async function inBrowser(server, options, body) {
     reducedMotion: "reduce",
     ...options.context,
   });
-  context.setDefaultTimeout(10_000);
+  // what a test waits for at most; more where a machine has other things to do
+  context.setDefaultTimeout(Number(process.env["FLANKFIT_WAIT_MS"] ?? 10_000));
   await context.addInitScript((settings) => {
     if (localStorage.getItem("flankfit.settings") === null)
       localStorage.setItem("flankfit.settings", JSON.stringify(settings));

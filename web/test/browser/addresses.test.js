@@ -1,0 +1,52 @@
+// What is seen stands in the address: every deep link, loaded anew, shows the same.
+
+import assert from "node:assert/strict";
+import { browserTest, example } from "./harness.js";
+import { pageList } from "./pages.js";
+
+/** What a reader of the page has before them. @param {import("playwright-core").Page} page */
+const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
+
+browserTest("every page is the same after a reload, and by its address alone", {}, async (world) => {
+  const { page, open, stands, server } = world;
+  for (const { path } of await pageList(world)) {
+    await open(path);
+    const before = await seen(page);
+    const address = page.url();
+    assert.equal(address, server.url + path);
+    await page.reload();
+    await stands();
+    assert.equal(page.url(), address);
+    assert.equal(await seen(page), before, path);
+  }
+});
+
+browserTest("what was chosen on a page stands in its address", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await iteration(id, "flank_z52_remachined.json");
+  await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await example("requests/gear_evaluate.json"));
+  const at = `/jobs/${id}/iterations/1`;
+  /** @type {[string, () => Promise<unknown>][]} */
+  const choices = [
+    [at, () => page.getByRole("button", { name: "Contours" }).click()],
+    [at, () => page.getByRole("button", { name: "3-D" }).click()],
+    [`${at}/lambda`, () => page.getByRole("button", { name: "Show the refit by gcv" }).click()],
+    [`${at}/evaluation`, () => page.getByLabel("Class of the K-band").selectOption("6")],
+    [`/jobs/${id}/trace`, () => page.getByLabel("Records").uncheck()],
+    ["/jobs", () => page.getByLabel("Sort by").selectOption("name")],
+  ];
+  for (const [path, choose] of choices) {
+    await open(path);
+    const plain = page.url();
+    await choose();
+    await page.waitForURL((url) => url.href !== plain);
+    await stands();
+    const [address, text] = [page.url(), await seen(page)];
+    await open("/settings");
+    await page.goto(address);
+    await stands();
+    assert.equal(await seen(page), text, path);
+  }
+});

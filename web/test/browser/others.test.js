@@ -1,0 +1,83 @@
+// What another client does is seen on the page that is open, after a restart of the server too.
+
+import assert from "node:assert/strict";
+import { browserTest, example } from "./harness.js";
+
+/** Opens a page of a job, and waits until it follows. @param {import("./harness.js").World} world @param {string} id @param {string} place */
+async function following({ page, open }, id, place) {
+  const begun = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
+  await open(place);
+  await begun;
+}
+
+browserTest("the trace, the map and what comes of it follow another client", {}, async (world) => {
+  const { page, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  const at = `/v1/jobs/${id}/iterations/1`;
+  await following(world, id, `/jobs/${id}/trace`);
+  const entries = page.locator(".trace-entry");
+  const before = await entries.count();
+  const made = await call("POST", `${at}/fits`, {
+    ...JSON.parse(await example("requests/refit.json")),
+    reason: "theirs",
+  });
+  await page.locator(`[data-entry="${made.id}"]`, { hasText: "theirs" }).waitFor();
+  assert.equal(await entries.count(), before + 1);
+
+  await following(world, id, `/jobs/${id}/iterations/1`);
+  await call("PATCH", at, { decision: "remachine", reason: "seen elsewhere" });
+  await page.getByText("seen elsewhere").waitFor();
+
+  await following(world, id, `/jobs/${id}/iterations/1/lambda`);
+  await call("PUT", `${at}/chosen_fit`, { fit_id: made.id, reason: "stands by another" });
+  const row = page.getByRole("row").filter({ hasText: "theirs" });
+  await row.getByText("stands", { exact: true }).waitFor();
+
+  await following(world, id, `/jobs/${id}/iterations/1/correction`);
+  await call("POST", `${at}/correction`, await example("requests/iteration_correction.json"));
+  // records have no events of their own yet: what is measured next is one
+  await iteration(id, "flank_z52_remachined.json");
+  await page.locator("#answered").waitFor();
+  await page.getByText("Measured with iteration 2").or(page.getByText("iteration 2")).first().waitFor();
+});
+
+browserTest("after a restart a trace and a stream are followed again", { offline: true }, async (world) => {
+  const { page, open, server, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await open(`/jobs/${id}/trace`);
+  await server.stop();
+  await page.getByText("Not live since").waitFor();
+  await server.start();
+  const again = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
+  await page.getByRole("button", { name: "Ask now" }).click();
+  await again;
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "after the restart" });
+  await page.getByText("after the restart").waitFor();
+
+  const { nodes, axes, model, regularization } = JSON.parse(await example("flank_z52.json"));
+  const stream = await call("POST", `/v1/jobs/${id}/streams`, { model, regularization, axes });
+  let sequence = 0;
+  const send = (/** @type {number[]} */ rows) => {
+    sequence += 1;
+    const block = rows.flatMap((row) =>
+      nodes.z[row].flatMap((/** @type {number | null} */ z, /** @type {number} */ column) =>
+        z === null ? [] : [[nodes.u[row], nodes.v[column], z]],
+      ),
+    );
+    const [u, v, z] = [0, 1, 2].map((k) => block.map((/** @type {number[]} */ one) => one[k]));
+    return call("POST", `/v1/streams/${stream.id}/nodes`, { sequence, nodes: { type: "scattered", u, v, z } });
+  };
+  await send([0, 2, 4]);
+  await open(`/jobs/${id}/streams/${stream.id}`);
+  await page.locator('[data-sequence="1"]').waitFor();
+  await server.stop();
+  await page.getByText("Not live since").waitFor();
+  await server.start();
+  const followed = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
+  await page.getByRole("button", { name: "Ask now" }).click();
+  await followed;
+  await send([6, 8]);
+  await page.locator('[data-sequence="2"]').waitFor();
+});
