@@ -35,7 +35,7 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
     drawn.map(({ sheet }) => sheet),
     band,
     flat ? Math.max(200, width - 80) : paper ? 340 : 420,
-    flat ? 140 : paper ? 110 : 230,
+    flat ? 140 : paper ? 94 : 230,
   );
   const { value } = fmt;
   return html`<div class="k-sheet" ref=${box}>

@@ -137,7 +137,7 @@ browserTest("saved as an iteration of a job of the list", {}, async ({ page, ope
   await page.getByLabel("Drop a file here").setInputFiles(flank);
   await page.getByRole("heading", { name: "Save as iteration" }).waitFor();
   await stands();
-  await page.getByLabel("Job").selectOption(id);
+  await page.getByLabel("Job", { exact: true }).selectOption(id);
   await page.getByLabel("Instrument").fill("P40");
   const sent = page.waitForRequest((request) => request.method() === "POST" && request.url().includes(id));
   await page.getByRole("button", { name: "Save", exact: true }).click();

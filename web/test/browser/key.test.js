@@ -33,11 +33,15 @@ browserTest(
 );
 
 browserTest(
-  "a key that may not do something can be changed",
+  "a key whose rights were taken away meanwhile is told so, and can be changed",
   { serve: [...serve, "--api-keys-role=reader"], statuses: [401, 403] },
   async ({ page, server }) => {
     await page.goto(`${server.url}/settings`);
     await page.evaluate((key) => sessionStorage.setItem("flankfit.key", key), KEY);
+    // what the server said before
+    await page.route("**/v1/whoami", (route) =>
+      route.fulfill({ json: { actor: "key", role: "engineer", scopes: ["read", "compute", "measure", "judge"] } }),
+    );
     await page.goto(`${server.url}/jobs/new`);
     await page.getByLabel("With gear data").uncheck();
     await page.getByLabel("Name", { exact: true }).fill("not mine to make");
@@ -45,5 +49,6 @@ browserTest(
     await page.getByText("The present key may not do this.").waitFor();
     await page.keyboard.press("Escape");
     await page.getByRole("heading", { name: "This key may not do that" }).waitFor();
+    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "not mine to make");
   },
 );
