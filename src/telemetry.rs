@@ -1,7 +1,9 @@
 //! Logs and metrics. Both are global to the process and set up once, however many servers run in it
 //! (tests run many).
 
+mod answered;
 mod lines;
+mod series;
 
 use std::{io::IsTerminal, sync::OnceLock, time::Duration};
 
@@ -10,6 +12,7 @@ use tracing_subscriber::EnvFilter;
 
 use crate::config::LogFormat;
 
+pub use answered::{record_answer, record_authentication, record_fit};
 pub use lines::flush as flush_logs;
 
 /// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the
@@ -168,11 +171,6 @@ pub fn record_cancelled(reason: &'static str, elapsed: Duration) {
     metrics::histogram!(CANCELLED_SECONDS, "reason" => reason).record(elapsed.as_secs_f64());
 }
 
-/// Notes what the key of a request was.
-pub fn record_authentication(outcome: &'static str) {
-    metrics::counter!(AUTHENTICATIONS, "outcome" => outcome).increment(1);
-}
-
 /// Notes that a stream in memory was behind the store.
 pub fn record_catch_up() {
     metrics::counter!(STREAM_CATCH_UPS).increment(1);
@@ -196,20 +194,4 @@ pub fn record_identity_provider(up: bool) {
 /// Notes that somebody was turned away.
 pub fn record_shed(reason: &'static str) {
     metrics::counter!(SHED, "reason" => reason).increment(1);
-}
-
-/// Notes how long a fit of `nodes` nodes took.
-pub fn record_fit(nodes: usize, elapsed: Duration) {
-    metrics::histogram!(FIT_SECONDS, "size" => size_class(nodes)).record(elapsed.as_secs_f64());
-}
-
-fn size_class(nodes: usize) -> &'static str {
-    match nodes {
-        0..=100 => "le_100",
-        101..=1_000 => "le_1000",
-        1_001..=10_000 => "le_10000",
-        10_001..=100_000 => "le_100000",
-        100_001..=1_000_000 => "le_1000000",
-        _ => "gt_1000000",
-    }
 }

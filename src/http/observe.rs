@@ -155,17 +155,11 @@ fn report(
     id: &HeaderValue,
     (actor, url): (Option<&str>, Option<axum::http::Uri>),
 ) {
-    let seconds = begun.elapsed().as_secs_f64();
+    let elapsed = begun.elapsed();
+    let seconds = elapsed.as_secs_f64();
     let status = response.status();
     let route = path.map_or("unmatched", MatchedPath::as_str);
-    let labels = [
-        metrics::Label::new("method", method_name(method)),
-        metrics::Label::new("path", route.to_owned()),
-        metrics::Label::new("status", status_name(status.as_u16())),
-    ];
-    let labels = labels.to_vec();
-    metrics::counter!(telemetry::REQUESTS, labels.clone()).increment(1);
-    metrics::histogram!(telemetry::REQUEST_SECONDS, labels).record(seconds);
+    telemetry::record_answer(method_name(method), route, status.as_u16(), elapsed);
     let id = id.to_str().unwrap_or_default();
     match url {
         Some(url) => {
@@ -186,17 +180,6 @@ fn method_name(method: &Method) -> &'static str {
         Method::HEAD => "HEAD",
         Method::OPTIONS => "OPTIONS",
         _ => "other",
-    }
-}
-
-/// The statuses that are answered often, without allocating.
-fn status_name(status: u16) -> metrics::SharedString {
-    match status {
-        200 => "200".into(),
-        201 => "201".into(),
-        204 => "204".into(),
-        422 => "422".into(),
-        other => other.to_string().into(),
     }
 }
 

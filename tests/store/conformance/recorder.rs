@@ -124,10 +124,9 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 16] = [
+const UPKEEP: [&str; 17] = [
     "turn",
     "untouched",
-const UPKEEP: [&str; 15] = [
     "seal_audit",
     "forget_answers",
     "check_writable",
