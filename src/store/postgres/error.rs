@@ -43,6 +43,8 @@ pub fn class(error: &sqlx::Error) -> Class {
     let sqlx::Error::Database(database) = error else {
         return match error {
             sqlx::Error::Io(_) | sqlx::Error::Tls(_) | sqlx::Error::PoolTimedOut => Class::Lost,
+            // what came is no answer to what was asked: the connection is not to be used any more
+            sqlx::Error::Protocol(_) | sqlx::Error::BeginFailed => Class::Lost,
             _ => Class::Other,
         };
     };

@@ -166,7 +166,9 @@ async fn transact(
     let committed = session.was_committed(earlier.proof).await?;
     earlier.undecided = false;
     if committed {
-        // what it came to was noted then
+        // what it came to was noted then; should the connection be lost now, it is still no failure
+        // that stored nothing
+        earlier.undecided = true;
         return session.rollback().await;
     }
     session.lock(Wanted::by(group)).await?;

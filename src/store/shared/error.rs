@@ -36,7 +36,7 @@ impl StoreError {
     /// The same after a first change: there is no way back but to give up the transaction.
     pub fn too_late(self) -> Self {
         match self {
-            StoreError::Refused(error) => StoreError::Broken(sqlx::Error::Protocol(error.to_string())),
+            StoreError::Refused(error) => StoreError::Broken(sqlx::Error::InvalidArgument(error.to_string())),
             broken => broken,
         }
     }
