@@ -113,7 +113,7 @@ async fn template(repository: &Arc<dyn Repository>, job: &str) -> NewIteration {
     let whole = PageRequest { limit: 10, after: None };
     let listed = repository.fits(job_id, 1, whole).await.expect("it is stored").items.remove(0);
     let fit = repository.fit(job_id, 1, listed.id).await.expect("it is stored");
-    let computed = Computed { spec: fit.spec, result: fit.result, figures: listed.figures };
+    let computed = Computed { spec: fit.spec, result: fit.result.into(), figures: listed.figures };
     NewIteration {
         id: stored.id,
         job_id,
@@ -206,6 +206,8 @@ fn statements(url: &str, sample: &str) -> String {
          INSERT INTO jobs (id, tenant, name, tags, version, created_at, updated_at)
              VALUES ({job}, 'default', 'pgbench', '{{}}', 1, now(), now()) ON CONFLICT DO NOTHING;
          SELECT id FROM jobs WHERE id = {job} FOR NO KEY UPDATE;
+         UPDATE jobs SET iteration_count = :last::bigint + :group::bigint, status = 'open',
+                         changed_at = greatest(changed_at, now()) WHERE id = {job};
          INSERT INTO iterations (job, number, id, instrument, created_at)
              SELECT {job}, :last::bigint + i, gen_random_uuid(), 'P40', now() {rows};
          INSERT INTO nodes (job, number, count, data)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use jiff::Timestamp;
 use uuid::Uuid;
 
+use super::encoded_text::EncodedResult;
 use flankfit_engine::estimation::{
     FitResult,
     spec::{Criterion, Scheme},
@@ -16,7 +17,7 @@ pub struct Computed {
     /// What was asked for, without the nodes: a JSON document.
     pub spec: Arc<str>,
     /// What was answered: the JSON document itself, so that a replay can compare bit by bit.
-    pub result: Arc<str>,
+    pub result: EncodedResult,
     pub figures: Figures,
 }
 

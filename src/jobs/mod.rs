@@ -20,6 +20,7 @@ pub mod audit;
 mod callers;
 mod draft;
 mod encoded_nodes;
+mod encoded_text;
 mod event;
 mod fit;
 mod follow;
@@ -57,6 +58,7 @@ pub use callers::{
 };
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
+pub use encoded_text::{EncodedResult, EncodedText, Told};
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;

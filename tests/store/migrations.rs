@@ -29,6 +29,7 @@ const RELEASED: &[(i64, &str)] = &[
     (16, "14a014fb760339d5ab065f859cf87ab1"),
     (17, "dc6c866c53a518a59765dd7ebac0d221"),
     (18, "6cbe316fb4f2a16aadecfdfef211475d"),
+    (23, "eddfb5a15eb76e8057dc64692525cb15"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

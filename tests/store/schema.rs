@@ -65,7 +65,7 @@ async fn a_result_is_stored_once() {
     let store = place.open().await;
     let job = place.stored_job(&store).await.id;
     let telling = |key: &str, fit: &NewFit| {
-        let body = format!(r#"{{"fits":[{{"result":{}}}]}}"#, fit.computed.result).into_bytes();
+        let body = format!(r#"{{"fits":[{{"result":{}}}]}}"#, fit.computed.result.text()).into_bytes();
         let answer = move |_| Answer { status: 201, location: None, etag: None, body: body.clone() };
         Some(Receipt { answer: Box::new(answer), ..receipt(key, "POST /there") })
     };

@@ -171,7 +171,7 @@ impl Values {
             id: self.id(),
             computed: Computed {
                 spec: Arc::from(r#"{"model":{"type":"linear"}}"#),
-                result: Arc::from(result),
+                result: result.into(),
                 figures: Figures {
                     lambda_star: Some(lambda_star),
                     criterion: Some("min_mse"),

@@ -4,11 +4,11 @@ use futures_util::TryStreamExt as _;
 use sqlx::{FromRow, PgConnection, Row as _, postgres::PgRow};
 use uuid::Uuid;
 
-use super::{document::Told, locate::signed, time::stamp};
+use super::{locate::signed, time::stamp};
 use crate::{
-    jobs::audit::{Entry, Found, Kind, Sha256Digest, job_digest, purge_digest},
+    jobs::audit::{Entry, Found, Sha256Digest, job_digest, purge_digest},
     store::shared::{
-        ChoiceRow, DecisionRow, Document, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow,
+        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow,
         HeadRow, JobRow, NewEntry, Outcome, PurgeRow, RecordRow, figure_columns, job_columns,
     },
 };
@@ -84,12 +84,12 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
     )
     .await?;
     all::<FoundNodes>(db, "SELECT number, count, data FROM nodes WHERE job = $1 ORDER BY number", job, rows).await?;
-    all::<WithTold>(
+    all::<FoundFitTold>(
         db,
         concat!(
             "SELECT number, id, reason, created_at, ",
             figure_columns!(),
-            ", spec, result, coefficients, prior FROM fits WHERE job = $1 ORDER BY number, position"
+            ", spec, result, coefficients, prior, true AS has_told FROM fits WHERE job = $1 ORDER BY number, position"
         ),
         job,
         rows,
@@ -155,27 +155,6 @@ async fn own(db: &mut PgConnection, job: Uuid, found: &mut Found) -> Outcome<()>
         found.blocks.insert(block, digest);
     }
     Ok(())
-}
-
-/// A fit with what the trace tells of it, which is in its result as well.
-#[derive(FromRow)]
-struct WithTold {
-    #[sqlx(flatten)]
-    fit: FoundFit,
-    coefficients: Option<Document>,
-    prior: Option<Document>,
-}
-
-impl FoundRow for WithTold {
-    const KIND: Kind = Kind::Fit;
-
-    fn digest(self) -> Sha256Digest {
-        let WithTold { fit, coefficients, prior } = self;
-        match Told::of(&fit.result.0).is(coefficients.as_ref(), prior.as_ref()) {
-            true => fit.digest(),
-            false => [0; 32],
-        }
-    }
 }
 
 /// Adds the rows of a kind, in order. One that does not read is none that an entry tells of.

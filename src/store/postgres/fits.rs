@@ -4,7 +4,7 @@ use sqlx::{PgConnection, PgPool};
 use uuid::Uuid;
 
 use super::{
-    document::{Told, encode},
+    document::encode,
     gone,
     keys::{FitPlace, StoredFit},
     locate::{self, signed, within},
@@ -13,8 +13,8 @@ use super::{
 };
 use crate::{
     jobs::{
-        Caller, Choice, Figures, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
-        Resource, Stored, TracedFit, audit::Action,
+        Caller, Choice, EncodedText, Figures, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
+        RepositoryError, Resource, Stored, Told, TracedFit, audit::Action,
     },
     store::shared::{
         Asked, ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome,
@@ -52,7 +52,9 @@ pub struct Placed<'a> {
 
 /// Stores fits, in the order given.
 pub async fn insert_rows(db: &mut PgConnection, rows: &[Placed<'_>]) -> Outcome<()> {
-    let told: Vec<Told<'_>> = rows.iter().map(|row| Told::of(&row.fit.computed.result)).collect();
+    let told = |of: fn(&Told) -> Option<&EncodedText>| {
+        rows.iter().map(|row| of(row.fit.computed.result.told()).map(EncodedText::bytes)).collect::<Vec<_>>()
+    };
     let place = |of: fn(&FitPlace) -> i64| rows.iter().map(|row| of(&row.place)).collect::<Vec<i64>>();
     let figure = |of: fn(&Figures) -> Option<f64>| {
         rows.iter().map(|row| of(&row.fit.computed.figures)).collect::<Vec<Option<f64>>>()
@@ -85,9 +87,9 @@ pub async fn insert_rows(db: &mut PgConnection, rows: &[Placed<'_>]) -> Outcome<
     .bind(figure(|figures| figures.rms))
     .bind(figure(|figures| figures.max_abs))
     .bind(rows.iter().map(|row| encode(&row.fit.computed.spec)).collect::<Vec<_>>())
-    .bind(rows.iter().map(|row| encode(&row.fit.computed.result)).collect::<Vec<_>>())
-    .bind(told.iter().map(Told::coefficients).collect::<Vec<_>>())
-    .bind(told.iter().map(Told::prior).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| row.fit.computed.result.bytes()).collect::<Vec<_>>())
+    .bind(told(|told| told.coefficients.as_ref()))
+    .bind(told(|told| told.prior.as_ref()))
     .execute(db)
     .await?;
     Ok(())

@@ -11,17 +11,10 @@ use sqlx::{
 use tokio::sync::mpsc;
 use uuid::Uuid;
 
-use super::{
-    audit_reads,
-    document::{self, Told},
-    error::failure,
-    open::snapshot,
-    settings::PostgresSettings,
-    time::stamp,
-};
+use super::{audit_reads, document, error::failure, open::snapshot, settings::PostgresSettings, time::stamp};
 use crate::{
     jobs::{
-        RepositoryError, RepositoryFuture, Tenant,
+        EncodedText, RepositoryError, RepositoryFuture, Tenant, Told,
         archive::{Coming, Holdings, Key, Kind, Row, Section, TABLES, Value, given_up, keys_of},
         audit::{Chain, Verdict},
     },
@@ -284,8 +277,9 @@ async fn insert(db: &mut PgConnection, key: &Key, row: &Row) -> Outcome<()> {
         ("job" | "audit", _) => query.bind(key.tenant.as_str()),
         // what the trace tells of a result
         ("fit", Some(Value::Text(result))) => {
-            let told = Told::of(result);
-            query.bind(told.coefficients()).bind(told.prior())
+            let Told { coefficients, prior } = Told::of(result);
+            let bytes = |text: Option<EncodedText>| text.map(|text| text.bytes().to_vec());
+            query.bind(bytes(coefficients)).bind(bytes(prior))
         }
         _ => query,
     };

@@ -5,8 +5,9 @@
 //! that the way to the database and back is made a few times a group instead of a few times a
 //! request. The jobs are locked, so a number read is a number free.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
+use jiff::Timestamp;
 use sqlx::{FromRow, PgConnection};
 use uuid::Uuid;
 
@@ -125,6 +126,7 @@ fn number<'a>(
 
 async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()> {
     let db = &mut session.db;
+    note_in_jobs(db, accepted).await?;
     insert_rows(db, accepted).await?;
     insert_nodes(db, accepted).await?;
     let fits: Vec<Placed<'_>> =
@@ -141,6 +143,27 @@ async fn change(session: &mut Session, accepted: &[Numbered<'_>]) -> Outcome<()>
         let fit = StoredFit { place: row.first_fit(), result: &iteration.fit.computed.result };
         session.keys.keep(row.new.tenant(), receipt, stored, iteration.created_at, Some(fit));
     }
+    Ok(())
+}
+
+/// Notes in each job how many iterations it will have, and since when: else a trigger would do so
+/// for each of them.
+async fn note_in_jobs(db: &mut PgConnection, rows: &[Numbered<'_>]) -> Outcome<()> {
+    let mut jobs: BTreeMap<Uuid, (u32, Timestamp)> = BTreeMap::new();
+    for row in rows {
+        let NewIteration { job_id, created_at, .. } = row.iteration();
+        let (number, at) = jobs.entry(*job_id).or_insert((row.number, *created_at));
+        (*number, *at) = (row.number.max(*number), (*at).max(*created_at));
+    }
+    sqlx::query(
+        "UPDATE jobs j SET iteration_count = n.number, status = 'open', changed_at = greatest(j.changed_at, n.at)
+         FROM unnest($1::uuid[], $2::bigint[], $3::timestamptz[]) AS n (job, number, at) WHERE j.id = n.job",
+    )
+    .bind(jobs.keys().copied().collect::<Vec<_>>())
+    .bind(jobs.values().map(|(number, _)| i64::from(*number)).collect::<Vec<_>>())
+    .bind(jobs.values().map(|(_, at)| stamp(*at)).collect::<Vec<_>>())
+    .execute(db)
+    .await?;
     Ok(())
 }
 

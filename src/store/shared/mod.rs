@@ -48,7 +48,7 @@ pub use operation::{
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
     AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DayRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow,
-    FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundPurge, FoundRow, FoundStreamRow, GrownRow, HeadRow,
+    FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundPurge, FoundRow, FoundStreamRow, GrownRow, HeadRow,
     IterationRow, JobPurge, JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow, Latest, ListedJobRow,
     MachineRow, MachinesRow, MeasurandRow, MeasuredTooth, NewestSealRow, NodesRow, PlantRow, PurgeRow, RecordRow,
     RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StatusRow, StreamRow, TaskResultRow, TaskRow, TracedFitRow,

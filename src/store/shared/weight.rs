@@ -73,7 +73,7 @@ impl<T: Weight> Weight for Arc<T> {
 
 impl Weight for NewFit {
     fn bytes(&self) -> usize {
-        self.computed.result.len()
+        self.computed.result.bytes().len()
     }
 }
 

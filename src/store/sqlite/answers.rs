@@ -83,7 +83,7 @@ impl Read<SqlitePool> for GetAnswer {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Option<([u8; 32], Answer)>> {
         let row: Option<AnswerRow> = sqlx::query_as(
             "SELECT k.request_sha256 AS request_sha256, k.status AS status, k.location AS location, k.etag AS etag,
-                    k.body AS body, f.result AS result, k.body_end AS body_end
+                    k.body AS body, coalesce(f.frame, f.result) AS result, k.body_end AS body_end
              FROM idempotency_keys k LEFT JOIN fits f ON f.seq = k.fit
              WHERE k.tenant = ? AND k.key = ? AND k.scope = ?",
         )

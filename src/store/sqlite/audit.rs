@@ -8,8 +8,8 @@ use super::{locate::signed, time};
 use crate::{
     jobs::audit::{By, Chain, Found, job_digest, purge_digest},
     store::shared::{
-        ChoiceRow, DecisionRow, FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow, Growing,
-        HeadRow, JobRow, NewEntry, Outcome, PurgeRow, RecordRow, figure_columns, job_columns,
+        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow,
+        Growing, HeadRow, JobRow, NewEntry, Outcome, PurgeRow, RecordRow, figure_columns, job_columns,
     },
 };
 
@@ -88,12 +88,12 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
         rows,
     )
     .await?;
-    all::<FoundFit>(
+    all::<FoundFitTold>(
         db,
         concat!(
             "SELECT (SELECT number FROM iterations WHERE seq = iteration) AS number, id, reason, created_at, ",
             figure_columns!(),
-            ", spec, result FROM fits
+            ", spec, coalesce(frame, result) AS result, coefficients, prior, frame IS NOT NULL AS has_told FROM fits
              WHERE iteration IN (SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?)
              ORDER BY iteration, seq"
         ),

@@ -4,14 +4,16 @@ use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArg
 
 use super::{
     answers::{self, StoredFit},
-    audit, gone,
+    audit,
+    document::result_column,
+    gone,
     locate::{self, IterationVersion, within},
     time,
 };
 use crate::{
     jobs::{
-        Caller, Choice, Computed, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest, RepositoryError,
-        Resource, Stored, TracedFit, audit::Action,
+        Caller, Choice, Computed, EncodedResult, EncodedText, FitRecord, FitSummary, MAX_LISTED, NewFit, Page,
+        PageRequest, RepositoryError, Resource, Stored, Told, TracedFit, audit::Action,
     },
     store::shared::{
         Asked, ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome,
@@ -36,7 +38,7 @@ macro_rules! summary_columns {
 /// The columns of a fit that [`bind`] gives values, in its order.
 macro_rules! fit_columns {
     () => {
-        concat!("id, iteration, reason, created_at, ", figure_columns!(), ", spec, result")
+        concat!("id, iteration, reason, created_at, ", figure_columns!(), ", spec, result, frame, coefficients, prior")
     };
 }
 pub(super) use fit_columns;
@@ -48,7 +50,7 @@ pub fn bind<'q>(
     fit: &'q NewFit,
 ) -> Query<'q, Sqlite, SqliteArguments> {
     let Computed { spec, result, figures } = &fit.computed;
-    query
+    let query = query
         .bind(fit.id)
         .bind(iteration)
         .bind(fit.reason.as_deref())
@@ -63,8 +65,22 @@ pub fn bind<'q>(
         .bind(figures.bias_sharp_bound)
         .bind(figures.rms)
         .bind(figures.max_abs)
-        .bind(spec.clone())
-        .bind(result.clone())
+        .bind(spec.clone());
+    bind_result(query, result)
+}
+
+/// Binds the columns of a result: its text; or nothing, a frame, and what the trace tells of it.
+pub fn bind_result<'q>(
+    query: Query<'q, Sqlite, SqliteArguments>,
+    result: &EncodedResult,
+) -> Query<'q, Sqlite, SqliteArguments> {
+    let Some(frame) = result.frame() else {
+        // the trace finds in a text what it tells
+        return query.bind(result.text().clone()).bind(None::<&[u8]>).bind(None::<&str>).bind(None::<&str>);
+    };
+    let told = |text: &Option<EncodedText>| text.as_ref().map(|text| text.text().clone());
+    let Told { coefficients, prior } = result.told();
+    query.bind("").bind(frame.clone()).bind(told(coefficients)).bind(told(prior))
 }
 
 /// The last fits of an iteration, and how many stand before them.
@@ -105,8 +121,8 @@ pub async fn last_with_coefficients(
     let rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
         summary_columns!(),
-        ", CASE WHEN result <> '' THEN result -> '$.coefficients' END AS coefficients,
-           CASE WHEN result <> '' THEN result -> '$.prior' END AS prior
+        ", CASE WHEN frame NOTNULL THEN coefficients WHEN result <> '' THEN result -> '$.coefficients' END AS coefficients,
+           CASE WHEN frame NOTNULL THEN prior WHEN result <> '' THEN result -> '$.prior' END AS prior
          FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
     ))
     .bind(iteration)
@@ -140,7 +156,9 @@ impl Read<SqlitePool> for GetFit {
         let row: Option<FitRow> = sqlx::query_as(concat!(
             "SELECT id, reason, created_at, seq = ",
             chosen_fit!(),
-            " AS chosen, spec, result FROM fits WHERE iteration = ?1 AND id = ?2"
+            " AS chosen, spec, ",
+            result_column!(),
+            " AS result FROM fits WHERE iteration = ?1 AND id = ?2"
         ))
         .bind(iteration)
         .bind(self.fit)
@@ -159,8 +177,11 @@ impl Write<SqliteConnection> for InsertFit {
         let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         let mut chain = audit::of_job(db, asked.by(), *job).await?;
-        let insert =
-            concat!("INSERT INTO fits (", fit_columns!(), ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)");
+        let insert = concat!(
+            "INSERT INTO fits (",
+            fit_columns!(),
+            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+        );
         let seq = bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?.last_insert_rowid();
         asked.enter(&mut chain, Action::AddFit, target::fit(*job, *number, fit.id));
         audit::store(db, chain).await?;

@@ -14,7 +14,7 @@ use uuid::Uuid;
 use super::{
     audit_reads,
     error::{OpenError, failure},
-    lock,
+    fits, lock,
     open::StoreSettings,
     time,
 };
@@ -24,7 +24,7 @@ use crate::{
         archive::{Coming, Holdings, Key, Kind, Row, Section, TABLES, Value, given_up, keys_of},
         audit::{Chain, Verdict},
     },
-    store::shared::{Moment, Outcome, StoreError},
+    store::shared::{Document, Moment, Outcome, StoreError},
 };
 
 /// How the rows of a job are read and stored.
@@ -68,12 +68,14 @@ const STATEMENTS: &[Statements] = &[
         table: "fit",
         read: "SELECT i.number, row_number() OVER (PARTITION BY f.iteration ORDER BY f.seq), f.id, f.reason,
                       f.created_at, f.lambda_star, f.criterion, f.scheme, f.count, f.condition,
-                      f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.spec, f.result
+                      f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.spec,
+                      coalesce(f.frame, f.result)
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN fits f ON f.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, f.seq",
         write: "INSERT INTO fits (iteration, id, reason, created_at, lambda_star, criterion, scheme, count, condition,
-                                  regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, spec, result)
-                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18
+                                  regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, spec, result, frame,
+                                  coefficients, prior)
+                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21
                 FROM jobs j JOIN iterations i ON i.job = j.seq
                 WHERE j.id = ?1 AND i.number = ?2 AND ?3 = (SELECT count(*) + 1 FROM fits WHERE iteration = i.seq)",
     },
@@ -268,7 +270,8 @@ fn read_row(table: usize, row: &SqliteRow) -> Result<Row, sqlx::Error> {
         Ok(match column.kind {
             Kind::Integer => row.try_get::<Option<i64>, _>(k)?.map(Value::Integer),
             Kind::Real => row.try_get::<Option<f64>, _>(k)?.map(Value::Real),
-            Kind::Text | Kind::Document => row.try_get::<Option<String>, _>(k)?.map(Value::Text),
+            Kind::Text => row.try_get::<Option<String>, _>(k)?.map(Value::Text),
+            Kind::Document => row.try_get::<Option<Document>, _>(k)?.map(|Document(text)| Value::Text(text)),
             Kind::Bytes => row.try_get::<Option<Vec<u8>>, _>(k)?.map(Value::Bytes),
             Kind::Id => row.try_get::<Option<Uuid>, _>(k)?.map(Value::Id),
             Kind::Time => row.try_get::<Option<Moment>, _>(k)?.map(|Moment(time)| Value::Time(time)),
@@ -293,10 +296,13 @@ fn bound<'q>(query: Query<'q, Sqlite, SqliteArguments>, value: &'q Value) -> Que
 
 async fn insert(db: &mut SqliteConnection, key: &Key, row: &Row) -> Outcome<()> {
     let statements = &STATEMENTS[row.table];
-    let query = row.values.iter().fold(sqlx::query(statements.write).bind(key.job), bound);
-    let query = match statements.table {
-        "job" | "audit" => query.bind(key.tenant.as_str()),
-        _ => query,
+    let query = sqlx::query(statements.write).bind(key.job);
+    let query = match (statements.table, row.values.as_slice()) {
+        ("fit", [before @ .., Value::Text(result)]) => {
+            fits::bind_result(before.iter().fold(query, bound), &result.as_str().into())
+        }
+        ("job" | "audit", values) => values.iter().fold(query, bound).bind(key.tenant.as_str()),
+        (_, values) => values.iter().fold(query, bound),
     };
     match query.execute(db).await?.rows_affected() {
         1 => Ok(()),

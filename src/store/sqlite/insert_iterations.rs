@@ -6,10 +6,11 @@
 //! Nobody else writes meanwhile, so a number read is a number free.
 
 use std::{
-    collections::{HashMap, HashSet},
+    collections::{BTreeMap, HashMap, HashSet},
     fmt::Write as _,
 };
 
+use jiff::Timestamp;
 use sqlx::{AssertSqlSafe, FromRow, SqliteConnection};
 use uuid::Uuid;
 
@@ -30,7 +31,7 @@ use crate::{
     },
 };
 
-/// Rows of one statement: 49 variables each, far below SQLite's 32,766.
+/// Rows of one statement: 52 variables each, far below SQLite's 32,766.
 const MOST_ROWS: usize = 64;
 
 impl Write<SqliteConnection> for InsertIteration {
@@ -76,6 +77,7 @@ async fn change(db: &mut SqliteConnection, accepted: &[Numbered<'_>], begun: Vec
     for chain in begun {
         audit::store(db, chain).await?;
     }
+    note_in_jobs(db, accepted).await?;
     for rows in accepted.chunks(MOST_ROWS) {
         insert_rows(db, rows).await?;
     }
@@ -244,6 +246,31 @@ async fn refused_keys<'a>(db: &mut SqliteConnection, incoming: &[Incoming<'a>]) 
     Ok(refused)
 }
 
+/// Notes in each job how many iterations it will have, and since when: else a trigger would do so
+/// for each of them.
+async fn note_in_jobs(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcome<()> {
+    let mut jobs: BTreeMap<i64, (u32, Timestamp)> = BTreeMap::new();
+    for row in rows {
+        let created_at = row.new.iteration.created_at;
+        let (number, at) = jobs.entry(row.job).or_insert((row.number, created_at));
+        (*number, *at) = (row.number.max(*number), created_at.max(*at));
+    }
+    let jobs: Vec<_> = jobs.into_iter().collect();
+    for jobs in jobs.chunks(MOST_ROWS) {
+        let sql = format!(
+            "UPDATE jobs SET iteration_count = n.column2, status = 'open', changed_at = max(changed_at, n.column3)
+             FROM (VALUES (?, ?, ?){}) AS n WHERE seq = n.column1",
+            ", (?, ?, ?)".repeat(jobs.len() - 1)
+        );
+        let mut query = sqlx::query(AssertSqlSafe(sql));
+        for (job, (number, at)) in jobs {
+            query = query.bind(job).bind(number).bind(time::to_text(*at));
+        }
+        query.execute(&mut *db).await?;
+    }
+    Ok(())
+}
+
 /// One statement for each of the five tables, sent together.
 async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcome<()> {
     let mut query = sqlx::query(AssertSqlSafe(insert_sql(rows.len())));
@@ -289,7 +316,7 @@ fn insert_sql(rows: usize) -> String {
             marks(12),
         ),
         ("nodes (iteration, count, data)", marks(3)),
-        (concat!("fits (seq, ", fits::fit_columns!(), ")"), marks(17)),
+        (concat!("fits (seq, ", fits::fit_columns!(), ")"), marks(20)),
         ("fit_choices (iteration, position, fit, created_at)", "?, 1, ?, ?".to_owned()),
         (concat!("audit (", audit::columns!(), ")"), marks(14)),
     ];
@@ -318,7 +345,7 @@ mod tests {
     #[test]
     fn the_widest_statement_stays_within_the_limits() {
         let variables = insert_sql(MOST_ROWS).matches('?').count();
-        assert_eq!(variables, MOST_ROWS * (12 + 3 + 17 + 3 + 14));
+        assert_eq!(variables, MOST_ROWS * (12 + 3 + 20 + 3 + 14));
         assert!(variables <= 32_766);
     }
 }

@@ -18,7 +18,7 @@ use crate::{
 const TAKE_AWAY: [&str; 10] = [
     "UPDATE iterations SET operator = NULL, note = NULL WHERE job = ?1",
     "UPDATE nodes SET data = x'' WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
-    "UPDATE fits SET reason = NULL, spec = '', result = ''
+    "UPDATE fits SET reason = NULL, spec = '', result = '', frame = NULL, coefficients = NULL, prior = NULL
      WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
     "UPDATE fit_choices SET reason = NULL WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
     "UPDATE decisions SET reason = NULL WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",

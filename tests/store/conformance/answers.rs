@@ -37,7 +37,7 @@ pub async fn a_key_stores_once_and_its_answer_outlives_the_store(pair: &mut Pair
 
 /// An answer with the result of a fit in it, as the answers of iterations and fits are.
 fn telling(key: &str, fit: &NewFit) -> (Receipt, impl Fn(Stored) -> Answer + Clone + 'static) {
-    let result = fit.computed.result.clone();
+    let result = fit.computed.result.text().clone();
     let answer = move |stored: Stored| Answer {
         status: 201,
         location: None,

@@ -117,7 +117,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
         let details = MeasurementDetails { instrument: some(), operator: some(), note: some(), ..new.details };
         let measurand = Measurand { tooth: some(), axes: Some(document.clone()), flank: None };
         let mut fit = new.fit;
-        (fit.reason, fit.computed.spec, fit.computed.result) = (some(), document.clone(), document.clone());
+        (fit.reason, fit.computed.spec, fit.computed.result) = (some(), document.clone(), document.clone().into());
         let new = Arc::new(NewIteration { details, measurand, fit, ..new });
         store.insert_iteration(new.clone(), None).await.unwrap();
         let event = || Event { reason: some(), created_at: place.now() };

@@ -89,7 +89,8 @@ conformance! {
             what_is_as_it_was_written_is_intact,
             changed_entries_are_found_at_their_numbers,
             changed_rows_are_found_at_their_numbers,
-            a_job_from_before_is_verified_too;
+            a_job_from_before_is_verified_too,
+            long_results_are_guarded_too;
         blocks:
             the_last_estimate_stays_while_blocks_come,
             blocks_are_read_a_few_megabytes_at_a_time,

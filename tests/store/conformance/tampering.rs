@@ -152,6 +152,50 @@ pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
     assert_eq!(found(pair, job, forgotten).await, Verdict::Broken { number: 7, what: What::Content });
 }
 
+/// A long result is stored in another form, with what the trace tells of it beside; it is the same
+/// for whoever reads it, and as well guarded.
+pub async fn long_results_are_guarded_too(pair: &mut Pair) {
+    let job = pair.values.stored_job(&pair.store).await.id;
+    let values = |from: u32| (from..from + 3000).map(|i| f64::from(i).sqrt().to_string()).collect::<Vec<_>>().join(",");
+    let mut stored = Vec::new();
+    for from in [1, 100_000] {
+        let mut new = NewIteration::clone(&iteration(pair, job, f64::from(from), 0));
+        let prior = format!(r#"{{"of":[ {from}]}}"#);
+        new.fit.computed.result =
+            format!(r#"{{"coefficients":[{from},1.50],"prior":{prior},"values":[{}]}}"#, values(from)).into();
+        let whole = new.fit.computed.result.text().clone();
+        assert!(new.fit.computed.result.bytes().len() < whole.len());
+        let fit = new.fit.id;
+        let number = pair.store.insert_iteration(Arc::new(new), None).await.unwrap().number;
+        assert_eq!(pair.store.fit(job, number, fit).await.unwrap().result, whole);
+        stored.push((format!("[{from},1.50]"), prior));
+    }
+    let told = pair.store.trace(job, WHOLE).await.unwrap().iterations;
+    for ((coefficients, prior), iteration) in stored.iter().zip(&told) {
+        let fit = &iteration.fits[0];
+        assert_eq!((&fit.coefficients, fit.prior.as_deref()), (coefficients, Some(prior.as_str())));
+    }
+    let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
+    assert!(matches!(verdict, Verdict::Intact { entries: 3, .. }), "{verdict:?}");
+    let broken = Verdict::Broken { number: 3, what: What::Content };
+    let undo =
+        "UPDATE fits SET coefficients = (SELECT v FROM kept), prior = (SELECT p FROM kept) WHERE lambda_star > 2";
+    let keep = "CREATE TABLE kept AS SELECT coefficients AS v, prior AS p FROM fits WHERE lambda_star > 2";
+    pair.ground.intrude(keep.to_owned()).await;
+    for sql in [
+        "UPDATE fits SET coefficients = '[1]' WHERE lambda_star > 2",
+        "UPDATE fits SET prior = NULL WHERE lambda_star > 2",
+    ] {
+        assert_eq!(found(pair, job, sql).await, broken, "{sql}");
+        pair.ground.intrude(undo.to_owned()).await;
+        assert!(matches!(pair.store.verify_audit(Chain::Job(job)).await.unwrap(), Verdict::Intact { .. }));
+    }
+    let result = if pair.ground.refusal("SELECT frame FROM fits").await.is_none() { "frame" } else { "result" };
+    let other = format!("(SELECT {result} FROM fits WHERE lambda_star < 2)");
+    let exchanged = format!("UPDATE fits SET {result} = {other} WHERE lambda_star > 2");
+    assert_eq!(found(pair, job, &exchanged).await, broken);
+}
+
 /// Everything, in an order that no reference forbids.
 const CLEAR: &str = "DELETE FROM stream_states; DELETE FROM stream_blocks; DELETE FROM streams; DELETE FROM events; \
                      DELETE FROM records; DELETE FROM decisions; DELETE FROM fit_choices; DELETE FROM fits; \

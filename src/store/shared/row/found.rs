@@ -10,9 +10,12 @@ use super::{
     record::RecordRow,
 };
 use crate::{
-    jobs::audit::{
-        FoundStream, Kind, Sha256Digest, block_digest, choice_digest, decision_digest, fit_digest, iteration_digest,
-        nodes_digest, record_digest, stream_digest,
+    jobs::{
+        Told,
+        audit::{
+            FoundStream, Kind, Sha256Digest, block_digest, choice_digest, decision_digest, fit_digest,
+            iteration_digest, nodes_digest, record_digest, stream_digest,
+        },
     },
     store::shared::columns::{Digest, Document, Integer, Moment},
 };
@@ -57,21 +60,39 @@ impl FoundRow for FoundNodes {
 }
 
 #[derive(FromRow)]
-pub struct FoundFit {
+struct FoundFit {
     id: Uuid,
     #[sqlx(flatten)]
     event: ReasonRow,
     #[sqlx(flatten)]
     figures: FigureRow,
     spec: Document,
-    pub result: Document,
+    result: Document,
 }
 
-impl FoundRow for FoundFit {
+/// A fit with what the trace tells of it, where columns of their own have what is in its result as
+/// well.
+#[derive(FromRow)]
+pub struct FoundFitTold {
+    #[sqlx(flatten)]
+    fit: FoundFit,
+    has_told: bool,
+    coefficients: Option<Document>,
+    prior: Option<Document>,
+}
+
+impl FoundRow for FoundFitTold {
     const KIND: Kind = Kind::Fit;
 
     fn digest(self) -> Sha256Digest {
-        fit_digest(self.id, &self.event.into(), &self.figures.into(), &self.spec.0, &self.result.0)
+        let FoundFitTold { fit, has_told, coefficients, prior } = self;
+        let text = |document: &Option<Document>| document.as_ref().map(|Document(text)| text.clone());
+        let is_told = || Told::of(&fit.result.0).is(text(&coefficients).as_deref(), text(&prior).as_deref());
+        if has_told && !is_told() {
+            return [0; 32];
+        }
+        let FoundFit { id, event, figures, spec, result } = fit;
+        fit_digest(id, &event.into(), &figures.into(), &spec.0, &result.0)
     }
 }
 

@@ -17,7 +17,7 @@ mod task;
 pub(in crate::store) use audit::entry_columns;
 pub use audit::{EntryRow, HeadRow, entries};
 pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRow};
-pub use found::{FoundBlock, FoundFit, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
+pub use found::{FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
 pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};

@@ -1,0 +1,192 @@
+//! Documents on their way to the store.
+
+use std::{cell::RefCell, io, ops::Deref, sync::Arc};
+
+use serde::Deserialize;
+use serde_json::value::RawValue;
+use zstd::bulk::Compressor;
+
+/// Longer texts are compressed.
+pub const LONG: usize = 8 << 10;
+/// Fast: whoever posts a fit waits for it.
+const LEVEL: i32 = 1;
+/// What frames of zstd begin with; its second byte begins no letter of UTF-8.
+const FRAME: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
+
+thread_local! {
+    /// Making one anew takes longer than a short text does.
+    static COMPRESSOR: RefCell<Option<Compressor<'static>>> = const { RefCell::new(None) };
+}
+
+/// A document, with what is stored of it, made before the store takes it.
+#[derive(Clone, Debug)]
+pub struct EncodedText {
+    text: Arc<str>,
+    frame: Option<Arc<[u8]>>,
+}
+
+impl EncodedText {
+    pub fn text(&self) -> &Arc<str> {
+        &self.text
+    }
+
+    /// The text as a frame of zstd, where it is long and that is shorter.
+    pub fn frame(&self) -> Option<&Arc<[u8]>> {
+        self.frame.as_ref()
+    }
+
+    /// The frame, or the text where there is none.
+    pub fn bytes(&self) -> &[u8] {
+        self.frame.as_deref().unwrap_or(self.text.as_bytes())
+    }
+
+    /// The text of [`Self::bytes`]; an error is told of other bytes.
+    pub fn read(bytes: &[u8]) -> io::Result<String> {
+        let text = match bytes.starts_with(&FRAME) {
+            true => zstd::stream::decode_all(bytes)?,
+            false => bytes.to_vec(),
+        };
+        String::from_utf8(text).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not in UTF-8"))
+    }
+}
+
+impl From<Arc<str>> for EncodedText {
+    fn from(text: Arc<str>) -> Self {
+        let frame = (text.len() > LONG).then(|| compressed(text.as_bytes())).flatten();
+        let frame = frame.filter(|frame| frame.len() < text.len()).map(Into::into);
+        EncodedText { text, frame }
+    }
+}
+
+impl From<String> for EncodedText {
+    fn from(text: String) -> Self {
+        Arc::<str>::from(text).into()
+    }
+}
+
+impl From<&str> for EncodedText {
+    fn from(text: &str) -> Self {
+        Arc::<str>::from(text).into()
+    }
+}
+
+impl PartialEq for EncodedText {
+    fn eq(&self, other: &Self) -> bool {
+        self.text == other.text
+    }
+}
+
+impl Deref for EncodedText {
+    type Target = str;
+
+    fn deref(&self) -> &str {
+        &self.text
+    }
+}
+
+/// None where it cannot be done: then the text is stored.
+fn compressed(text: &[u8]) -> Option<Vec<u8>> {
+    COMPRESSOR.with_borrow_mut(|kept| {
+        if kept.is_none() {
+            *kept = Compressor::new(LEVEL).ok();
+        }
+        kept.as_mut()?.compress(text).ok()
+    })
+}
+
+/// The answer of a fit, with what the trace tells of it as it stands there.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EncodedResult {
+    whole: EncodedText,
+    told: Told,
+}
+
+impl EncodedResult {
+    pub fn told(&self) -> &Told {
+        &self.told
+    }
+}
+
+impl From<Arc<str>> for EncodedResult {
+    fn from(text: Arc<str>) -> Self {
+        let told = Told::of(&text);
+        EncodedResult { whole: text.into(), told }
+    }
+}
+
+impl From<String> for EncodedResult {
+    fn from(text: String) -> Self {
+        Arc::<str>::from(text).into()
+    }
+}
+
+impl From<&str> for EncodedResult {
+    fn from(text: &str) -> Self {
+        Arc::<str>::from(text).into()
+    }
+}
+
+impl Deref for EncodedResult {
+    type Target = EncodedText;
+
+    fn deref(&self) -> &EncodedText {
+        &self.whole
+    }
+}
+
+/// What the trace tells of a result, as it stands there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Told {
+    pub coefficients: Option<EncodedText>,
+    pub prior: Option<EncodedText>,
+}
+
+#[derive(Default, Deserialize)]
+struct Parts<'a> {
+    #[serde(borrow)]
+    coefficients: Option<&'a RawValue>,
+    #[serde(borrow)]
+    prior: Option<&'a RawValue>,
+}
+
+impl Told {
+    pub fn of(result: &str) -> Self {
+        let parts: Parts<'_> = serde_json::from_str(result).unwrap_or_default();
+        let text = |value: Option<&RawValue>| value.map(|value| value.get().into());
+        Told { coefficients: text(parts.coefficients), prior: text(parts.prior) }
+    }
+
+    /// Whether it tells this.
+    pub fn is(&self, coefficients: Option<&str>, prior: Option<&str>) -> bool {
+        self.coefficients.as_deref() == coefficients && self.prior.as_deref() == prior
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_come_back_whether_they_are_compressed_or_not() {
+        let noise: String = (0..9000_u32).map(|i| char::from_u32(0x4e00 + i * 7919 % 20_000).unwrap()).collect();
+        for text in ["", "{}", &"x".repeat(LONG), &"x".repeat(LONG + 1), &"ä1.5,".repeat(1 << 18), &noise] {
+            let encoded = EncodedText::from(text);
+            assert_eq!(encoded.frame().is_some(), encoded.bytes().len() < text.len());
+            assert_eq!(encoded.frame().is_some(), encoded.bytes().starts_with(&FRAME));
+            assert_eq!((EncodedText::read(encoded.bytes()).unwrap().as_str(), &*encoded), (text, text));
+        }
+        assert!(EncodedText::from("x".repeat(LONG)).frame().is_none());
+        assert!(EncodedText::from("x".repeat(LONG + 1)).frame().is_some());
+        assert!(EncodedText::read(&[0xff]).is_err());
+        assert!(EncodedText::read(&FRAME).is_err());
+    }
+
+    #[test]
+    fn what_the_trace_tells_is_as_it_was_answered() {
+        let told = Told::of(r#"{"a":[{"coefficients":1}],"coefficients":[ 1.50,"\u0000"],"prior":{"of": 2}}"#);
+        assert!(told.is(Some(r#"[ 1.50,"\u0000"]"#), Some(r#"{"of": 2}"#)));
+        assert!(!told.is(Some("[]"), Some(r#"{"of": 2}"#)) && !told.is(Some(r#"[ 1.50,"\u0000"]"#), None));
+        assert!(Told::of("{}").is(None, None));
+        assert!(Told::of(r#"{"coefficients":[],"prior":null}"#).is(Some("[]"), None));
+    }
+}
