@@ -1,0 +1,186 @@
+//! A plant: three servers on one PostgreSQL behind haproxy, whose clients ask again whatever
+//! happens. Servers are killed one after the other, PostgreSQL is restarted or killed, and
+//! connections between them are cut around commits; what was acknowledged is there once, numbers
+//! have no gap, streams and events go on as if nothing had been.
+//!
+//! `FLANKFIT_PLANT_SECONDS` says for how long.
+
+mod clients;
+mod cuts;
+mod told;
+
+use std::{
+    env,
+    net::SocketAddr,
+    sync::{
+        Arc, Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
+    time::{Duration, Instant},
+};
+
+use serde_json::json;
+use tokio::{
+    task::{JoinSet, spawn_blocking},
+    time::sleep,
+};
+
+use self::{
+    clients::Plant,
+    cuts::{CUTS, Cuts},
+    told::{Told, check_iterations},
+};
+use super::{kill, streams::spec};
+use crate::{
+    plant::proxy::{Proxy, REPLICAS},
+    postgres::{Server, shell},
+};
+
+/// Each with a stream and a listener.
+const JOBS: usize = 8;
+/// Of each job: 64 of all.
+const WRITERS: usize = 8;
+/// A server is killed as often; after every second one something happens to PostgreSQL.
+const BETWEEN_KILLS: Duration = Duration::from_secs(2);
+const BETWEEN_CUTS: Duration = Duration::from_millis(400);
+/// Every kind of interruption comes once.
+const SECONDS: u64 = 14;
+/// What happens to PostgreSQL, one after the other.
+const INTERRUPTIONS: [&str; 3] = [
+    "$BIN/pg_ctl -D data -l log -m fast -w restart",
+    "$BIN/pg_ctl -D data -l log -m immediate -w restart",
+    "kill -9 $(head -1 data/postmaster.pid); until $BIN/pg_ctl -D data -l log -w start 2>/dev/null; do sleep 0.1; done",
+];
+
+/// What is interrupted, and how often it was.
+struct Interrupted<'a> {
+    plant: &'a Plant,
+    server: &'a Server,
+    url: &'a str,
+    addresses: [SocketAddr; REPLICAS],
+    replicas: Vec<kill::Server>,
+    kills: u64,
+    interruptions: [u64; INTERRUPTIONS.len()],
+}
+
+impl Interrupted<'_> {
+    /// Kills servers and what they store in, until it is enough.
+    async fn run(&mut self, time: Duration) {
+        let begun = Instant::now();
+        for round in 0.. {
+            sleep((BETWEEN_KILLS * (round as u32 + 1)).saturating_sub(begun.elapsed())).await;
+            if begun.elapsed() >= time {
+                break;
+            }
+            self.replicas.remove(0).kill();
+            self.kills += 1;
+            let (url, address) = (self.url.to_owned(), self.addresses[round % REPLICAS]);
+            let started = spawn_blocking(move || kill::Server::start_at(address, &url, &[]));
+            self.replicas.push(started.await.unwrap());
+            if round % 2 == 1 {
+                let which = round / 2 % INTERRUPTIONS.len();
+                let mut command = shell(&self.server.folder, INTERRUPTIONS[which]);
+                let done = spawn_blocking(move || command.status()).await.unwrap().unwrap();
+                assert!(done.success());
+                self.interruptions[which] += 1;
+            }
+        }
+        self.plant.over.store(true, Ordering::SeqCst);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(any(without_postgres, without_haproxy), ignore = "there is no PostgreSQL server, or no haproxy")]
+async fn nothing_is_lost_or_repeated_whatever_is_killed() {
+    let seconds = env::var("FLANKFIT_PLANT_SECONDS").ok().and_then(|text| text.parse().ok()).unwrap_or(SECONDS);
+    let server = Server::start();
+    let (name, cuts) = (server.with_schema().await, Arc::<Cuts>::default());
+    let port = cuts::open(server.folder.join(".s.PGSQL.5432"), cuts.clone()).await;
+    let url = format!("postgres://owner@127.0.0.1:{port}/{name}?sslmode=disable");
+    let proxy = Proxy::start(3);
+    let replicas = proxy.servers.map(|address| kill::Server::start_at(address, &url, &[])).into();
+    let plant = Arc::new(Plant::new(&proxy.base));
+    let mut told = Vec::new();
+    let (mut listeners, mut writers, mut probes) = (JoinSet::new(), JoinSet::new(), JoinSet::new());
+    for of in 0..JOBS {
+        let job = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
+        let job = job.header("location").unwrap().to_owned();
+        let stream = plant.post(&format!("{job}/streams"), &spec()).await.expect(201);
+        let stream = stream.header("location").unwrap().to_owned();
+        let events = Arc::<Mutex<Vec<u64>>>::default();
+        let at = (plant.clone(), job.clone(), events.clone());
+        listeners.spawn(async move { at.0.listen(&at.1, &at.2).await });
+        for writer in 0..WRITERS {
+            let at = (plant.clone(), job.clone());
+            writers.spawn(async move { (of, at.0.write(writer, &at.1).await) });
+        }
+        let at = (plant.clone(), stream.clone());
+        probes.spawn(async move { (of, at.0.stream(&at.1, of % 2 == 0).await) });
+        told.push(Told { job, stream, events, ..Told::default() });
+    }
+    let operated = plant.post("/v1/jobs", &json!({"name": "wheel"})).await.expect(201);
+    let operated = operated.header("location").unwrap().to_owned();
+    let operating = tokio::spawn({
+        let at = (plant.clone(), operated.clone());
+        async move { at.0.operate(&at.1).await }
+    });
+    let cutting = tokio::spawn({
+        let cuts = cuts.clone();
+        async move {
+            for cut in CUTS.into_iter().cycle() {
+                sleep(BETWEEN_CUTS).await;
+                cuts.arm(cut);
+            }
+        }
+    });
+    let (addresses, kills, interruptions) = (proxy.servers, 0, Default::default());
+    let mut interrupted =
+        Interrupted { plant: &plant, server: &server, url: &url, addresses, replicas, kills, interruptions };
+    interrupted.run(Duration::from_secs(seconds)).await;
+    cutting.abort();
+
+    for (of, stored) in writers.join_all().await {
+        told[of].iterations.extend(stored);
+    }
+    for (of, answers) in probes.join_all().await {
+        told[of].blocks = answers;
+    }
+    let (mut made, again) = operating.await.unwrap();
+    tell(&interrupted, &cuts, &told);
+    println!("{} operations, of which {again} were begun more than once", made.len());
+    let failures = std::mem::take(&mut *plant.failures.lock().unwrap());
+    assert!(failures.is_empty(), "{} failures: {:#?}", failures.len(), &failures[..failures.len().min(5)]);
+    let mut checks = JoinSet::new();
+    for told in told {
+        let plant = plant.clone();
+        checks.spawn(async move { told.check(&plant).await });
+    }
+    checks.join_all().await;
+    assert!(!made.is_empty());
+    check_iterations(&plant, &operated, &mut made).await;
+    println!("nothing of it is lost, nothing is there twice");
+    interrupted.replicas.into_iter().for_each(kill::Server::kill);
+}
+
+/// Prints what happened.
+fn tell(interrupted: &Interrupted<'_>, cuts: &Cuts, told: &[Told]) {
+    let counts = &interrupted.plant.counts;
+    let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
+    println!(
+        "{} requests; asked again after {} broken connections and {} refusals, {} of them outcome_unknown",
+        count(&counts.requests),
+        count(&counts.broken),
+        count(&counts.refused),
+        count(&counts.unknown),
+    );
+    let [fast, immediate, killed] = interrupted.interruptions;
+    println!(
+        "{} servers killed; PostgreSQL restarted {fast} times, {immediate} times at once, killed {killed} times",
+        interrupted.kills
+    );
+    let [before, with, after] = cuts.fallen();
+    println!("connections cut before COMMIT {before}, with it {with}, before its answer {after}");
+    let iterations: usize = told.iter().map(|told| told.iterations.len()).sum();
+    let blocks: usize = told.iter().map(|told| told.blocks.len()).sum();
+    println!("acknowledged: {iterations} iterations, {blocks} blocks");
+}
