@@ -152,6 +152,7 @@ async fn ours(work: &Arc<Work>) -> (f64, f64) {
             version: 1,
             created_at: now,
             updated_at: now,
+            purged_at: None,
         };
         work.repository.insert_job(job, None).await.expect("the job is stored");
         jobs.push(id);

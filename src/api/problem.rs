@@ -137,7 +137,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 31] = [
+    pub const ALL: [ProblemCode; 32] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,

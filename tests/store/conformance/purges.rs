@@ -30,13 +30,14 @@ fn telling(key: &str, scope: String) -> Option<Receipt> {
     Some(told)
 }
 
-/// An iteration of somebody.
-fn iteration(pair: &Pair, job: Uuid) -> Arc<NewIteration> {
+/// An iteration of somebody, whose result is so many bytes longer than it need be.
+fn iteration(pair: &Pair, job: Uuid, longer: usize) -> Arc<NewIteration> {
     let mut new = NewIteration::clone(&pair.values.iteration(job));
     new.details.operator = Some(format!("{CANARY} operator"));
     new.details.note = Some(format!("{CANARY} note"));
     new.fit.computed.spec = Arc::from(format!("{{\"spec\":\"{CANARY}\"}}"));
-    new.fit.computed.result = Arc::from(format!("{{\"coefficients\":[],\"prior\":{{\"of\":\"{CANARY}\"}}}}"));
+    let blanks = " ".repeat(longer);
+    new.fit.computed.result = format!("{{\"coefficients\":[],{blanks}\"prior\":{{\"of\":\"{CANARY}\"}}}}").into();
     Arc::new(new)
 }
 
@@ -48,7 +49,7 @@ async fn filled(pair: &Pair) -> Uuid {
     let job = place.job("wheel");
     store.insert_job(job.clone(), None).await.unwrap();
     let (job, path) = (job.id, format!("POST /v1/jobs/{}", job.id));
-    store.insert_iteration(iteration(pair, job), telling("1", format!("{path}/iterations"))).await.unwrap();
+    store.insert_iteration(iteration(pair, job, 0), telling("1", format!("{path}/iterations"))).await.unwrap();
     let mut fit = place.fit(0.75);
     fit.reason = Some(format!("{CANARY} reason"));
     let fit = Arc::new(fit);
@@ -71,7 +72,7 @@ async fn filled(pair: &Pair) -> Uuid {
         let scope = format!("POST /v1/streams/{}/nodes", stream.id);
         store.insert_block(place.block(stream.id, 1), telling("5", scope)).await.unwrap();
     }
-    let finished = FinishedStream { stream: streams[1].id, sequence: 1, iteration: iteration(pair, job) };
+    let finished = FinishedStream { stream: streams[1].id, sequence: 1, iteration: iteration(pair, job, 20_000) };
     store.finish_stream(finished, None).await.unwrap();
     let task = task(pair, "6", job);
     store.insert_task(task.clone(), 1 << 20).await.unwrap();
