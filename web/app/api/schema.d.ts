@@ -7701,6 +7701,11 @@ export interface components {
              */
             root: number;
         };
+        /**
+         * @description What lets somebody in.
+         * @enum {string}
+         */
+        Proof: "secret" | "certificate" | "token";
         /** @description What made the answer out of what. */
         Provenance: {
             /**
@@ -10090,10 +10095,16 @@ export interface components {
             tenant?: string;
             /**
              * @description The name under which they act: `key-` and the id of the key, or the beginning of its digest
-             *     where the server's settings name it; `anonymous` where no key is asked for.
+             *     where the server's settings name it; of a token its subject; `anonymous` where no key is
+             *     asked for.
              */
             actor: string;
-            /** @description Absent where scopes were named one by one, and where no key is asked for. */
+            /** @description What lets them in; absent where no key is asked for. */
+            kind?: components["schemas"]["Proof"];
+            /**
+             * @description Absent where scopes were named one by one or a token names several roles, and where no key
+             *     is asked for.
+             */
             role?: components["schemas"]["Role"];
             /** @description What they may ask for. */
             scopes: components["schemas"]["Scope"][];
@@ -10103,7 +10114,7 @@ export interface components {
             key_name?: string;
             /**
              * Format: date-time
-             * @description When the key ends.
+             * @description When the key or the token ends.
              */
             expires_at?: string;
         };
@@ -27515,7 +27526,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is closed when the stream is finished or deleted, when the server stops, and (1008) when the caller's key ends. */
+            /** @description A WebSocket. Client: StreamBlock; server: StreamEstimate, or Problem. It is closed when the stream is finished or deleted, when the server stops, and (1008) when the caller's key or token ends. */
             101: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
