@@ -180,7 +180,7 @@ fn manifests_name_each_other_and_their_ports() {
     assert_eq!(at(&job, "/spec/template/spec/containers/0/args/0"), "migrate");
     assert_eq!(at(&job, "/spec/template/spec/containers/0/image"), at(container, "/image"));
     assert!(settings("migrate").contains("FLANKFIT_DATABASE_URL"));
-    for text in ["alerts.yaml", "kubernetes/deployment.yaml", "kubernetes/migration.yaml"] {
+    for text in ["kubernetes/deployment.yaml", "kubernetes/migration.yaml"] {
         assert!(read(&format!("deploy/{text}")).contains("Untried"), "{text}");
     }
 }

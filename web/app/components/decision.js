@@ -63,13 +63,16 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
   const overtaken = error instanceof ApiError && error.status === 412;
+  // what stood when somebody began to decide: what comes in meanwhile is shown to them before it is overruled
+  const [begun] = useState(etag);
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();
     setSending(true);
     try {
       const body = { decision: asked, ...(reason.trim() ? { reason: reason.trim() } : {}) };
       const path = { job_id: iteration.job_id, number: iteration.number };
-      const header = etag ? { "If-Match": etag } : {};
+      const known = overtaken ? etag : begun;
+      const header = known ? { "If-Match": known } : {};
       const done = await answer(api.PATCH("/v1/jobs/{job_id}/iterations/{number}", { params: { path, header }, body }));
       forget();
       put(done.data, done.etag);

@@ -138,7 +138,7 @@ browserTest("what takes long shows how far it is, and is stopped without being s
   const z = u.map((a) => v.map((b) => Number((Math.sin(a) + 0.1 * b * b + Math.sin(50 * a * b)).toFixed(4))));
   const request = {
     nodes: { type: "grid", u, v, z },
-    model: { type: "polynomial", degree: [3, 3] },
+    model: { type: "polynomial", degree: [8, 8] },
     estimator: { type: "least_trimmed_squares" },
   };
   await page.setInputFiles(picker, file("long.json", JSON.stringify(request)));

@@ -99,10 +99,10 @@ browserTest(
     const { id } = await job();
     await iteration(id);
     await open(map(id, 1));
-    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "burnt" });
     await page.getByRole("button", { name: "Accept" }).click();
     const dialog = page.getByRole("dialog");
     await dialog.getByLabel("Reason").fill("within the limits");
+    await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "burnt" });
     await dialog.getByRole("button", { name: "Accept" }).click();
     await dialog.getByText("Somebody else has changed this meanwhile").waitFor();
     await dialog.getByText("rejected").waitFor();

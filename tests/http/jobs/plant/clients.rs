@@ -148,8 +148,8 @@ impl Plant {
         stored
     }
 
-    /// Has iterations made by operations, one after the other and at least one, and says how many of
-    /// them were begun more than once. One whose servers were lost too often has stored nothing.
+    /// Has iterations made by operations, one after the other and at least one, and says how many
+    /// of them were begun more than once. One whose servers were lost too often has stored nothing.
     pub async fn operate(&self, job: &str) -> (Vec<Written>, u64) {
         let (mut stored, mut again) = (Vec::new(), 0);
         let path = format!("{job}/iterations");
