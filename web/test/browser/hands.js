@@ -30,6 +30,8 @@ const MOST_STOPS = 300;
 
 /** Tab, Enter and letters. @param {Page} page @returns {Hands} */
 export function keyboard(page) {
+  // whoever listens has the browser hand over its choosers, which takes longer than a key: so from the start on
+  page.on("filechooser", () => {});
   const reach = async (/** @type {Locator} */ target) => {
     await target.first().waitFor({ state: "attached" });
     const element = await target.first().elementHandle();

@@ -3,6 +3,7 @@
 import assert from "node:assert/strict";
 import { formats } from "../../app/lib/format.js";
 import { browserTest } from "./harness.js";
+import { termSign } from "../../app/lib/terms.js";
 
 const f = formats("en");
 
@@ -19,7 +20,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
       .evaluateAll((all) => all.map((row) => [...row.querySelectorAll(".cell")].map((one) => one.textContent)));
   assert.deepEqual(
     await rowsOf("Variance inflation factors"),
-    result.collinearity.columns.map((/** @type {any} */ { term, vif }) => [term, f.three(vif)]),
+    result.collinearity.columns.map((/** @type {any} */ { term, vif }) => [termSign(term), f.three(vif)]),
   );
   for (const [name, matrix] of [
     ["Variance proportions", result.collinearity.variance_proportions],
@@ -28,7 +29,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
     assert.deepEqual(
       await rowsOf(name),
       matrix.map((/** @type {number[]} */ row, /** @type {number} */ i) => [
-        result.coefficients[i].term,
+        termSign(result.coefficients[i].term),
         ...row.map((value) => f.fixed(value, 2)),
       ]),
     );
@@ -52,7 +53,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
   assert.deepEqual(
     await rowsOf("Weights of the direction"),
     worst.weights.map((/** @type {number} */ weight, /** @type {number} */ i) => [
-      result.coefficients[i].term,
+      termSign(result.coefficients[i].term),
       f.fixed(weight, 3),
     ]),
   );

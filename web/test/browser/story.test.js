@@ -26,8 +26,9 @@ async function story(world, { press, type, pick }) {
   };
   const measure = async (/** @type {string} */ name) => {
     await press(page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Measure" }));
+    await page.waitForURL("**/measure");
+    await stands();
     const picker = page.locator("#measure-files");
-    await picker.waitFor({ state: "attached" });
     await pick(picker, { name, mimeType: "application/json", buffer: Buffer.from(await example(name)) });
     await page.locator(".queue-entry canvas").waitFor();
     await press(button("Store as iteration"));
