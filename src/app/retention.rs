@@ -2,15 +2,17 @@
 //! there, synced, and reads as it was written.
 
 use std::{
+    collections::BTreeSet,
     fs::{self, File, OpenOptions},
     io::{self, Read as _},
     path::{Path, PathBuf},
-    sync::Arc,
+    sync::{Arc, Mutex, PoisonError},
     time::Duration,
 };
 
 use jiff::SignedDuration;
 use sha2::{Digest as _, Sha256};
+use uuid::Uuid;
 
 use crate::{
     api::jobs::purge::told,
@@ -35,6 +37,8 @@ pub struct NoArchives {
 pub struct Retention {
     after: SignedDuration,
     folder: PathBuf,
+    /// Jobs that could not be purged. They come after all others, so that they keep none from it.
+    failed: Mutex<BTreeSet<Uuid>>,
 }
 
 /// What became of a job.
@@ -54,7 +58,11 @@ impl Retention {
         let unusable = |source| NoArchives { folder: folder.clone(), source };
         fs::create_dir_all(&folder).map_err(unusable)?;
         tempfile::tempfile_in(&folder).map_err(unusable)?;
-        Ok(Some(Retention { after: SignedDuration::from_hours(24 * i64::from(days.get())), folder }))
+        Ok(Some(Retention {
+            after: SignedDuration::from_hours(24 * i64::from(days.get())),
+            folder,
+            failed: Mutex::default(),
+        }))
     }
 
     /// Never ends.
@@ -74,18 +82,31 @@ impl Retention {
         let Some(Turn(_held)) = jobs.retention_turn().await? else { return Ok(0) };
         let (begun, since) = (tokio::time::Instant::now(), jobs.now() - self.after);
         let mut purged = 0;
-        for key in jobs.untouched(since, AT_A_TIME).await? {
+        let failed = std::mem::take(&mut *self.failed());
+        let mut due = jobs.untouched(since, AT_A_TIME.saturating_add(failed.len() as u32)).await?;
+        due.sort_by_key(|key| failed.contains(&key.job));
+        *self.failed() = due.iter().map(|key| key.job).filter(|job| failed.contains(job)).collect();
+        for key in due {
             match self.archive_and_purge(jobs, &key).await {
-                Ok(Done::Purged) => purged += 1,
+                Ok(Done::Purged) => {
+                    purged += 1;
+                    self.failed().remove(&key.job);
+                }
                 Ok(Done::Left) => {}
-                // one that cannot be purged keeps no other from it
-                Err(error) => tracing::warn!(job = %key.job, %error, "a job could not be purged by its age"),
+                Err(error) => {
+                    tracing::warn!(job = %key.job, %error, "a job could not be purged by its age");
+                    self.failed().insert(key.job);
+                }
             }
             if begun.elapsed() > LONGEST_TURN {
                 break;
             }
         }
         Ok(purged)
+    }
+
+    fn failed(&self) -> std::sync::MutexGuard<'_, BTreeSet<Uuid>> {
+        self.failed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     async fn archive_and_purge(&self, service: &Arc<JobService>, key: &Key) -> Result<Done, RepositoryError> {
@@ -157,8 +178,6 @@ fn digest(file: &Path) -> io::Result<[u8; 32]> {
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Mutex;
-
     use jiff::Timestamp;
 
     use super::*;
@@ -286,10 +305,30 @@ mod tests {
         std::os::unix::fs::symlink("/dev/null", &partial).unwrap();
         assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
         assert!(!plant.is_purged(&job).await);
-        assert_eq!(plant.files(), [partial.clone()], "nothing has the name of an archive");
+        assert_eq!(plant.files(), std::slice::from_ref(&partial), "nothing has the name of an archive");
         fs::remove_file(partial).unwrap();
         assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
         assert!(plant.is_purged(&job).await);
+        plant.store.close().await;
+    }
+
+    #[tokio::test]
+    async fn jobs_that_cannot_be_purged_keep_no_other_from_it() {
+        let plant = Plant::new().await;
+        let retention = plant.retention(1);
+        let folder = plant.place.path().join("archives/default");
+        fs::create_dir(&folder).unwrap();
+        for _ in 0..AT_A_TIME {
+            let job = plant.job().await;
+            // a disk that takes everything and keeps nothing
+            std::os::unix::fs::symlink("/dev/null", folder.join(format!("{}.partial", job.id))).unwrap();
+        }
+        plant.clock.forward(1);
+        let last = plant.job().await;
+        plant.clock.forward(2);
+        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
+        assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
+        assert!(plant.is_purged(&last).await);
         plant.store.close().await;
     }
 

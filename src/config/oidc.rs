@@ -9,8 +9,8 @@ pub type Audiences = Vec<String>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Args)]
 pub struct OidcSettings {
-    /// Identity provider whose tokens (JWT) are accepted beside keys, by the URL that tokens name as
-    /// their issuer; its keys are found by `/.well-known/openid-configuration` there.
+    /// Identity provider whose tokens (JWT) are accepted beside keys, by the URL that tokens name
+    /// as their issuer; its keys are found by `/.well-known/openid-configuration` there.
     #[arg(long = "oidc-issuer", env = "FLANKFIT_OIDC_ISSUER", requires = "audience", value_parser = parse_issuer)]
     pub issuer: Option<String>,
     /// What tokens must name as their audience; of several, comma-separated, one.
@@ -21,7 +21,8 @@ pub struct OidcSettings {
         value_parser = parse_audiences
     )]
     pub audience: Option<Audiences>,
-    /// Claim with the role of a token's holder (a name or a list of names; `a.b` is `b` within `a`).
+    /// Claim with the role of a token's holder (a name or a list of names; `a.b` is `b` within
+    /// `a`).
     #[arg(long = "oidc-role-claim", env = "FLANKFIT_OIDC_ROLE_CLAIM", default_value = "role")]
     pub role_claim: String,
     /// Claim with the tenant of a token's holder; without it all are of the tenant `default`.
@@ -35,8 +36,8 @@ pub struct OidcSettings {
         value_parser = parse_issuer
     )]
     pub jwks_url: Option<String>,
-    /// File with the certificates of the authorities (PEM) that the provider's certificate must come
-    /// from; without it those that browsers believe.
+    /// File with the certificates of the authorities (PEM) that the provider's certificate must
+    /// come from; without it those that browsers believe.
     #[arg(long = "oidc-ca", env = "FLANKFIT_OIDC_CA", requires = "issuer")]
     pub authorities: Option<PathBuf>,
 }

@@ -1,8 +1,8 @@
 //! Tokens (JWT) of an identity provider, in the place of keys.
 //!
 //! A token is believed that the provider has signed (RS256, PS256, ES256 or EdDSA) for this server
-//! (`iss`, `aud`) and for now (`exp`, `nbf`). Its subject is the actor; claims name role and tenant.
-//! Whether there is such a tenant is not known here.
+//! (`iss`, `aud`) and for now (`exp`, `nbf`). Its subject is the actor; claims name role and
+//! tenant. Whether there is such a tenant is not known here.
 
 mod claims;
 mod error;

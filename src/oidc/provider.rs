@@ -1,7 +1,8 @@
 //! Where a provider's keys come from, and when they are asked for.
 //!
-//! Every ten minutes, and when a token names a key that is not known: once a minute at most, however
-//! many such tokens come. While the provider does not answer, the keys that it has given go on.
+//! Every ten minutes, and when a token names a key that is not known: once a minute at most,
+//! however many such tokens come. While the provider does not answer, the keys that it has given go
+//! on.
 
 use std::{
     sync::{Arc, PoisonError, RwLock},
@@ -145,18 +146,13 @@ impl Provider {
     /// Asks for keys, unless somebody has done so since `seen`, or lately.
     async fn ask_for_new(&self, seen: Option<Arc<KeySet>>) {
         let mut asked = self.asked.lock().await;
+        let lately = asked.for_token.is_some_and(|at| at.elapsed() < PAUSE);
         match (seen, self.current()) {
             // nothing is known yet: as often as it would be anyway
-            (None, None) => {
-                if asked.rest().is_zero() {
-                    self.fetch(&mut asked).await;
-                }
-            }
-            (Some(seen), Some(now)) if Arc::ptr_eq(&seen, &now) => {
-                if asked.for_token.is_none_or(|at| at.elapsed() >= PAUSE) {
-                    asked.for_token = Some(Instant::now());
-                    self.fetch(&mut asked).await;
-                }
+            (None, None) if asked.rest().is_zero() => self.fetch(&mut asked).await,
+            (Some(seen), Some(now)) if Arc::ptr_eq(&seen, &now) && !lately => {
+                asked.for_token = Some(Instant::now());
+                self.fetch(&mut asked).await;
             }
             _ => {}
         }

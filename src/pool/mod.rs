@@ -6,8 +6,9 @@
 //! sleeps: under load a job changes threads without a system call. Work that is known to be short
 //! may be done by the thread that has it, in the [`WorkerSlot`] of an idle worker.
 //!
-//! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties have
-//! turns, and none holds more than its share of workers and queue while others wait ([`turns`]).
+//! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties
+//! have turns, and none holds more than its share of workers and queue while others wait
+//! ([`turns`]).
 //!
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
 //! the future is dropped, which is what happens when a client leaves or a request's time is over;

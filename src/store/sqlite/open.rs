@@ -27,6 +27,9 @@ pub struct StoreSettings {
     pub queue: usize,
 }
 
+/// Rows that are read ahead of whoever takes them. Rows of nodes are large, and the library's 50 of
+/// them would be held beside every archive.
+const ROWS_AHEAD: usize = 4;
 /// How long a connection waits while another program (a backup tool, a shell) holds the database.
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 /// Answers are some 10 kB each: bigger pages waste less and sync fewer frames.
@@ -108,6 +111,7 @@ impl StoreSettings {
             .foreign_keys(true)
             .busy_timeout(BUSY_TIMEOUT)
             .disable_statement_logging()
+            .row_buffer_size(ROWS_AHEAD)
             .thread_name(|i| format!("store-read-{i}"));
         SqlitePoolOptions::new()
             .max_connections(self.readers)

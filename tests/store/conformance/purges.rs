@@ -156,7 +156,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert!(is.fits.iter().all(|fit| fit.event.reason.is_none()));
     assert_eq!(is.decision.as_ref().map(|d| d.decision), Some(Decision::Remachine));
     assert_eq!(store.fits(job, 1, WHOLE).await.unwrap().items, is.fits);
-    assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, [record.clone()]);
+    assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, std::slice::from_ref(&record));
     let traced = store.trace(job, WHOLE).await.unwrap();
     assert_eq!(traced.job.purged_at, Some(purge.purge.at));
     assert_eq!(traced.iterations.len(), told.iterations.len());

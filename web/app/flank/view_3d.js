@@ -14,7 +14,9 @@ import { boxOf } from "./surface.js";
 /** @typedef {{ yaw: number, pitch: number, zoom: number }} Camera angles in degrees */
 
 const HEIGHT = 420;
-const COARSE = 6000;
+// what is drawn while it turns: so many nodes, and so many pixels for each of the page
+const COARSE = 3000;
+const COARSE_PIXELS = 0.7;
 /** From above left, from face I, from above. @type {Record<string, Camera>} */
 const VIEWS = {
   1: { yaw: -30, pitch: 35, zoom: 1 },
@@ -181,7 +183,7 @@ async function built(canvas, surface, limit, scale, flipU) {
     draw({ yaw, pitch, zoom }, width, height, turning) {
       fine.visible = !turning || coarse === fine;
       if (coarse !== fine) coarse.visible = turning;
-      renderer.setPixelRatio(turning ? 1 : Math.min(2, globalThis.devicePixelRatio || 1));
+      renderer.setPixelRatio(turning ? COARSE_PIXELS : Math.min(2, globalThis.devicePixelRatio || 1));
       renderer.setSize(width, height, false);
       const [a, b] = [three.MathUtils.degToRad(yaw - 90), three.MathUtils.degToRad(pitch)];
       eye.position.set(Math.cos(a) * Math.cos(b) * radius, Math.sin(a) * Math.cos(b) * radius, Math.sin(b) * radius);
