@@ -8,7 +8,7 @@
 //!
 //! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties
 //! have turns, and none holds more than its share of workers and queue while others wait
-//! ([`turns`]).
+//! (`turns`).
 //!
 //! Work runs under a [`Handle`], which its loops ask. That of [`WorkPool::run`] is cancelled when
 //! the future is dropped, which is what happens when a client leaves or a request's time is over;
