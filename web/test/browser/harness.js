@@ -177,7 +177,7 @@ export async function inBrowser(server, options, body) {
     ...options.context,
   });
   // what a test waits for at most; more where a machine has other things to do
-  context.setDefaultTimeout(Number(process.env["FLANKFIT_WAIT_MS"] ?? 10_000));
+  context.setDefaultTimeout(Number(process.env["FLANKFIT_WAIT_MS"] ?? 30_000));
   await context.addInitScript((settings) => {
     if (localStorage.getItem("flankfit.settings") === null)
       localStorage.setItem("flankfit.settings", JSON.stringify(settings));
