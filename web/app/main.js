@@ -10,7 +10,7 @@ import { Failure } from "./components/states.js";
 import { current, follow, pathname } from "./navigation.js";
 import { load } from "./router.js";
 import { keep } from "./settings.js";
-import { h, render, useEffect, useErrorBoundary, useState } from "../vendor/ui.js";
+import { h, render, useErrorBoundary, useLayoutEffect, useState } from "../vendor/ui.js";
 
 /** @typedef {import("./router.js").PageComponent} PageComponent */
 /** @typedef {{ path: string, component: PageComponent | null, params: Record<string, string>, error?: unknown }} Shown */
@@ -21,7 +21,8 @@ function App() {
   const place = pathname.value;
   // a page that nobody could bring is asked for again with the rest
   const again = shown?.error === undefined ? 0 : session.value;
-  useEffect(() => {
+  // before the browser paints: no address stands before its page is on its way
+  useLayoutEffect(() => {
     let wanted = true;
     const show = (/** @type {Shown} */ next) => {
       if (!wanted) return;

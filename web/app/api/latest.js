@@ -1,6 +1,6 @@
 // One request under way at most; of what is wanted meanwhile only the last is sent.
 
-import { useEffect, useRef, useState } from "../../vendor/ui.js";
+import { useLayoutEffect, useRef, useState } from "../../vendor/ui.js";
 import { underway } from "./resource.js";
 
 /**
@@ -41,13 +41,14 @@ export function useLatest(content, send) {
     }
   };
 
-  useEffect(() => {
-    wanted.current = key === undefined ? undefined : { key, content: /** @type {Content} */ (content) };
-    if (key !== undefined && key !== state.key) void run();
-  }, [key]);
-  useEffect(() => {
+  useLayoutEffect(() => {
     abort.current = new AbortController();
     return () => abort.current.abort();
   }, []);
+  // before the browser paints: see `useResource`
+  useLayoutEffect(() => {
+    wanted.current = key === undefined ? undefined : { key, content: /** @type {Content} */ (content) };
+    if (key !== undefined && key !== state.key) void run();
+  }, [key]);
   return { data: state.data, of: state.of, error: state.error, current: state.key === key };
 }

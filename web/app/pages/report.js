@@ -59,7 +59,7 @@ function Report({ job, iterations }) {
     });
   }
   return html`<div class="report-page">
-    ${h(Bar, { there, numbers })}
+    ${h(Bar, { there, numbers, printable: report.data !== undefined })}
     ${loaded({ resource: report, lines: 20, children: (told) => h(Paper, { job, told, iterations }) })}
   </div>`;
 }

@@ -7,8 +7,11 @@ import { query, setQuery } from "../navigation.js";
 import { h, html } from "../../vendor/ui.js";
 import { iterationsOf, PARTS, partsOf, written } from "./parts.js";
 
-/** @param {{ there: readonly number[], numbers: readonly number[] }} props `there`: all iterations; `numbers`: those told */
-export function Bar({ there, numbers }) {
+/**
+ * @param {{ there: readonly number[], numbers: readonly number[], printable: boolean }} props `there`: all iterations;
+ *   `numbers`: those told; `printable`: the paper is there
+ */
+export function Bar({ there, numbers, printable }) {
   const parts = partsOf(query.value.get("parts"));
   const byDefault = iterationsOf(null, there);
   const turn = (/** @type {number} */ number, /** @type {boolean} */ on) => {
@@ -38,7 +41,7 @@ export function Bar({ there, numbers }) {
           { value: "de", label: t.german },
         ],
       })}
-      <button type="button" class="button primary" onClick=${() => print()}>${t.print}</button>
+      <button type="button" class="button primary" disabled=${!printable} onClick=${() => print()}>${t.print}</button>
       <p class="hint">${t.printHint}</p>
     </div>
   </section>`;

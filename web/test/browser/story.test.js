@@ -152,7 +152,7 @@ async function story(world, { press, type, pick }) {
   await press(link("Report"));
   await page.waitForURL("**/report");
   await stands();
-  await button("Print").waitFor();
+  await page.getByRole("button", { name: "Print", disabled: false }).waitFor();
   const pdf = path.join(server.folder, "story.pdf");
   await page.pdf({ path: pdf, preferCSSPageSize: true, printBackground: true });
   const { stdout } = await run("pdftotext", ["-layout", pdf, "-"], { maxBuffer: 1 << 26 });
