@@ -1,5 +1,5 @@
-//! What the header `Accept` wants: whether an answer may have a media type, and JSON or CSV where
-//! there are both.
+//! What the header `Accept` wants: whether an answer may have a media type, and JSON or another form
+//! where there are both.
 
 use axum::{
     http::{HeaderMap, HeaderValue, header},
@@ -7,13 +7,18 @@ use axum::{
 };
 
 use super::fits::json;
-use crate::api::problem::{Problem, ProblemCode};
+use crate::api::{
+    gears::quality_data::{self, Charset},
+    problem::{Problem, ProblemCode},
+};
 
 /// A form of an answer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     Json,
     Csv,
+    /// Quality data.
+    Dfq,
 }
 
 /// How much a client wants a media type.
@@ -55,32 +60,53 @@ pub fn preference(headers: &HeaderMap, media: &str) -> Preference {
 }
 
 impl Format {
-    /// What `Accept` prefers; JSON where it has no preference, and of two that it prefers alike the
-    /// one it names more exactly. `what` begins the sentence of a refusal.
-    pub fn negotiated(headers: &HeaderMap, what: &str) -> Result<Format, Problem> {
-        let [json, csv] = ["application/json", "text/csv"].map(|media| preference(headers, media));
-        if json.quality > 0.0 && json >= csv {
+    fn media(self) -> &'static str {
+        match self {
+            Format::Json => "application/json",
+            Format::Csv => "text/csv",
+            Format::Dfq => quality_data::MEDIA_TYPE,
+        }
+    }
+
+    /// What `Accept` prefers of JSON and another form; JSON where it has no preference, and of two
+    /// that it prefers alike the one it names more exactly. `what` begins the sentence of a refusal.
+    pub fn negotiated(headers: &HeaderMap, other: Format, what: &str) -> Result<Format, Problem> {
+        let [json, beside] = [Format::Json, other].map(|format| preference(headers, format.media()));
+        if json.quality > 0.0 && json >= beside {
             Ok(Format::Json)
-        } else if csv.quality > 0.0 {
-            Ok(Format::Csv)
+        } else if beside.quality > 0.0 {
+            Ok(other)
         } else {
-            Err(Problem::new(
-                ProblemCode::NotAcceptable,
-                format!("{what} are given as application/json or as text/csv."),
-            ))
+            let detail = format!("{what} are given as application/json or as {}.", other.media());
+            Err(Problem::new(ProblemCode::NotAcceptable, detail))
         }
     }
 
     /// A text in this form.
     pub fn response(self, text: Vec<u8>) -> Response {
+        let charset = Charset::of(&text).name();
         let mut response = json(text);
         let headers = response.headers_mut();
-        if self == Format::Csv {
-            headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8"));
+        match self {
+            Format::Json => {}
+            Format::Csv => {
+                headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8"));
+            }
+            Format::Dfq => {
+                let media = format!("{}; charset={charset}", self.media());
+                headers.extend(HeaderValue::from_str(&media).ok().map(|media| (header::CONTENT_TYPE, media)));
+                let file = HeaderValue::from_static("attachment; filename=\"evaluation.dfq\"");
+                headers.insert(header::CONTENT_DISPOSITION, file);
+            }
         }
-        headers.insert(header::VARY, HeaderValue::from_static("accept"));
+        chosen(headers);
         response
     }
+}
+
+/// Says that the form of an answer was chosen by `Accept`.
+pub fn chosen(headers: &mut HeaderMap) {
+    headers.insert(header::VARY, HeaderValue::from_static("accept"));
 }
 
 #[cfg(test)]
@@ -92,7 +118,7 @@ mod tests {
         let of = |accept: Option<&'static str>| {
             let mut headers = HeaderMap::new();
             headers.extend(accept.map(|accept| (header::ACCEPT, HeaderValue::from_static(accept))));
-            Format::negotiated(&headers, "Nodes").map_err(|problem| problem.status)
+            Format::negotiated(&headers, Format::Csv, "Nodes").map_err(|problem| problem.status)
         };
         assert_eq!(of(None), Ok(Format::Json));
         assert_eq!(of(Some("*/*")), Ok(Format::Json));

@@ -73,7 +73,8 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
 /// Keeps the evaluation of measured traces with an iteration.
 ///
 /// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer
-/// stays with the iteration as a record.
+/// stays with the iteration as a record; by `Accept: application/x-q-das-dfq` it is answered as a
+/// file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation",
     tag = "iterations",
@@ -85,16 +86,18 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
     request_body(content = EvaluateBody, description = "Traces and how they are evaluated; the gear is that of the job \
         where the request has none."),
     responses(
-        (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.", body = RecordBody,
+        (status = 201, description = "What `POST /v1/gears/evaluate` answers, kept.",
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
             headers(("Location" = String, description = "Where the record is.")))
     )
 )]
-async fn create_iteration_evaluation(request: RecordRequest) -> Result<Response, Problem> {
+async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Evaluations")?;
     let build = |text: &[u8], context: &RecordContext, _: Room| {
         let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
         Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
-    request.keep("evaluations", build).await
+    request.keep_as(format, "evaluations", build).await
 }
 
 /// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
@@ -157,7 +160,7 @@ async fn get_iteration_correction(
     QueryOf(query): QueryOf<IncludeQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let format = Format::negotiated(&headers, "Corrections")?;
+    let format = Format::negotiated(&headers, Format::Csv, "Corrections")?;
     let names: Vec<StoredIncludeName> = query.names()?;
     let include = CorrectionInclude::of_stored(&names);
     let Some(record) = state.jobs.latest_record(job, number, RecordKind::Correction).await? else {

@@ -26,6 +26,7 @@ use crate::{
                 request::EvaluateBody,
             },
             files::gears::{self, GearsOfFileBody},
+            quality_data,
         },
         problem::{Problem, Room},
     },
@@ -73,15 +74,27 @@ async fn gear_tolerances(State(state): State<AppState>, payload: Payload) -> Res
 /// Evaluates measured profiles and helices by ISO 1328-1:2013.
 ///
 /// Slope, form and total deviations of each trace with crowning and class, means over the teeth,
-/// twist, and the second-order surface through the traces of a flank.
+/// twist, and the second-order surface through the traces of a flank. By
+/// `Accept: application/x-q-das-dfq` as a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/gears/evaluate", operation_id = "evaluate_gear", tag = "gears",
     request_body(content = EvaluateBody, description = "A gear, traces, and how they are to be evaluated."),
     responses((status = 200, description = "Slopes, forms and totals in the order of the traces, means, twists and \
-        classes.", body = EvaluationBody))
+        classes. As quality data a characteristic for each figure, in µm.",
+        content((EvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
 )]
-async fn evaluate_gear(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, |text| evaluation::build(text, None, None)).await?.result))
+async fn evaluate_gear(
+    State(state): State<AppState>,
+    headers: HeaderMap,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Evaluations")?;
+    let now = state.jobs.now();
+    let work = move |text: &[u8]| match format {
+        Format::Dfq => quality_data::of_traces(text, now),
+        _ => Ok(evaluation::build(text, None, None)?.result),
+    };
+    Ok(format.response(read_json(&state, payload, work).await?))
 }
 
 /// Deviations of measured points from the nominal flanks, if asked after the part has been laid
@@ -103,15 +116,23 @@ async fn gear_deviations(State(state): State<AppState>, payload: Payload) -> Res
 /// Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
 ///
 /// From index deviations, angles or single pitches of each flank. The run-out is that of the
-/// readings, or follows from the pitches of both flanks.
+/// readings, or follows from the pitches of both flanks. By `Accept: application/x-q-das-dfq` as a
+/// file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/gears/pitch", operation_id = "gear_pitch", tag = "gears",
     request_body(content = PitchRequestBody, description = "A gear, and where its flanks are."),
-    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes.",
-        body = PitchEvaluationBody))
+    responses((status = 200, description = "Single, cumulative and sector pitch deviations, run-out and classes. As \
+        quality data a characteristic for each figure, in µm.",
+        content((PitchEvaluationBody = "application/json"), (String = "application/x-q-das-dfq"))))
 )]
-async fn gear_pitch(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
-    Ok(json(read_json(&state, payload, pitch::answer).await?))
+async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Pitches")?;
+    let now = state.jobs.now();
+    let work = move |text: &[u8]| match format {
+        Format::Dfq => quality_data::of_pitches(text, now),
+        _ => pitch::answer(text),
+    };
+    Ok(format.response(read_json(&state, payload, work).await?))
 }
 
 /// Fits the second-order surface of a flank's deviations: slopes, crownings and twist with standard
@@ -156,10 +177,10 @@ async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Resul
     )
 )]
 async fn gear_flank(State(state): State<AppState>, headers: HeaderMap, payload: Payload) -> Result<Response, Problem> {
-    let format = Format::negotiated(&headers, "Nodes of a flank")?;
+    let format = Format::negotiated(&headers, Format::Csv, "Nodes of a flank")?;
     let work = move |text: &[u8], room: Room| match format {
-        Format::Json => flank::answer(text, room),
         Format::Csv => flank::csv(text, room),
+        _ => flank::answer(text, room),
     };
     let (text, permit) = read_json_in_room(&state, payload, work).await?.into_parts();
     Ok(with_permit(format.response(text), permit))

@@ -214,12 +214,12 @@ async fn get_iteration_nodes(
     PathOf((job, number)): PathOf<(Uuid, u32)>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
-    let format = Format::negotiated(&headers, "Nodes")?;
+    let format = Format::negotiated(&headers, Format::Csv, "Nodes")?;
     let (nodes, permit) = stored::nodes(&state, job, number).await?.into_parts();
     let work = move || {
         let mut file = match format {
-            Format::Json => nodes_text::to_json(Arc::new(nodes)),
             Format::Csv => nodes_text::to_csv(Arc::new(nodes)),
+            _ => nodes_text::to_json(Arc::new(nodes)),
         };
         (file.next_piece(chunked::PIECE).unwrap_or_default(), file)
     };

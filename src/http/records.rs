@@ -6,19 +6,21 @@ use std::sync::Arc;
 use axum::{
     RequestExt,
     extract::{FromRequest, Request},
+    http::{HeaderMap, header},
     response::Response,
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
+    accept::{Format, chosen, preference},
     body::Payload,
     budget::WithPermit,
     caller_state::CallerState,
     conditional::{etag, set_etag},
     extract::{PathOf, QueryOf},
-    fits::json,
-    idempotency::{IdempotencyKey, idempotent},
+
+    idempotency::{IdempotencyKey, REPLAYED, idempotent},
     include::IncludeQuery,
     paging::PageQuery,
     state::AppState,
@@ -27,7 +29,10 @@ use super::{
 use crate::{
     api::{
         built::Built,
-        gears::correction::include::{CorrectionInclude, StoredIncludeName},
+        gears::{
+            correction::include::{CorrectionInclude, StoredIncludeName},
+            quality_data::{self, Kept},
+        },
         jobs::records::{self, RecordBody, RecordPageBody},
         problem::{Problem, Room},
     },
@@ -123,6 +128,42 @@ impl RecordRequest {
     }
 }
 
+impl RecordRequest {
+    /// The same, answered in a form that was asked for. Under the key the record is kept as it is.
+    pub async fn keep_as(
+        self,
+        format: Format,
+        route: &str,
+        build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let (state, job, number) = (self.state.clone(), self.job, self.number);
+        let mut kept = self.keep(route, build).await?;
+        chosen(kept.headers_mut());
+        if format != Format::Dfq {
+            return Ok(kept);
+        }
+        let place = kept.headers().get(header::LOCATION).and_then(|place| place.to_str().ok());
+        let id = place.and_then(|place| place.rsplit('/').next()?.parse().ok());
+        let id = id.ok_or_else(|| Problem::internal("a kept record has no place"))?;
+        let record = state.jobs.record(job, number, id).await?;
+        let mut response = quality_data(&state, job, number, record).await?;
+        *response.status_mut() = kept.status();
+        for name in [&header::LOCATION, &REPLAYED] {
+            if let Some(value) = kept.headers_mut().remove(name) {
+                response.headers_mut().insert(name, value);
+            }
+        }
+        Ok(response)
+    }
+}
+
+/// A record as quality data.
+async fn quality_data(state: &CallerState, job: Uuid, number: u32, record: Record) -> Result<Response, Problem> {
+    let details = state.jobs.iteration(job, number).await?.details;
+    let kept = Kept { record, job: state.jobs.job(job).await?, number, details };
+    Ok(Format::Dfq.response(state.pool.run(move || quality_data::of_record(&kept)).await??))
+}
+
 fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
     Answer { status: 201, location: Some(format!("{iteration}/records/{}", record.id)), etag: Some(etag(1)), body }
 }
@@ -149,7 +190,9 @@ async fn list_iteration_records(
 
 /// What is kept with an iteration: what was asked and what was answered.
 ///
-/// The text of the result is that which was answered when it was made.
+/// The text of the result is that which was answered when it was made. Of an evaluation
+/// `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the job's
+/// part number and machine as they are now.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
     tag = "iterations",
@@ -161,7 +204,8 @@ async fn list_iteration_records(
             correction, what is answered beside: names with commas between them.")
     ),
     responses(
-        (status = 200, description = "The record.", body = RecordBody),
+        (status = 200, description = "The record. As quality data, which only evaluations have, a characteristic for \
+            each figure, in µm.", content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem,
             content_type = "application/problem+json")
     )
@@ -170,13 +214,24 @@ async fn get_iteration_record(
     state: CallerState,
     PathOf((job, number, id)): PathOf<(Uuid, u32, Uuid)>,
     QueryOf(query): QueryOf<IncludeQuery>,
+    headers: HeaderMap,
 ) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Records")?;
     let names: Vec<StoredIncludeName> = query.names()?;
     let mut record = state.jobs.record(job, number, id).await?;
+    let kind = record.draft.kind;
+    match format {
+        Format::Dfq if quality_data::is_quality_data(kind) => return quality_data(&state, job, number, record).await,
+        // what has no such form is given in another that is taken too
+        Format::Dfq if preference(&headers, "application/json").quality == 0.0 => {
+            return Err(quality_data::not_written(kind));
+        }
+        _ => {}
+    }
     if record.draft.kind == RecordKind::Correction {
         record.draft.result = CorrectionInclude::of_stored(&names).of_result(&record.draft.result)?.into();
     }
-    let mut response = json(records::record(&record));
+    let mut response = Format::Json.response(records::record(&record));
     // it is kept as it is
     set_etag(response.headers_mut(), 1);
     Ok(response)

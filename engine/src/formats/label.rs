@@ -39,6 +39,12 @@ impl UtcTime {
         format!("{year:04}-{month:02}-{day:02}T{hour:02}:{minute:02}:{second:02}Z")
     }
 
+    /// `21.11.2026/16:05:09`, the date of Q-DAS.
+    pub(super) fn day_first(&self) -> String {
+        let UtcTime { year, month, day, hour, minute, second } = self;
+        format!("{day:02}.{month:02}.{year:04}/{hour:02}:{minute:02}:{second:02}")
+    }
+
     /// `20261121.160509`, the date of IGES 5.3.
     pub(super) fn iges(&self) -> String {
         let UtcTime { year, month, day, hour, minute, second } = self;

@@ -12,6 +12,8 @@ mod klingelnberg_values;
 mod meshes;
 mod p40;
 mod points;
+mod qdas;
+mod qdas_file;
 mod rexs;
 mod rexs_file;
 mod shapes;

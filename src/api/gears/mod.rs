@@ -9,5 +9,6 @@ pub mod files;
 pub mod gear;
 pub mod notice;
 pub mod of_iteration;
+pub mod quality_data;
 pub mod trace;
 mod warning;

@@ -306,17 +306,17 @@ fn read_tolerance(member: &Member<'_, f64>, faults: &mut Faults) -> Option<f64> 
 
 /// What the file says about itself.
 pub(in crate::api) fn label(name: &str, now: Timestamp) -> Label {
-    let time = now.to_zoned(TimeZone::UTC).datetime();
+    Label { name: name.to_owned(), author: String::new(), organization: String::new(), written_at: utc(now) }
+}
+
+/// A time as files tell it.
+pub(in crate::api) fn utc(time: Timestamp) -> UtcTime {
+    let time = time.to_zoned(TimeZone::UTC).datetime();
     let small = |n: i8| u8::try_from(n).unwrap_or(0);
     let date = [u16::try_from(time.year()).unwrap_or(0), small(time.month()).into(), small(time.day()).into()];
     let clock = [small(time.hour()), small(time.minute()), small(time.second()).min(59)];
-    Label {
-        name: name.to_owned(),
-        author: String::new(),
-        organization: String::new(),
-        // a time that the service runs at is in the calendar
-        written_at: UtcTime::new(date, clock).unwrap_or_else(UtcTime::epoch),
-    }
+    // a time that the service runs at is in the calendar
+    UtcTime::new(date, clock).unwrap_or_else(UtcTime::epoch)
 }
 
 /// A name that every file system takes.

@@ -12,6 +12,9 @@ mod import;
 mod klingelnberg_file;
 mod nominal;
 mod points;
+#[path = "../../../engine/tests/formats/qdas_file.rs"]
+mod qdas_file;
+mod quality_data;
 mod refusals;
 #[path = "../../../engine/tests/formats/rexs_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]

@@ -1,0 +1,142 @@
+//! Evaluations of traces and of pitches as quality data (`.dfq`), for statistical process control.
+
+mod list;
+mod part;
+mod pitch;
+mod traces;
+
+use jiff::Timestamp;
+use serde::Deserialize;
+
+use super::{
+    evaluation::{self, answer::EvaluationBody, pitch::PitchEvaluationBody},
+    gear::{GearBody, of_text},
+};
+use crate::{
+    api::{
+        problem::{Problem, ProblemCode},
+        shapes::export::utc,
+    },
+    jobs::{Job, MeasurementDetails, Record, RecordKind},
+};
+use flankfit_engine::{
+    formats::qdas::{self, Measurement},
+    gear::Gear,
+};
+
+pub use flankfit_engine::formats::qdas::{Charset, MEDIA_TYPE};
+
+/// The tag of a job whose value is its batch.
+const BATCH: &str = "batch";
+
+/// What a record belongs to.
+pub struct Kept {
+    pub record: Record,
+    pub job: Job,
+    /// Of the iteration.
+    pub number: u32,
+    pub details: MeasurementDetails,
+}
+
+/// What of a request is needed: of an import the gear stands in what was said of the file.
+#[derive(Default, Deserialize)]
+struct Asked {
+    #[serde(default)]
+    gear: Option<GearBody>,
+    #[serde(default)]
+    spec: Option<Of>,
+}
+
+#[derive(Deserialize)]
+struct Of {
+    #[serde(default)]
+    gear: Option<GearBody>,
+}
+
+impl Asked {
+    fn gear(self) -> Option<Gear> {
+        let gear = self.gear.or(self.spec.and_then(|spec| spec.gear))?;
+        gear.checked("/gear").ok()
+    }
+}
+
+/// Whether records of a kind can be written.
+pub fn is_quality_data(kind: RecordKind) -> bool {
+    kind == RecordKind::Evaluation
+}
+
+/// Evaluates the traces of a request and writes what it finds. Processor work.
+pub fn of_traces(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
+    let found = evaluation::build(text, None, None)?.result;
+    write(&of_request(text), RecordKind::Evaluation, &found, None, now)
+}
+
+/// Evaluates the pitches of a request and writes what it finds. Processor work.
+pub fn of_pitches(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
+    let found = evaluation::pitch::answer(text)?;
+    let gear = of_request(text);
+    let found: PitchEvaluationBody = serde_json::from_slice(&found).map_err(Problem::internal)?;
+    file(gear.as_ref(), &pitch::characteristics(&found), None, now)
+}
+
+/// Writes a kept evaluation. Processor work.
+pub fn of_record(kept: &Kept) -> Result<Vec<u8>, Problem> {
+    let Kept { record, details, .. } = kept;
+    let kind = record.draft.kind;
+    if !is_quality_data(kind) {
+        return Err(not_written(kind));
+    }
+    let own = record.draft.gear.as_deref().map(of_text).transpose()?;
+    let gear = of_request(record.draft.request.as_bytes()).or(own);
+    let at = details.measured_at.unwrap_or(record.created_at);
+    write(&gear, kind, record.draft.result.as_bytes(), Some(kept), at)
+}
+
+/// What is said where only quality data is taken.
+pub fn not_written(kind: RecordKind) -> Problem {
+    let detail = format!(
+        "This record is a {}; evaluations alone are given as {MEDIA_TYPE}, this one as application/json.",
+        kind.name()
+    );
+    Problem::new(ProblemCode::NotAcceptable, detail)
+}
+
+fn of_request(text: &[u8]) -> Option<Gear> {
+    serde_json::from_slice::<Asked>(text).unwrap_or_default().gear()
+}
+
+fn write(
+    gear: &Option<Gear>,
+    kind: RecordKind,
+    found: &[u8],
+    kept: Option<&Kept>,
+    at: Timestamp,
+) -> Result<Vec<u8>, Problem> {
+    let characteristics = match kind {
+        RecordKind::Evaluation => {
+            let found: EvaluationBody = serde_json::from_slice(found).map_err(Problem::internal)?;
+            traces::characteristics(&found, gear.as_ref())
+        }
+        other => return Err(not_written(other)),
+    };
+    file(gear.as_ref(), &characteristics, kept, at)
+}
+
+fn file(
+    gear: Option<&Gear>,
+    characteristics: &[qdas::Characteristic],
+    kept: Option<&Kept>,
+    at: Timestamp,
+) -> Result<Vec<u8>, Problem> {
+    let job = kept.map(|kept| &kept.job);
+    let remark = |kept: &Kept| format!("job {}, iteration {}, record {}", kept.job.id, kept.number, kept.record.id);
+    let measured = Measurement {
+        at: utc(at),
+        batch: job.and_then(|job| job.tags.get(BATCH)).cloned(),
+        remark: kept.map(remark),
+        serial_number: job.and_then(|job| job.serial_number.clone()),
+    };
+    let part = part::part(gear, kept);
+    let text = qdas::write(&part, characteristics, &measured).map_err(Problem::internal)?;
+    Ok(qdas::encode(&text))
+}

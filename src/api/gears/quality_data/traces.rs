@@ -1,0 +1,161 @@
+//! The figures of evaluated traces as characteristics, with their limits.
+
+use super::list::{List, flank};
+use crate::api::gears::{
+    evaluation::{
+        answer::{EvaluatedTraceBody, EvaluationBody, MeanBody, TraceSurfaceBody, TwistBody},
+        conformity::{ConformityBody, ToleranceLimitsBody},
+        request::RoundingName,
+    },
+    trace::KindName,
+};
+use flankfit_engine::{
+    formats::qdas,
+    gear::{
+        Gear,
+        tolerance::{Characteristic, Tolerances},
+    },
+};
+
+/// Of each trace slope, form, total and crowning; their means over the teeth; twists, and the
+/// figures of surfaces.
+pub fn characteristics(found: &EvaluationBody, gear: Option<&Gear>) -> Vec<qdas::Characteristic> {
+    let limits = Limits::new(found, gear);
+    let mut list = List::default();
+    found.traces.iter().for_each(|trace| of_trace(trace, &limits, &mut list));
+    found.means.iter().for_each(|mean| of_mean(mean, &mut list));
+    found.twists.iter().for_each(|twist| of_twist(twist, &mut list));
+    found.surfaces.iter().for_each(|surface| of_surface(surface, &mut list));
+    list.into_vec()
+}
+
+fn of_trace(trace: &EvaluatedTraceBody, limits: &Limits, list: &mut List) {
+    let (letter, side) = flank(trace.flank);
+    let tooth = &trace.tooth;
+    let symbols = Symbols::of(trace.kind);
+    let form = [None, limits.of_class(symbols.form)];
+    let total = [None, limits.of_class(symbols.total)];
+    let crowning = limits.crowning(trace.kind, trace.crowning_conformity);
+    for (symbol, value, limits) in [
+        (symbols.slope.symbol(), trace.slope_um, limits.slope(trace.kind, trace.slope_conformity)),
+        (symbols.form.symbol(), trace.form_um, form),
+        (symbols.total.symbol(), trace.total_um, total),
+        (symbols.crowning, trace.crowning_um, crowning),
+    ] {
+        list.push(&format!("{tooth}{letter}-{symbol}"), format!("{symbol}, {side} of tooth {tooth}"), value, limits);
+    }
+}
+
+fn of_mean(mean: &MeanBody, list: &mut List) {
+    let (letter, side) = flank(mean.flank);
+    let symbols = Symbols::of(mean.kind);
+    for (symbol, figure) in [
+        (symbols.slope.symbol(), &mean.slope_um),
+        (symbols.form.symbol(), &mean.form_um),
+        (symbols.total.symbol(), &mean.total_um),
+        (symbols.crowning, &mean.crowning_um),
+    ] {
+        for (initial, words, value) in [("m", "mean", figure.mean), ("V", "variation", figure.variation)] {
+            let name = format!("{words} of {symbol} over the teeth, {side}");
+            list.push(&format!("{initial}{letter}-{symbol}"), name, Some(value), [None; 2]);
+        }
+    }
+}
+
+fn of_twist(twist: &TwistBody, list: &mut List) {
+    let (letter, side) = flank(twist.flank);
+    let tooth = &twist.tooth;
+    let (between, words) = match twist.kind {
+        KindName::Profile => ("P", "two profiles"),
+        KindName::Helix => ("H", "two helices"),
+    };
+    let name = format!("twist of {words}, {side} of tooth {tooth}");
+    list.push(&format!("{tooth}{letter}-twist_{between}"), name, Some(twist.twist_um), [None; 2]);
+}
+
+fn of_surface(surface: &TraceSurfaceBody, list: &mut List) {
+    let (letter, side) = flank(surface.flank);
+    let tooth = &surface.tooth;
+    let [profile, helix] = [KindName::Profile, KindName::Helix].map(Symbols::of);
+    let figures = &surface.figures;
+    for (symbol, figure) in [
+        (profile.slope.symbol(), figures.profile_slope_um),
+        (helix.slope.symbol(), figures.helix_slope_um),
+        (profile.crowning, figures.profile_crowning_um),
+        (helix.crowning, figures.helix_crowning_um),
+        ("twist", figures.twist_um),
+    ] {
+        let Some(figure) = figure else { continue };
+        let name = format!("{symbol} of the surface, {side} of tooth {tooth}");
+        let limits = bounds(figure.conformity.map(|conformity| conformity.limits_um));
+        list.push(&format!("{tooth}{letter}-S-{symbol}"), name, Some(figure.value), limits);
+    }
+}
+
+/// The standard's names of the figures of a kind of trace.
+struct Symbols {
+    slope: Characteristic,
+    form: Characteristic,
+    total: Characteristic,
+    crowning: &'static str,
+}
+
+impl Symbols {
+    fn of(kind: KindName) -> Self {
+        use Characteristic as C;
+        let (slope, form, total, crowning) = match kind {
+            KindName::Profile => (C::ProfileSlope, C::ProfileForm, C::ProfileTotal, "C_alpha"),
+            KindName::Helix => (C::HelixSlope, C::HelixForm, C::HelixTotal, "C_beta"),
+        };
+        Symbols { slope, form, total, crowning }
+    }
+}
+
+/// What the figures of traces must lie within, as far as it is known.
+struct Limits {
+    told: ToleranceLimitsBody,
+    /// Of the class asked for.
+    tolerances: Option<Tolerances>,
+    rounded: bool,
+}
+
+impl Limits {
+    fn new(found: &EvaluationBody, gear: Option<&Gear>) -> Self {
+        Limits {
+            told: found.evaluation.tolerance_limits.unwrap_or_default(),
+            tolerances: gear.and_then(|gear| Tolerances::new(gear).ok()),
+            rounded: found.evaluation.tolerances != Some(RoundingName::Unrounded),
+        }
+    }
+
+    fn of_class(&self, characteristic: Characteristic) -> Option<f64> {
+        let (class, tolerances) = (self.told.class?, self.tolerances.as_ref()?);
+        if self.rounded {
+            tolerances.rounded(characteristic, class)
+        } else {
+            tolerances.unrounded(characteristic, class)
+        }
+    }
+
+    /// What was compared with goes before what would be.
+    fn slope(&self, kind: KindName, compared: Option<ConformityBody>) -> [Option<f64>; 2] {
+        let told = match kind {
+            KindName::Profile => self.told.profile_slope_um,
+            KindName::Helix => self.told.helix_slope_um,
+        };
+        let of_class = || self.of_class(Symbols::of(kind).slope).map(|tolerance| [-tolerance, tolerance]);
+        bounds(compared.map(|conformity| conformity.limits_um).or(told).or_else(of_class))
+    }
+
+    fn crowning(&self, kind: KindName, compared: Option<ConformityBody>) -> [Option<f64>; 2] {
+        let told = match kind {
+            KindName::Profile => self.told.profile_crowning_um,
+            KindName::Helix => self.told.helix_crowning_um,
+        };
+        bounds(compared.map(|conformity| conformity.limits_um).or(told))
+    }
+}
+
+fn bounds(limits: Option<[f64; 2]>) -> [Option<f64>; 2] {
+    limits.map_or([None; 2], |limits| limits.map(Some))
+}
