@@ -138,6 +138,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "A form grinder's settings by the nodes of a flank"
     ),
     example!("create_iteration_evaluation", "iteration_evaluation", "A helix that was measured with the nodes"),
+    example!("create_iteration_pitch", "iteration_pitch", "Single pitches of the left flank, and readings of a ball"),
     example!("create_iteration_deviations", "iteration_deviations", "Deviations on a grid, the tip trimmed"),
     example!("purge_job", "purge", "A job that is old enough, by its archive"),
     example!("create_job", "job", "A spur gear on a form grinder"),

@@ -1,5 +1,5 @@
-//! What the header `Accept` wants: whether an answer may have a media type, and JSON or another form
-//! where there are both.
+//! What the header `Accept` wants: whether an answer may have a media type, and JSON or another
+//! form where there are both.
 
 use axum::{
     http::{HeaderMap, HeaderValue, header},
@@ -69,7 +69,8 @@ impl Format {
     }
 
     /// What `Accept` prefers of JSON and another form; JSON where it has no preference, and of two
-    /// that it prefers alike the one it names more exactly. `what` begins the sentence of a refusal.
+    /// that it prefers alike the one it names more exactly. `what` begins the sentence of a
+    /// refusal.
     pub fn negotiated(headers: &HeaderMap, other: Format, what: &str) -> Result<Format, Problem> {
         let [json, beside] = [Format::Json, other].map(|format| preference(headers, format.media()));
         if json.quality > 0.0 && json >= beside {
@@ -93,8 +94,9 @@ impl Format {
                 headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/csv; charset=utf-8"));
             }
             Format::Dfq => {
-                let media = format!("{}; charset={charset}", self.media());
-                headers.extend(HeaderValue::from_str(&media).ok().map(|media| (header::CONTENT_TYPE, media)));
+                if let Ok(media) = HeaderValue::from_str(&format!("{}; charset={charset}", self.media())) {
+                    headers.insert(header::CONTENT_TYPE, media);
+                }
                 let file = HeaderValue::from_static("attachment; filename=\"evaluation.dfq\"");
                 headers.insert(header::CONTENT_DISPOSITION, file);
             }

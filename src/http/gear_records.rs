@@ -1,4 +1,4 @@
-//! Deviations, evaluations and corrections kept with an iteration.
+//! Deviations, evaluations, pitches and corrections kept with an iteration.
 
 use axum::{http::HeaderMap, response::Response};
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -27,7 +27,11 @@ use crate::{
                 stored::{self as stored_correction, After, StoredCorrectionBody},
             },
             deviations::{self, request::DeviationsRequestBody},
-            evaluation::{self, request::EvaluateBody},
+            evaluation::{
+                self,
+                pitch::{self, PitchRequestBody},
+                request::EvaluateBody,
+            },
             gear::of_job,
         },
         jobs::records::RecordBody,
@@ -40,6 +44,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
         .routes(routes!(create_iteration_deviations))
         .routes(routes!(create_iteration_evaluation))
+        .routes(routes!(create_iteration_pitch))
         .routes(routes!(create_iteration_correction, get_iteration_correction))
 }
 
@@ -98,6 +103,36 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
         Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
     request.keep_as(format, "evaluations", build).await
+}
+
+/// Keeps pitches of all teeth and the run-out with an iteration.
+///
+/// As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches are of
+/// all teeth; where the iteration says its flank, they are of that flank among others. By
+/// `Accept: application/x-q-das-dfq` the answer is a file for statistical process control.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/pitch", operation_id = "create_iteration_pitch",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = PitchRequestBody, description = "Where the flanks are; the gear is that of the job where \
+        the request has none."),
+    responses(
+        (status = 201, description = "What `POST /v1/gears/pitch` answers, kept.",
+            content((RecordBody = "application/json"), (String = "application/x-q-das-dfq")),
+            headers(("Location" = String, description = "Where the record is.")))
+    )
+)]
+async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
+    let format = Format::negotiated(&headers, Format::Dfq, "Pitches")?;
+    let build = |text: &[u8], context: &RecordContext, _: Room| {
+        let built = pitch::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
+        Ok(context.gear_record(RecordKind::Pitch, text, built)?.into())
+    };
+    request.keep_as(format, "pitch", build).await
 }
 
 /// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and

@@ -130,7 +130,7 @@ async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: 
     let now = state.jobs.now();
     let work = move |text: &[u8]| match format {
         Format::Dfq => quality_data::of_pitches(text, now),
-        _ => pitch::answer(text),
+        _ => Ok(pitch::build(text, None, None)?.result),
     };
     Ok(format.response(read_json(&state, payload, work).await?))
 }
@@ -198,13 +198,15 @@ struct FileFormBody {
 
 /// Reads the gears that a file describes, as a job or any other request takes them.
 ///
-/// Takes a REXS model or curves of a gear tester. Gears for which the file does not say enough are
-/// named with what is missing.
+/// Takes a REXS model, or curves or values of a gear tester. Gears for which the file does not say
+/// enough are named with what is missing. Beside them stands what the file holds: traces and tables
+/// of pitches, which an import takes, and printed values.
 #[utoipa::path(
     post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
     request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file \
         of a gear tester."),
-    responses((status = 200, description = "The gears, and what they lack.", body = GearsOfFileBody))
+    responses((status = 200, description = "The gears and what they lack, traces and values.",
+        body = GearsOfFileBody))
 )]
 async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     let limit = state.settings.body_limit;

@@ -44,8 +44,9 @@ struct ImportFormBody {
 ///
 /// The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
 /// normal), those of the evaluation range, fitted by a second-order surface or what they tell of
-/// it; all traces are evaluated, and the evaluation is kept with it. Of points and of a model's
-/// topographies the deviations are kept. A file of another gear than the job's is refused.
+/// it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
+/// together with what they are of and the file's digest. Of points and of a model's topographies
+/// the deviations are kept. A file of another gear than the job's is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), IdempotencyKey),

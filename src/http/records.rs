@@ -19,7 +19,6 @@ use super::{
     caller_state::CallerState,
     conditional::{etag, set_etag},
     extract::{PathOf, QueryOf},
-
     idempotency::{IdempotencyKey, REPLAYED, idempotent},
     include::IncludeQuery,
     paging::PageQuery,
@@ -146,10 +145,10 @@ impl RecordRequest {
         let id = place.and_then(|place| place.rsplit('/').next()?.parse().ok());
         let id = id.ok_or_else(|| Problem::internal("a kept record has no place"))?;
         let record = state.jobs.record(job, number, id).await?;
-        let mut response = quality_data(&state, job, number, record).await?;
+        let mut response = as_quality_data(&state, job, number, record).await?;
         *response.status_mut() = kept.status();
-        for name in [&header::LOCATION, &REPLAYED] {
-            if let Some(value) = kept.headers_mut().remove(name) {
+        for name in [header::LOCATION, REPLAYED.clone()] {
+            if let Some(value) = kept.headers_mut().remove(&name) {
                 response.headers_mut().insert(name, value);
             }
         }
@@ -158,7 +157,7 @@ impl RecordRequest {
 }
 
 /// A record as quality data.
-async fn quality_data(state: &CallerState, job: Uuid, number: u32, record: Record) -> Result<Response, Problem> {
+async fn as_quality_data(state: &CallerState, job: Uuid, number: u32, record: Record) -> Result<Response, Problem> {
     let details = state.jobs.iteration(job, number).await?.details;
     let kept = Kept { record, job: state.jobs.job(job).await?, number, details };
     Ok(Format::Dfq.response(state.pool.run(move || quality_data::of_record(&kept)).await??))
@@ -190,9 +189,9 @@ async fn list_iteration_records(
 
 /// What is kept with an iteration: what was asked and what was answered.
 ///
-/// The text of the result is that which was answered when it was made. Of an evaluation
-/// `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the job's
-/// part number and machine as they are now.
+/// The text of the result is that which was answered when it was made. Of an evaluation or of
+/// pitches `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the
+/// job's part number and machine as they are now.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
     tag = "iterations",
@@ -204,7 +203,7 @@ async fn list_iteration_records(
             correction, what is answered beside: names with commas between them.")
     ),
     responses(
-        (status = 200, description = "The record. As quality data, which only evaluations have, a characteristic for \
+        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a characteristic for \
             each figure, in µm.", content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem,
             content_type = "application/problem+json")
@@ -221,9 +220,11 @@ async fn get_iteration_record(
     let mut record = state.jobs.record(job, number, id).await?;
     let kind = record.draft.kind;
     match format {
-        Format::Dfq if quality_data::is_quality_data(kind) => return quality_data(&state, job, number, record).await,
+        Format::Dfq if quality_data::is_quality_data(kind) => {
+            return as_quality_data(&state, job, number, record).await;
+        }
         // what has no such form is given in another that is taken too
-        Format::Dfq if preference(&headers, "application/json").quality == 0.0 => {
+        Format::Dfq if preference(&headers, "application/json").quality <= 0.0 => {
             return Err(quality_data::not_written(kind));
         }
         _ => {}

@@ -15,16 +15,19 @@ pub enum RecordKind {
     Deviations,
     /// Slopes, forms and totals of traces.
     Evaluation,
+    /// Pitches of all teeth, and run-out.
+    Pitch,
     /// Changes of machine settings.
     Correction,
 }
 
 impl RecordKind {
-    pub const ALL: [RecordKind; 5] = [
+    pub const ALL: [RecordKind; 6] = [
         RecordKind::Curve,
         RecordKind::Surface,
         RecordKind::Deviations,
         RecordKind::Evaluation,
+        RecordKind::Pitch,
         RecordKind::Correction,
     ];
 
@@ -35,6 +38,7 @@ impl RecordKind {
             RecordKind::Surface => "surface",
             RecordKind::Deviations => "deviations",
             RecordKind::Evaluation => "evaluation",
+            RecordKind::Pitch => "pitch",
             RecordKind::Correction => "correction",
         }
     }

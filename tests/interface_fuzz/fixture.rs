@@ -136,6 +136,7 @@ impl Stored {
         for (operation, name) in [
             ("create_iteration_deviations", "deviations"),
             ("create_iteration_evaluation", "evaluations"),
+            ("create_iteration_pitch", "pitch"),
             ("create_iteration_correction", "correction"),
             ("create_iteration_curve", "curves"),
             ("create_iteration_surface", "surfaces"),

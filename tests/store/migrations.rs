@@ -30,6 +30,7 @@ const RELEASED: &[(i64, &str)] = &[
     (17, "dc6c866c53a518a59765dd7ebac0d221"),
     (18, "6cbe316fb4f2a16aadecfdfef211475d"),
     (23, "eddfb5a15eb76e8057dc64692525cb15"),
+    (24, "a091a09a8fcbe53a214b9e9a9772117e"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -211,6 +212,49 @@ async fn older_jobs_and_answers_belong_to_the_default_tenant() {
     assert_eq!(other.answer("k".into(), "POST /v1/jobs".into()).await.unwrap(), None);
     other.insert_job(place.job("theirs"), Some(receipt("k", "POST /v1/jobs"))).await.unwrap();
     assert_eq!(store.jobs(all_jobs()).await.unwrap().items.len(), 1);
+}
+
+/// The list of kinds is changed in the text of the table alone: what refers to it, what is refused
+/// and what is stored stay.
+#[tokio::test]
+async fn older_records_stay_beside_pitches() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(17, &mut old).await.unwrap();
+    let about = "SELECT type, name, CASE name WHEN 'records' THEN '' ELSE sql END
+                 FROM sqlite_schema WHERE tbl_name = 'records' ORDER BY name";
+    let before: Vec<(String, String, Option<String>)> = sqlx::query_as(about).fetch_all(&mut old).await.unwrap();
+    let (at, id) = ("2026-11-21T03:04:05.000006Z", place.id());
+    for sql in [
+        "INSERT INTO jobs (seq, id, name, tags, version, created_at, updated_at)
+         VALUES (1, ?1, 'w', '{}', 1, ?2, ?2)",
+        "INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, ?1, 1, 1, ?2)",
+        "INSERT INTO records (seq, id, iteration, kind, method, created_at, request, result)
+         VALUES (1, ?1, 1, 'evaluation', 'iso_1328_1', ?2, '{}', '{}')",
+    ] {
+        sqlx::query(sql).bind(id).bind(at).execute(&mut old).await.unwrap();
+    }
+    sqlx::Connection::close(old).await.unwrap();
+
+    place.open().await.close().await;
+    let mut own = place.connect().await;
+    let after: Vec<(String, String, Option<String>)> = sqlx::query_as(about).fetch_all(&mut own).await.unwrap();
+    assert!(before.iter().all(|one| after.contains(one)), "{before:?} {after:?}");
+    let kinds: Vec<String> = sqlx::query_scalar("SELECT kind FROM records").fetch_all(&mut own).await.unwrap();
+    assert_eq!(kinds, ["evaluation"]);
+    let insert = |kind: &str| {
+        format!(
+            "INSERT INTO records (id, iteration, kind, method, created_at, request, result)
+             VALUES (randomblob(16), 1, '{kind}', 'm', '{at}', '{{}}', '{{}}')"
+        )
+    };
+    sqlx::raw_sql(sqlx::AssertSqlSafe(insert("pitch"))).execute(&mut own).await.unwrap();
+    for kind in ["pitches", "", "Pitch"] {
+        let refused = sqlx::raw_sql(sqlx::AssertSqlSafe(insert(kind))).execute(&mut own).await.unwrap_err();
+        assert!(refused.to_string().contains("CHECK constraint failed"), "{refused}");
+    }
+    let sound: String = sqlx::query_scalar("PRAGMA integrity_check").fetch_one(&mut own).await.unwrap();
+    assert_eq!(sound, "ok");
 }
 
 #[tokio::test]

@@ -1,6 +1,7 @@
 //! Files that other programs read: splines for CAD (IGES, STEP), facets for looking (OBJ, STL, VTK)
-//! and nodes with elements for finite elements (tables, Abaqus, ADINA), quality data for statistical
-//! process control (Q-DAS); and files that are read: gear measurements, gear models, points.
+//! and nodes with elements for finite elements (tables, Abaqus, ADINA), quality data for
+//! statistical process control (Q-DAS); and files that are read: gear measurements, gear models,
+//! points.
 //!
 //! Writers are pure functions from shapes and a [`Label`] to text or bytes, which large files give
 //! piece by piece ([`Pieces`]): no clock, no file system, the same bytes for the same input.

@@ -49,11 +49,26 @@ fn a_file_says_what_was_handed_in() {
     let file = File::read(&bytes);
     assert_eq!(file.declared, 2);
     for (key, index, content) in [
-        ("K1001", 1, "A 4711"), ("K1002", 1, "Sun gear"), ("K1082", 1, "RZ 260"), ("K1202", 1, "P 40"),
-        ("K1222", 1, "Müller"), ("K2001", 1, "1"), ("K2002", 2, "f_Halpha, left"), ("K2004", 1, "0"),
-        ("K2022", 2, "3"), ("K2110", 1, "-6.500"), ("K2111", 2, "6.500"), ("K2142", 2, "µm"),
-        ("K0001", 1, "-1.235"), ("K0002", 1, "0"), ("K0001", 2, "0.000"), ("K0002", 2, "255"),
-        ("K0004", 2, "04.03.2026/05:06:07"), ("K0006", 1, "B7"), ("K0009", 2, "iteration 3"), ("K0014", 2, "S 12"),
+        ("K1001", 1, "A 4711"),
+        ("K1002", 1, "Sun gear"),
+        ("K1082", 1, "RZ 260"),
+        ("K1202", 1, "P 40"),
+        ("K1222", 1, "Müller"),
+        ("K2001", 1, "1"),
+        ("K2002", 2, "f_Halpha, left"),
+        ("K2004", 1, "0"),
+        ("K2022", 2, "3"),
+        ("K2110", 1, "-6.500"),
+        ("K2111", 2, "6.500"),
+        ("K2142", 2, "µm"),
+        ("K0001", 1, "-1.235"),
+        ("K0002", 1, "0"),
+        ("K0001", 2, "0.000"),
+        ("K0002", 2, "255"),
+        ("K0004", 2, "04.03.2026/05:06:07"),
+        ("K0006", 1, "B7"),
+        ("K0009", 2, "iteration 3"),
+        ("K0014", 2, "S 12"),
     ] {
         assert_eq!(file.one(key, index), Some(content), "{key}/{index}");
     }
@@ -91,10 +106,7 @@ fn what_cannot_be_written() {
     let again = QualityDataFault::Repeated { first: 0, second: 1, number: "1".into() };
     assert_eq!(refused(&[slope("1"), slope(" 1\n")]), again);
     let lower = Characteristic { lower_limit: Some(7.0), ..slope("2") };
-    assert_eq!(
-        refused(&[slope("1"), lower]),
-        QualityDataFault::Limits { index: 1, lower: 7.0, upper: 6.5 }
-    );
+    assert_eq!(refused(&[slope("1"), lower]), QualityDataFault::Limits { index: 1, lower: 7.0, upper: 6.5 });
     let infinite = Characteristic { value: Some(f64::INFINITY), ..slope("1") };
     assert!(matches!(refused(&[infinite]), QualityDataFault::NotFinite { index: 0, name: "its value", .. }));
     let nameless = Characteristic { name: "\r\n\t".into(), ..slope("1") };

@@ -10,6 +10,7 @@ use flankfit_engine::gear::{
             DeviationSign, HelixReference, HelixSettings, MeanCurve, PlusMaterial, ProfileSettings, Settings, SlopeSign,
         },
     },
+    trace::Direction,
 };
 use proptest::prelude::*;
 
@@ -83,6 +84,35 @@ pub const SIDES: [Side; 2] = [Side::Left, Side::Right];
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(48))]
+
+    /// Line and parabola are drawn over the trace as it was given, whatever its signs mean and
+    /// along whatever its deviations are: a parabola lies on itself, and the line crosses it at
+    /// ±1/√3 of half the range.
+    #[test]
+    fn mean_curves_lie_over_the_trace(
+        (a, b, c) in (-50.0..50.0f64, -30.0..30.0f64, -30.0..30.0f64), count in 200usize..400,
+        kind in prop::sample::select(KINDS.to_vec()), side in prop::sample::select(SIDES.to_vec()),
+        given in prop::sample::select(vec![DeviationSign::Material, DeviationSign::Din, DeviationSign::Clockwise]),
+        direction in prop::sample::select(vec![Direction::Transverse, Direction::Normal]),
+        tilt in -5.0..5.0f64,
+    ) {
+        let (gear, settings) = (gear(), Settings { given, direction, ..settings() });
+        let curve = |u: f64| a + b * u + c * u * u;
+        let measured = trace(&gear, kind, side, count, |u| curve(u) + tilt * u);
+        // what is meant is taken away
+        let design: Vec<f64> = (0..count).map(|i| tilt * (-1.05 + 2.13 * i as f64 / (count - 1) as f64)).collect();
+        let found = evaluate(&gear, &[Posted { trace: &measured, design: Some(&design) }], &settings).unwrap();
+        let found = &found.traces[0];
+        let [low, high] = range(&gear, kind);
+        prop_assert_eq!(found.range, [low, high]);
+        let values = found.values.unwrap();
+        for (height, u) in values.parabola.into_iter().zip([-1.0, 0.0, 1.0]) {
+            near(height, curve(u), 1e-6);
+        }
+        for (height, u) in values.line.into_iter().zip([-1.0, 1.0]) {
+            near(height, a + b * u + c / 3.0, 0.02 * c.abs() + 1e-6);
+        }
+    }
 
     /// A slope of so many µm over the range, a crowning and a height come back, on every flank.
     #[test]

@@ -73,6 +73,30 @@ impl From<Kind> for KindName {
     }
 }
 
+impl From<&Trace> for TraceBody {
+    /// With positions as roll lengths or z, undefined samples as `null`.
+    fn from(trace: &Trace) -> Self {
+        let at = Some(trace.at.clone());
+        let (roll_length_mm, z_mm, section_z_mm, section_diameter_mm) = match trace.kind {
+            Kind::Profile => (at, None, trace.section, None),
+            Kind::Helix => (None, at, None, trace.section),
+        };
+        TraceBody {
+            tooth: trace.tooth.clone(),
+            flank: trace.side.into(),
+            kind: trace.kind.into(),
+            diameter_mm: None,
+            roll_length_mm,
+            z_mm,
+            deviation_um: trace.deviation.iter().map(|d| Some(*d).filter(|d| !d.is_nan())).collect(),
+            valid: None,
+            design_um: None,
+            section_z_mm,
+            section_diameter_mm,
+        }
+    }
+}
+
 impl TraceBody {
     /// The trace; faults stand under `at`.
     pub fn read(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Trace> {

@@ -3,15 +3,20 @@
 
 use std::{collections::BTreeSet, sync::Arc};
 
+use serde::Serialize;
+
 use super::{fits, records};
 use crate::{
     api::{
         built::Built,
         faults::{Fault, Faults},
+        fits::canonical,
         gears::{
             deviations,
+            evaluation::{pitch::PitchRequestBody, request::EvaluateBody},
             files::{
                 content::{self, OwnZeros},
+                pitch::FilePitch,
                 read::read,
                 spec::ImportSpecBody,
             },
@@ -36,6 +41,25 @@ fn in_file(found: &Faults) -> Problem {
         faults.push("/file", format!("its {}: {detail}", pointer.trim_start_matches('/').replace('/', " ")));
     }
     Problem::invalid(faults)
+}
+
+/// What is kept as the request of a record: which file it was, and what it held of it.
+#[derive(Clone, Serialize)]
+struct Asked<'a> {
+    file: &'a str,
+    file_sha256: String,
+    file_bytes: usize,
+    spec: &'a ImportSpecBody,
+    #[serde(flatten)]
+    again: Option<Again<'a>>,
+}
+
+/// What of the file was evaluated, as it would be posted to be evaluated again.
+#[derive(Clone, Copy, Serialize)]
+#[serde(untagged)]
+enum Again<'a> {
+    Traces(&'a EvaluateBody),
+    Pitch(&'a PitchRequestBody),
 }
 
 /// Reads, evaluates and fits. Processor work.
@@ -65,16 +89,31 @@ pub fn draft(
         let codes: Vec<&str> = codes.into_iter().take(10).collect();
         of.push_str(&format!("; warnings in its records: {}", codes.join(", ")));
     }
-    let request = serde_json::json!({"file": name, "spec": spec}).to_string();
+    let asked = Asked {
+        file: &name,
+        file_sha256: canonical::request_sha256(content),
+        file_bytes: content.len(),
+        spec: &spec,
+        again: None,
+    };
+    let keep = |kind, again: Option<Again<'_>>, built| {
+        let request = writer::whole(&Asked { again, ..asked.clone() }).map_err(Problem::not_finite)?;
+        records::draft(kind, &request, built)
+    };
     let mut records = Vec::new();
     if let Some(evaluation) = &read.evaluation {
         let result = writer::whole(evaluation).map_err(Problem::not_finite)?;
         let built = Built { method: "import".to_owned(), result };
-        records.push(records::draft(RecordKind::Evaluation, request.as_bytes(), built)?);
+        records.push(keep(RecordKind::Evaluation, read.request.as_ref().map(Again::Traces), built)?);
+    }
+    if let Some(FilePitch { request, found }) = &read.pitch {
+        let result = writer::whole(found).map_err(Problem::not_finite)?;
+        let built = Built { method: "import".to_owned(), result };
+        records.push(keep(RecordKind::Pitch, Some(Again::Pitch(request)), built)?);
     }
     if let Some(found) = &read.deviations {
         let built = deviations::imported(&read.gear, found, &read.warnings)?;
-        records.push(records::draft(RecordKind::Deviations, request.as_bytes(), built)?);
+        records.push(keep(RecordKind::Deviations, None, built)?);
     }
     Ok(IterationDraft {
         nodes: Arc::new(nodes),

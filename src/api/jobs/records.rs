@@ -24,10 +24,12 @@ pub enum RecordKindName {
     Surface,
     Deviations,
     Evaluation,
+    Pitch,
     Correction,
 }
 
-/// What is kept with an iteration: a curve, a surface, deviations, an evaluation or a correction.
+/// What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches or a
+/// correction.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobRecord)]
 pub struct RecordBody {
@@ -39,12 +41,15 @@ pub struct RecordBody {
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// Of deviations, evaluations and corrections: the gear that the job had then. It may be
-    /// changed later, and a `gear` of the request goes before it.
+    /// Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
+    /// be changed later, and a `gear` of the request goes before it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
     /// The request as it was posted. Where it has no points or nodes of its own, those of the
-    /// iteration were taken.
+    /// iteration were taken. Of an import `file` (its name), `file_sha256`, `file_bytes` and
+    /// `spec`; of an imported evaluation also `gear`, `traces` (all of the file, with the signs of
+    /// DIN) and `evaluation`, with which `POST /v1/gears/evaluate` answers the same; of imported
+    /// pitches likewise what `POST /v1/gears/pitch` takes.
     #[schema(value_type = Object)]
     pub request: Value,
     /// What was answered; of a correction `nodes` and `result` only when included. Of a curve for
@@ -85,6 +90,7 @@ impl From<RecordKind> for RecordKindName {
             RecordKind::Surface => RecordKindName::Surface,
             RecordKind::Deviations => RecordKindName::Deviations,
             RecordKind::Evaluation => RecordKindName::Evaluation,
+            RecordKind::Pitch => RecordKindName::Pitch,
             RecordKind::Correction => RecordKindName::Correction,
         }
     }

@@ -58,6 +58,7 @@ const SCOPES: &[(Scope, &[&str])] = &[
             "import_iteration",
             "create_iteration_deviations",
             "create_iteration_evaluation",
+            "create_iteration_pitch",
             "simulate_closed_loop",
             "create_stream",
             "add_stream_nodes",

@@ -65,6 +65,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("gear_flank_surface", Dear("/v1/gears/flank-surface", dear::robust_flank)),
     ("create_iteration_deviations", Dear("{job}/iterations/1/deviations", dear::registered_points)),
     ("create_iteration_evaluation", Bounded("{job}/iterations/1/evaluations", dear::traces)),
+    ("create_iteration_pitch", Trivial("sums over at most 10,000 teeth")),
     ("create_iteration_correction", Dear("{job}/iterations/1/correction", dear::correction)),
     ("import_iteration", Bounded("{job}/import", dear::points_file)),
     ("create_iteration_curve", Dear("{curve_job}/iterations/1/curves", dear::curve_of_nodes)),

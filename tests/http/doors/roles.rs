@@ -77,6 +77,7 @@ fn operations_ask_for_what_they_do() {
         "create_iteration",
         "create_iteration_deviations",
         "create_iteration_evaluation",
+        "create_iteration_pitch",
         "create_job",
         "create_stream",
         "delete_stream",

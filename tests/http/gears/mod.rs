@@ -7,10 +7,12 @@ mod correction_kept;
 mod evaluation;
 mod exchange;
 mod import;
+mod kept_traces;
 #[path = "../../../engine/tests/formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod klingelnberg_file;
 mod nominal;
+mod pitch_kept;
 mod points;
 #[path = "../../../engine/tests/formats/qdas_file.rs"]
 mod qdas_file;

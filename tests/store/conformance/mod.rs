@@ -134,6 +134,7 @@ conformance! {
             jobs_that_nobody_touches_are_due;
         records:
             records_come_back_as_they_were_kept_and_page_by_page,
+            every_kind_of_record_is_kept,
             a_record_belongs_to_one_iteration,
             an_iteration_comes_with_its_records;
         runs:

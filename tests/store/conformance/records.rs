@@ -46,6 +46,25 @@ pub async fn records_come_back_as_they_were_kept_and_page_by_page(pair: &mut Pai
     assert_eq!((all.items[1].kind, all.items[1].method.as_str()), (RecordKind::Surface, "coons_bilinear"));
 }
 
+/// Whatever kinds there are, the database takes them all.
+pub async fn every_kind_of_record_is_kept(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await;
+    place.stored_iteration(&store, job.id).await;
+    let kept = RecordKind::ALL.map(|kind| place.record(kind, kind.name()));
+    for record in &kept {
+        store.insert_record(job.id, 1, record.clone(), None).await.unwrap();
+    }
+    pair.reopen().await;
+    let store = pair.store.clone();
+    for record in &kept {
+        let latest = store.latest_record(job.id, 1, record.draft.kind).await.unwrap();
+        assert_eq!(latest.as_ref(), Some(&**record), "{:?}", record.draft.kind);
+    }
+    let all = store.records(job.id, 1, PageRequest { limit: 20, after: None }).await.unwrap();
+    assert_eq!(all.items.iter().map(|item| item.kind).collect::<Vec<_>>(), RecordKind::ALL);
+}
+
 pub async fn a_record_belongs_to_one_iteration(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;

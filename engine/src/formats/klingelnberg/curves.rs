@@ -172,7 +172,9 @@ impl Body {
             self.add_unknown(line);
         } else if PitchTable::is_head(line) {
             self.end_unknown();
-            self.file.pitch.push(PitchTable::parse(line, self.flank.take(), lines)?);
+            let mut table = PitchTable::parse(line, self.flank.take(), lines)?;
+            table.values_mut().filter(|value| self.undefined.is(**value)).for_each(|value| *value = f64::NAN);
+            self.file.pitch.push(table);
         } else if Contact::is_head(line) {
             self.end_unknown();
             Contact::parse(lines, &mut self.file.contacts)?;

@@ -6,7 +6,7 @@ use super::{
 };
 use crate::gear::Side;
 
-/// Deviations of one tooth, µm as stored.
+/// Deviations of one tooth, µm as stored; NaN where undefined.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PitchRow {
     /// Number of the tooth, from 1.
@@ -49,6 +49,11 @@ impl PitchTable {
             rows.push(PitchRow { tooth: whole(tooth, line)?, single, cumulative, runout });
         }
         Ok(PitchTable { side, rows, line: head.number })
+    }
+
+    /// Every deviation.
+    pub(super) fn values_mut(&mut self) -> impl Iterator<Item = &mut f64> {
+        self.rows.iter_mut().flat_map(|row| [&mut row.single, &mut row.cumulative, &mut row.runout])
     }
 }
 

@@ -36,7 +36,8 @@ impl Charset {
 
 /// The bytes of a text.
 pub fn encode(text: &str) -> Vec<u8> {
-    match text.chars().map(byte).collect() {
+    let bytes: Option<Vec<u8>> = text.chars().map(byte).collect();
+    match bytes {
         // those letters in a row would be taken for the mark
         Some(bytes) if Charset::of(&bytes) == Charset::Windows1252 => bytes,
         _ => [BYTE_ORDER_MARK, text.as_bytes()].concat(),

@@ -15,7 +15,7 @@ mod encoding;
 
 pub use encoding::{Charset, encode};
 
-use std::fmt::{Display, Write};
+use std::fmt::Display;
 
 use super::{UtcTime, number::real_within};
 
@@ -224,12 +224,8 @@ struct Lines(String);
 
 impl Lines {
     fn put(&mut self, key: &str, index: Option<usize>, content: impl Display) {
-        let out = &mut self.0;
-        // writing into a string does not fail
-        let _ = match index {
-            Some(index) => write!(out, "{key}/{index} {content}\r\n"),
-            None => write!(out, "{key} {content}\r\n"),
-        };
+        let place = index.map(|index| format!("/{index}")).unwrap_or_default();
+        self.0.push_str(&format!("{key}{place} {content}\r\n"));
     }
 
     /// A text, cut to the characters of its field; none, where nothing is left of it.

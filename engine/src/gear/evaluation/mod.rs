@@ -82,6 +82,8 @@ pub struct Evaluated {
     pub kind: Kind,
     /// Place of the section: z of a profile, diameter of a helix, mm, where known.
     pub section: Option<f64>,
+    /// Ends of the evaluation range: roll lengths of a profile, z of a helix, mm.
+    pub range: [f64; 2],
     /// How many samples there were, and what became of them.
     pub samples: Samples,
     /// `None` where the trace cannot be evaluated; a warning says why.
@@ -186,6 +188,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             side: trace.side,
             kind: trace.kind,
             section: trace.section,
+            range: [window.low, window.high],
             samples,
             values,
             classes,

@@ -1,10 +1,7 @@
 //! The defined samples of a trace, and those of them that count.
 
 use super::{settings::Window, spacing::Spacing, subject::Subject, values::EDGE};
-use crate::{
-    gear::trace::Direction,
-    numerics::cancel::{self, Asking},
-};
+use crate::numerics::cancel::{self, Asking};
 
 /// How many samples there were.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -48,12 +45,7 @@ pub(super) struct Taken {
 
 /// The defined samples in ascending order, and how many there were.
 pub(super) fn defined(subject: &Subject) -> (Vec<Sample>, Samples) {
-    let (trace, window, settings) = (subject.trace, subject.window, subject.settings);
-    let scale = settings.given.to_material(trace.kind, trace.side)
-        * match settings.direction {
-            Direction::Transverse => 1.0,
-            Direction::Normal => 1.0 / subject.gear.base_helix_angle().cos(),
-        };
+    let (trace, window, scale) = (subject.trace, subject.window, subject.scale());
     let mut samples =
         Samples { posted: trace.at.len(), undefined: 0, used: 0, undefined_in_range: 0, excluded: 0, zone: 0 };
     let (middle, half) = (0.5 * (window.low + window.high), 0.5 * window.length());

@@ -89,7 +89,10 @@ impl Subject<'_> {
         };
         let [form, form_plus_material] = peak_to_valley(taken, window.plus_material.in_form(), about);
         let [total, total_plus_material] = peak_to_valley(taken, window.plus_material.in_total(), |_, d| d);
+        let as_given = 1.0 / self.scale();
         Values {
+            line: [-1.0, 1.0].map(|u| as_given * mean.line(u)),
+            parabola: [-1.0, 0.0, 1.0].map(|u| as_given * mean.parabola(u)),
             slope: sign * window.sense * slope * extended,
             slope_std_error: told.errors.map(|errors| errors[k] * extended),
             form,

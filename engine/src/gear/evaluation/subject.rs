@@ -7,7 +7,7 @@ use super::{
     values::{Assessable, Values},
     warning::{TraceWarning, Warning},
 };
-use crate::gear::{Gear, Trace, tolerance::Tolerances};
+use crate::gear::{Gear, Trace, tolerance::Tolerances, trace::Direction};
 
 /// A trace about its design, ready to be evaluated.
 pub(super) struct Subject<'a> {
@@ -21,6 +21,15 @@ pub(super) struct Subject<'a> {
 }
 
 impl Subject<'_> {
+    /// By what deviations as they were given are multiplied: material positive, transverse.
+    pub(super) fn scale(&self) -> f64 {
+        self.settings.given.to_material(self.trace.kind, self.trace.side)
+            * match self.settings.direction {
+                Direction::Transverse => 1.0,
+                Direction::Normal => 1.0 / self.gear.base_helix_angle().cos(),
+            }
+    }
+
     /// Intervals of slope and crowning, and whether they conform; by the tolerances of a class
     /// where they speak about the trace.
     pub(super) fn inferences(

@@ -24,6 +24,11 @@ pub struct Values {
     /// Degrees of freedom of the noise that the standard errors are made of; none where there are
     /// none of them.
     pub freedom: Option<f64>,
+    /// The mean line at both ends of the evaluation range, about the design, in the sign and
+    /// direction in which the deviations were given.
+    pub line: [f64; 2],
+    /// The mean parabola at its start, in its middle and at its end, likewise.
+    pub parabola: [f64; 3],
     /// By how much plus material outside the evaluation range raised the form and the total
     /// deviation; 0 where the rule leaves it out.
     pub form_plus_material: f64,

@@ -83,6 +83,21 @@ pub struct EvaluatedTraceBody {
     /// As that of the slope.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_conformity: Option<ConformityBody>,
+    /// Evaluation range: roll lengths of a profile, z of a helix.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub range_mm: Option<[f64; 2]>,
+    /// The least-squares line at both ends of the range, as it is drawn over the trace: in the sign
+    /// and direction of the posted deviations, about the design line where there is one. Left out
+    /// as the figures are.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub mean_line_um: Option<[f64; 2]>,
+    /// The least-squares parabola at the start, in the middle and at the end of the range,
+    /// likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 3, max_items = 3)]
+    pub mean_parabola_um: Option<[f64; 3]>,
     /// By how much material beyond the evaluation range raised the form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_plus_material_um: Option<f64>,

@@ -4,15 +4,24 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::request::RoundingName;
-use crate::api::{
-    faults::Faults,
-    gears::{faults as table, gear::GearBody, notice::NoticeBody},
-    json::{value::read_json, writer},
-    measurand::side::SideName,
-    problem::Problem,
+use crate::{
+    api::{
+        built::Built,
+        faults::Faults,
+        gears::{
+            faults as table,
+            gear::GearBody,
+            notice::NoticeBody,
+            of_iteration::{ToothOf, refuse_others},
+        },
+        json::{value::read_json, writer},
+        measurand::side::SideName,
+        problem::Problem,
+    },
+    jobs::Measurand,
 };
 use flankfit_engine::gear::{
-    Side,
+    Gear, Side,
     evaluation::{
         fault::PitchField,
         pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
@@ -23,11 +32,13 @@ use flankfit_engine::gear::{
 
 /// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the
 /// order of counting; `null` where a tooth was not measured.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PitchRequest)]
 pub struct PitchRequestBody {
-    pub gear: GearBody,
+    /// May be left out where the pitches belong to a job that has it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub gear: Option<GearBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<PitchMeasuredBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -195,58 +206,81 @@ pub struct EccentricityBody {
     pub angle_deg: f64,
 }
 
-/// Answers a request.
-pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
+/// Evaluates the pitches of a request; `own` is the gear of the job and `of` what the iteration
+/// that they belong to measured.
+pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
     let body: PitchRequestBody = read_json(text)?;
-    let gear = body.gear.checked("/gear").map_err(Problem::invalid)?;
-    let rounding: Rounding = body.tolerances.map_or(Rounding::Rounded, Into::into);
-    let mut faults = Faults::default();
-    let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
-        let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
-        let settings = PitchSettings { side, diameter: body.diameter_mm, sector: body.sector, rounding };
-        let deviations = format!("{at}/{name}");
-        let place = |field: &PitchField| table::pitch(field, &deviations);
-        let found = pitch(&gear, &measured, &settings).map_err(|more| faults.append(Faults::by(&more, place))).ok()?;
-        Some((found, deviations))
+    let posted = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
+    let Some(gear) = posted.as_ref().or(own) else {
+        return Err(Problem::invalid(Faults::one("/gear", "missing")));
     };
-    let left = evaluated(&body.left, Side::Left, "/left");
-    let right = evaluated(&body.right, Side::Right, "/right");
-    let named = body.counting.unwrap_or(CountingName::Clockwise);
-    let counting = match named {
-        CountingName::Clockwise => Counting::Clockwise,
-        CountingName::Counterclockwise => Counting::Counterclockwise,
-    };
-    let mut warnings = Vec::new();
-    let runout = match (&body.readings_um, &left, &right) {
-        (Some(readings), ..) => {
-            from_readings(&gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
-        }
-        // pitches that tell no run-out are pitches all the same
-        (None, Some((left, _)), Some((right, _))) => match from_pitches(&gear, left, right, counting, rounding) {
-            Ok(found) => Some(found),
-            Err(why) => {
-                let why: Vec<String> = why.list().iter().map(|fault| fault.reason.to_string()).collect();
-                warnings.push(NoticeBody::new(
-                    "no_runout",
-                    &format!("no run-out follows from the pitches: {}", why.join("; ")),
-                ));
-                None
-            }
-        },
-        _ => None,
-    };
-    if body.left.is_none() && body.right.is_none() && body.readings_um.is_none() {
-        faults.push_missing("/left", "missing; give `left`, `right` or `readings_um`");
+    if let Some(of) = of {
+        body.belongs_to(of).map_err(Problem::invalid)?;
     }
-    let answer = PitchEvaluationBody {
-        counting: named,
-        left: left.map(|(found, deviations)| PitchBody::new(found, &deviations)),
-        right: right.map(|(found, deviations)| PitchBody::new(found, &deviations)),
-        runout: runout.map(RunoutBody::from),
-        warnings,
-    };
-    let answer = faults.into_result(answer).map_err(Problem::invalid)?;
-    writer::whole(&answer).map_err(Problem::not_finite)
+    let answer = body.evaluated(gear).map_err(Problem::invalid)?;
+    let result = writer::whole(&answer).map_err(Problem::not_finite)?;
+    Ok(Built { method: "iso_1328_1".to_owned(), result })
+}
+
+impl PitchRequestBody {
+    /// What is kept with an iteration of one flank has pitches of that flank, or of none.
+    fn belongs_to(&self, of: &Measurand) -> Result<(), Faults> {
+        let at = if self.left.is_some() { "/left" } else { "/right" };
+        let flanks = [(&self.left, Side::Left), (&self.right, Side::Right)];
+        let told = flanks.into_iter().filter(|(measured, _)| measured.is_some());
+        // all teeth
+        refuse_others(of, told.map(|(_, side)| (ToothOf::Unknown, side)), [at; 2])
+    }
+
+    /// Pitches and run-out of a gear.
+    pub fn evaluated(&self, gear: &Gear) -> Result<PitchEvaluationBody, Faults> {
+        let rounding: Rounding = self.tolerances.map_or(Rounding::Rounded, Into::into);
+        let mut faults = Faults::default();
+        let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
+            let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
+            let settings = PitchSettings { side, diameter: self.diameter_mm, sector: self.sector, rounding };
+            let deviations = format!("{at}/{name}");
+            let place = |field: &PitchField| table::pitch(field, &deviations);
+            let found =
+                pitch(gear, &measured, &settings).map_err(|more| faults.append(Faults::by(&more, place))).ok()?;
+            Some((found, deviations))
+        };
+        let left = evaluated(&self.left, Side::Left, "/left");
+        let right = evaluated(&self.right, Side::Right, "/right");
+        let named = self.counting.unwrap_or(CountingName::Clockwise);
+        let counting = match named {
+            CountingName::Clockwise => Counting::Clockwise,
+            CountingName::Counterclockwise => Counting::Counterclockwise,
+        };
+        let mut warnings = Vec::new();
+        let runout = match (&self.readings_um, &left, &right) {
+            (Some(readings), ..) => {
+                from_readings(gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
+            }
+            // pitches that tell no run-out are pitches all the same
+            (None, Some((left, _)), Some((right, _))) => match from_pitches(gear, left, right, counting, rounding) {
+                Ok(found) => Some(found),
+                Err(why) => {
+                    let why: Vec<String> = why.list().iter().map(|fault| fault.reason.to_string()).collect();
+                    let message = format!("no run-out follows from the pitches: {}", why.join("; "));
+                    warnings.push(NoticeBody::new("no_runout", &message));
+                    None
+                }
+            },
+            _ => None,
+        };
+        if self.left.is_none() && self.right.is_none() && self.readings_um.is_none() {
+            faults.push_missing("/left", "missing; give `left`, `right` or `readings_um`");
+        }
+        let answer = PitchEvaluationBody {
+            counting: named,
+            left: left.map(|(found, deviations)| PitchBody::new(found, &deviations)),
+            right: right.map(|(found, deviations)| PitchBody::new(found, &deviations)),
+            runout: runout.map(RunoutBody::from),
+            warnings,
+        };
+        faults.into_result(answer)
+    }
 }
 
 fn numbers(list: &[Option<f64>]) -> Vec<f64> {

@@ -1,10 +1,13 @@
 //! What a file holds: traces and their evaluation, deviations, and nodes of an iteration.
 
-use super::spec::ImportSpecBody;
+use super::{pitch::FilePitch, spec::ImportSpecBody};
 use crate::{
     api::{
         faults::Faults,
-        gears::{evaluation::answer::EvaluationBody, notice::NoticeBody},
+        gears::{
+            evaluation::{answer::EvaluationBody, request::EvaluateBody},
+            notice::NoticeBody,
+        },
         json::text::{SHORT, ShortText},
         measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
         problem::Problem,
@@ -24,6 +27,10 @@ pub struct FileRead {
     pub traces: Vec<Trace>,
     /// Of the traces, where there are any; with the warnings about the file.
     pub evaluation: Option<EvaluationBody>,
+    /// All traces of the file, as they would be posted to be evaluated again; beside `evaluation`.
+    pub request: Option<EvaluateBody>,
+    /// Of the tables of pitches, where there are any.
+    pub pitch: Option<FilePitch>,
     /// Of points and topographies.
     pub deviations: Option<Deviations>,
     /// Nodes with u = roll length and v = z (mm), heights in µm along the normal, positive where

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use super::{
     content::{FileRead, FlankNodes, OwnZeros, notices},
-    gears,
+    gears, pitch,
     spec::ImportSpecBody,
 };
 use crate::api::{
@@ -12,9 +12,11 @@ use crate::api::{
     gears::{
         evaluation::{
             answer::EvaluationBody,
-            request::{DeviationSignName, DirectionName, EvaluationSettingsBody, SignName},
+            request::{DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, SignName},
         },
+        gear::GearBody,
         notice::NoticeBody,
+        trace::TraceBody,
     },
     problem::Problem,
 };
@@ -61,6 +63,7 @@ pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&
         warnings.push(NoticeBody::new("unknown_tooth", &message));
     }
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
+    let pitch = pitch::read(curves, &gear, &mut warnings);
     let settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
     let evaluation = evaluated(&gear, &traces, &settings, &mut warnings);
     let nodes = nodes_of(&gear, &traces, &settings);
@@ -68,7 +71,14 @@ pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&
         found.warnings.splice(0..0, warnings.iter().cloned());
         found
     });
-    Ok(FileRead { gear, traces, evaluation, deviations: None, nodes, warnings })
+    let request = evaluation.as_ref().map(|found| EvaluateBody {
+        gear: Some(GearBody::from(gear.data())),
+        traces: traces.iter().map(TraceBody::from).collect(),
+        modifications: Vec::new(),
+        modification_range: None,
+        evaluation: found.evaluation.clone(),
+    });
+    Ok(FileRead { gear, traces, evaluation, request, pitch, deviations: None, nodes, warnings })
 }
 
 /// Ranges and lengths of the file where the caller left them out; deviations have the sign of DIN.

@@ -3,11 +3,14 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::content::{notices, unreadable};
+use super::{
+    content::{notices, unreadable},
+    listed::{FileTraceBody, FileValueBody},
+};
 use crate::api::{
     faults::Faults,
     gears::{
-        gear::{GearBody, HandName},
+        gear::{GearBody, GearToolBody, HandName},
         notice::NoticeBody,
     },
     json::writer,
@@ -30,6 +33,15 @@ pub struct GearsOfFileBody {
     pub format: FileFormatName,
     /// In the order of the file.
     pub gears: Vec<GearOfFileBody>,
+    /// Of curves: every trace, in the order of the file.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub traces: Vec<FileTraceBody>,
+    /// Flanks with a table of pitches that an import keeps.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pitches: Vec<SideName>,
+    /// Of values: every one that the file prints, in its order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<FileValueBody>,
     /// What to know about the file; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
@@ -75,10 +87,17 @@ pub fn answer(content: &[u8], name: Option<&str>) -> Result<Vec<u8>, Problem> {
 
 /// Reads the gears of a file.
 pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Problem> {
-    let mut warnings = Vec::new();
+    let (mut warnings, mut traces, mut pitches, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
     let (format, gears) = match gear_file::read(content, name).map_err(|error| unreadable(&error))? {
-        GearFile::Curves(curves) => (FileFormatName::Curves, vec![of_header(&curves.header, &mut warnings)]),
-        GearFile::Values(values) => (FileFormatName::Values, vec![of_header(&values.header, &mut warnings)]),
+        GearFile::Curves(curves) => {
+            traces = curves.curves.iter().map(FileTraceBody::from).collect();
+            pitches = curves.pitch.iter().filter_map(|table| table.side.map(SideName::from)).collect();
+            (FileFormatName::Curves, vec![of_header(&curves.header, &mut warnings)])
+        }
+        GearFile::Values(file) => {
+            values = file.results.iter().map(FileValueBody::from).collect();
+            (FileFormatName::Values, vec![of_header(&file.header, &mut warnings)])
+        }
         GearFile::Model(model) => {
             warnings.extend(notices(&model.notes));
             let each = model.gears.iter().map(|found| GearOfFileBody {
@@ -98,7 +117,7 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
             return Err(Problem::invalid(Faults::one("/file", "a list of points, which says nothing of its gear")));
         }
     };
-    Ok(GearsOfFileBody { format, gears, warnings })
+    Ok(GearsOfFileBody { format, gears, traces, pitches, values, warnings })
 }
 
 /// The field of a gear that a datum stands at.
@@ -157,7 +176,11 @@ impl From<&GearData> for GearBody {
             tip_diameter_mm: data.tip_diameter,
             root_diameter_mm: data.root_diameter,
             internal: data.internal.then_some(true),
-            tool: None,
+            tool: data.tool.as_ref().map(|tool| GearToolBody {
+                tip_radius_mm: Some(tool.tip_radius),
+                addendum_factor: Some(tool.addendum_factor),
+                protuberance_mm: Some(tool.protuberance),
+            }),
         }
     }
 }

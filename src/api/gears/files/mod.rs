@@ -3,6 +3,8 @@
 pub mod content;
 pub mod curves;
 pub mod gears;
+pub mod listed;
+pub mod pitch;
 pub mod points;
 pub mod read;
 pub mod spec;

@@ -1,5 +1,6 @@
 //! Evaluations of traces and of pitches as quality data (`.dfq`), for statistical process control.
 
+mod kept;
 mod list;
 mod part;
 mod pitch;
@@ -17,7 +18,7 @@ use crate::{
         problem::{Problem, ProblemCode},
         shapes::export::utc,
     },
-    jobs::{Job, MeasurementDetails, Record, RecordKind},
+    jobs::RecordKind,
 };
 use flankfit_engine::{
     formats::qdas::{self, Measurement},
@@ -25,18 +26,10 @@ use flankfit_engine::{
 };
 
 pub use flankfit_engine::formats::qdas::{Charset, MEDIA_TYPE};
+pub use kept::Kept;
 
 /// The tag of a job whose value is its batch.
 const BATCH: &str = "batch";
-
-/// What a record belongs to.
-pub struct Kept {
-    pub record: Record,
-    pub job: Job,
-    /// Of the iteration.
-    pub number: u32,
-    pub details: MeasurementDetails,
-}
 
 /// What of a request is needed: of an import the gear stands in what was said of the file.
 #[derive(Default, Deserialize)]
@@ -62,7 +55,7 @@ impl Asked {
 
 /// Whether records of a kind can be written.
 pub fn is_quality_data(kind: RecordKind) -> bool {
-    kind == RecordKind::Evaluation
+    matches!(kind, RecordKind::Evaluation | RecordKind::Pitch)
 }
 
 /// Evaluates the traces of a request and writes what it finds. Processor work.
@@ -73,10 +66,8 @@ pub fn of_traces(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
 
 /// Evaluates the pitches of a request and writes what it finds. Processor work.
 pub fn of_pitches(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
-    let found = evaluation::pitch::answer(text)?;
-    let gear = of_request(text);
-    let found: PitchEvaluationBody = serde_json::from_slice(&found).map_err(Problem::internal)?;
-    file(gear.as_ref(), &pitch::characteristics(&found), None, now)
+    let found = evaluation::pitch::build(text, None, None)?.result;
+    write(&of_request(text), RecordKind::Pitch, &found, None, now)
 }
 
 /// Writes a kept evaluation. Processor work.
@@ -95,7 +86,7 @@ pub fn of_record(kept: &Kept) -> Result<Vec<u8>, Problem> {
 /// What is said where only quality data is taken.
 pub fn not_written(kind: RecordKind) -> Problem {
     let detail = format!(
-        "This record is a {}; evaluations alone are given as {MEDIA_TYPE}, this one as application/json.",
+        "This record is a {}; evaluations and pitches alone are given as {MEDIA_TYPE}, others as application/json.",
         kind.name()
     );
     Problem::new(ProblemCode::NotAcceptable, detail)
@@ -105,6 +96,7 @@ fn of_request(text: &[u8]) -> Option<Gear> {
     serde_json::from_slice::<Asked>(text).unwrap_or_default().gear()
 }
 
+/// Of what was found, told by its kind.
 fn write(
     gear: &Option<Gear>,
     kind: RecordKind,
@@ -117,17 +109,12 @@ fn write(
             let found: EvaluationBody = serde_json::from_slice(found).map_err(Problem::internal)?;
             traces::characteristics(&found, gear.as_ref())
         }
+        RecordKind::Pitch => {
+            let found: PitchEvaluationBody = serde_json::from_slice(found).map_err(Problem::internal)?;
+            pitch::characteristics(&found)
+        }
         other => return Err(not_written(other)),
     };
-    file(gear.as_ref(), &characteristics, kept, at)
-}
-
-fn file(
-    gear: Option<&Gear>,
-    characteristics: &[qdas::Characteristic],
-    kept: Option<&Kept>,
-    at: Timestamp,
-) -> Result<Vec<u8>, Problem> {
     let job = kept.map(|kept| &kept.job);
     let remark = |kept: &Kept| format!("job {}, iteration {}, record {}", kept.job.id, kept.number, kept.record.id);
     let measured = Measurement {
@@ -136,7 +123,7 @@ fn file(
         remark: kept.map(remark),
         serial_number: job.and_then(|job| job.serial_number.clone()),
     };
-    let part = part::part(gear, kept);
-    let text = qdas::write(&part, characteristics, &measured).map_err(Problem::internal)?;
+    let part = part::part(gear.as_ref(), kept);
+    let text = qdas::write(&part, &characteristics, &measured).map_err(Problem::internal)?;
     Ok(qdas::encode(&text))
 }

@@ -1,6 +1,6 @@
 //! What a part is called in quality data.
 
-use super::Kept;
+use super::kept::Kept;
 use flankfit_engine::{
     fault::words::Shown,
     formats::qdas::{Part, one_line},

@@ -15,11 +15,7 @@ pub fn characteristics(found: &PitchEvaluationBody) -> Vec<Characteristic> {
             (single, "single pitch deviation", pitch.single_pitch.map(|found| found.value_um)),
             (cumulative, "total cumulative pitch deviation", pitch.cumulative_pitch_um),
             ("F_pk", "cumulative pitch deviation of a sector", pitch.sector_pitch.map(|found| found.value_um)),
-            (
-                "f_u",
-                "difference of neighbouring pitches",
-                pitch.adjacent_pitch_difference.map(|found| found.value_um),
-            ),
+            ("f_u", "difference of neighbouring pitches", pitch.adjacent_pitch_difference.map(|found| found.value_um)),
         ] {
             list.push(&format!("{letter}-{symbol}"), format!("{symbol}, {words}, {side}"), value, [None; 2]);
         }

@@ -1,0 +1,175 @@
+//! What a file of a gear tester holds: its traces, and the values that it prints.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{gears::trace::KindName, measurand::side::SideName};
+use flankfit_engine::formats::klingelnberg::{
+    Characteristic, Curve, MeasuringPosition, ResultLine, ResultValue, Section, Statistic,
+};
+
+/// A trace of a file. An import makes nodes of those of one flank of one tooth (without the letter
+/// behind its number), which its `tooth` and `flank` name.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FileTrace)]
+pub struct FileTraceBody {
+    /// As evaluations name it: a letter behind the number stands for a trace beside the middle.
+    pub tooth: String,
+    pub flank: SideName,
+    pub kind: KindName,
+    /// All samples of the trace.
+    pub samples: usize,
+    /// Samples without a deviation.
+    pub undefined: usize,
+    /// Of a profile: its z, where the file says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section_z_mm: Option<f64>,
+    /// Of a helix: its diameter, where the file says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section_diameter_mm: Option<f64>,
+    /// Of a helix: the roll length of its cylinder, where the file says that.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub section_roll_length_mm: Option<f64>,
+    /// Where it begins in the file, from 1.
+    pub line: usize,
+}
+
+/// A value that a file prints.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = FileValue)]
+pub struct FileValueBody {
+    /// By which the instrument knows it.
+    pub code: u32,
+    /// As it is printed.
+    pub name: String,
+    /// Its symbol, such as `f_Halpha`; left out where the code is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub characteristic: Option<String>,
+    pub position: FilePositionName,
+    pub statistic: FileStatisticName,
+    /// Left out where it is of no flank.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// Of a value of one tooth, where its label names it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// In `unit`; left out where there is none, which `state` explains.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub value: Option<f64>,
+    /// `um` or `mm`; left out where the code is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    pub state: FileValueStateName,
+    /// Where it stands in the file, from 1.
+    pub line: usize,
+}
+
+/// Where on the flank a value was measured.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = FilePosition)]
+pub enum FilePositionName {
+    Middle,
+    /// Helices near the root, profiles at the lower end.
+    First,
+    /// Helices near the tip, profiles at the upper end.
+    Second,
+}
+
+/// Of which teeth a value is.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = FileStatistic)]
+pub enum FileStatisticName {
+    /// Of one tooth.
+    Tooth,
+    /// Over the measured teeth, like the next three.
+    Mean,
+    /// Greatest minus least.
+    Variation,
+    Max,
+    Min,
+    /// Of the gear as a whole.
+    Gear,
+    /// The code is not known.
+    Unknown,
+}
+
+/// Whether there is a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = FileValueState)]
+pub enum FileValueStateName {
+    Measured,
+    NotMeasured,
+    /// It could not be formed.
+    NotAvailable,
+}
+
+impl From<&Curve> for FileTraceBody {
+    fn from(curve: &Curve) -> Self {
+        let mut body = FileTraceBody {
+            tooth: curve.tooth.clone(),
+            flank: curve.side.into(),
+            kind: curve.kind.into(),
+            samples: curve.values.len(),
+            undefined: curve.undefined,
+            section_z_mm: None,
+            section_diameter_mm: None,
+            section_roll_length_mm: None,
+            line: curve.line,
+        };
+        match curve.section {
+            Section::Z(z) => body.section_z_mm = Some(z),
+            Section::Diameter(diameter) => body.section_diameter_mm = Some(diameter),
+            Section::RollLength(length) => body.section_roll_length_mm = Some(length),
+            Section::NotGiven => {}
+        }
+        body
+    }
+}
+
+impl From<&ResultLine> for FileValueBody {
+    fn from(result: &ResultLine) -> Self {
+        FileValueBody {
+            code: result.code,
+            name: result.name.clone(),
+            characteristic: result.characteristic.map(|of| of.symbol().to_owned()),
+            position: match result.place {
+                MeasuringPosition::Middle => FilePositionName::Middle,
+                MeasuringPosition::First => FilePositionName::First,
+                MeasuringPosition::Second => FilePositionName::Second,
+            },
+            statistic: match result.statistic {
+                Statistic::Tooth => FileStatisticName::Tooth,
+                Statistic::Mean => FileStatisticName::Mean,
+                Statistic::Variation => FileStatisticName::Variation,
+                Statistic::Max => FileStatisticName::Max,
+                Statistic::Min => FileStatisticName::Min,
+                Statistic::Gear => FileStatisticName::Gear,
+                Statistic::Unknown => FileStatisticName::Unknown,
+            },
+            flank: result.side.map(Into::into),
+            tooth: result.tooth.clone(),
+            value: result.reading.value(),
+            unit: result.characteristic.map(|of| unit(of).to_owned()),
+            state: match result.reading {
+                ResultValue::Value(_) => FileValueStateName::Measured,
+                ResultValue::NotMeasured => FileValueStateName::NotMeasured,
+                ResultValue::NotAvailable => FileValueStateName::NotAvailable,
+            },
+            line: result.line,
+        }
+    }
+}
+
+/// The unit that instruments print a characteristic in.
+fn unit(of: Characteristic) -> &'static str {
+    match of {
+        Characteristic::RootDiameter
+        | Characteristic::TipDiameter
+        | Characteristic::DimensionOverBalls
+        | Characteristic::Span => "mm",
+        _ => "um",
+    }
+}

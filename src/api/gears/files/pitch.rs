@@ -1,0 +1,90 @@
+//! Tables of pitches of a gear tester, evaluated.
+
+use crate::api::gears::{
+    evaluation::pitch::{PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
+    gear::GearBody,
+    notice::NoticeBody,
+};
+use flankfit_engine::{
+    formats::klingelnberg::{Curves, PitchRow, PitchTable},
+    gear::{Gear, Side},
+};
+
+/// Pitches of a file.
+pub struct FilePitch {
+    /// As they would be posted to be evaluated again.
+    pub request: PitchRequestBody,
+    pub found: PitchEvaluationBody,
+}
+
+/// Evaluates the tables of a file, where it has any; what cannot be is a warning.
+pub(super) fn read(curves: &Curves, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Option<FilePitch> {
+    let mut request = PitchRequestBody { gear: Some(GearBody::from(gear.data())), ..PitchRequestBody::default() };
+    let mut warn = |code: &str, message: String| warnings.push(NoticeBody::new(code, &message));
+    for table in &curves.pitch {
+        let line = table.line;
+        let Some(side) = table.side else {
+            warn("pitch_without_flank", format!("line {line}: no title says of which flank these pitches are"));
+            continue;
+        };
+        let place = match side {
+            Side::Left => &mut request.left,
+            Side::Right => &mut request.right,
+        };
+        if place.is_some() {
+            warn("pitch_repeated", format!("line {line}: a second table of one flank; the first is taken"));
+            continue;
+        }
+        match Columns::of(table, gear.data().teeth) {
+            Err(why) => warn("pitch_not_read", format!("line {line}: {why}")),
+            Ok(Columns { cumulative, runout }) => {
+                *place = Some(PitchMeasuredBody { index_deviation_um: Some(cumulative), ..Default::default() });
+                // readings are of the gaps, the same beside both tables
+                let read = runout.iter().any(Option::is_some);
+                request.readings_um = request.readings_um.take().or(Some(runout).filter(|_| read));
+            }
+        }
+    }
+    if request.left.is_none() && request.right.is_none() {
+        return None;
+    }
+    match request.evaluated(gear) {
+        Ok(mut found) => {
+            let message = "the file does not say which way its pitches count: amounts and classes do not depend on \
+                it, signs and the direction of the eccentricity do";
+            found.warnings.push(NoticeBody::new("pitch_sign_assumed", &message));
+            Some(FilePitch { request, found })
+        }
+        Err(faults) => {
+            let why: Vec<&str> = faults.list().iter().map(|fault| fault.detail.as_str()).collect();
+            warn("pitch_not_evaluated", format!("pitches are not evaluated: {}", why.join("; ")));
+            None
+        }
+    }
+}
+
+/// Columns of a table, a number for each tooth.
+struct Columns {
+    cumulative: Vec<Option<f64>>,
+    runout: Vec<Option<f64>>,
+}
+
+impl Columns {
+    fn of(table: &PitchTable, teeth: u32) -> Result<Self, String> {
+        let none = || vec![None; teeth as usize];
+        let mut columns = Columns { cumulative: none(), runout: none() };
+        let mut seen = vec![false; teeth as usize];
+        let defined = |value: f64| Some(value).filter(|value| !value.is_nan());
+        for PitchRow { tooth, cumulative, runout, .. } in &table.rows {
+            let Some(k) = tooth.checked_sub(1).filter(|_| *tooth <= teeth).map(|k| k as usize) else {
+                return Err(format!("a gear of {teeth} teeth has no tooth {tooth}"));
+            };
+            if std::mem::replace(&mut seen[k], true) {
+                return Err(format!("tooth {tooth} stands twice"));
+            }
+            columns.cumulative[k] = defined(*cumulative);
+            columns.runout[k] = defined(*runout);
+        }
+        Ok(columns)
+    }
+}

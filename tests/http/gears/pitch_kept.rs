@@ -1,0 +1,273 @@
+//! Pitches kept with an iteration, posted or out of a tester's file, and what such files list.
+
+use reqwest::multipart::{Form, Part};
+use serde_json::{Value, json};
+
+use super::{
+    import::{import, job},
+    klingelnberg_file::{Gear, Lines, Style, Trace},
+    pointers, spur, taken,
+};
+use crate::{
+    harness::{Answer, TestApp, send},
+    shapes::{close, examples},
+};
+
+/// Index deviations of a tooth, µm: once around, and something of each tooth.
+fn index(tooth: u32) -> f64 {
+    let turn = std::f64::consts::TAU * f64::from(tooth) / 52.0;
+    (1000.0 * (6.0 * turn.sin() + (7.0 * turn).cos() - 1.0)).round() / 1000.0
+}
+
+fn reading(tooth: u32) -> f64 {
+    let turn = std::f64::consts::TAU * f64::from(tooth) / 52.0;
+    (1000.0 * 4.0 * (turn + 0.5).sin()).round() / 1000.0
+}
+
+/// A file with a profile of tooth 1 and tables of pitches of both flanks; teeth that are undefined
+/// stand there with the mark of the file.
+fn file(undefined: &[u32]) -> Vec<u8> {
+    let mut lines = Lines::new(&Style::default(), "MK");
+    let values = (0..60).map(|k| (k != 7).then(|| -0.1 * f64::from(k))).collect();
+    let profile = Trace { tooth: "1o".into(), left: true, profile: true, index: 1, section: 14.0, values };
+    let values = (0..40).map(|k| Some(-0.05 * f64::from(k))).collect();
+    let helix = Trace { tooth: "1".into(), left: true, profile: false, index: 1, section: 8.889, values };
+    lines.gear(&Gear::spur(), false).traces(&[profile, helix]);
+    for title in ["linke Zahnflanke", "rechte Zahnflanke"] {
+        lines.line(&format!("        {title}     ")).line("        Zahn-Nr.          fp           Fp           Fr   ");
+        for tooth in 1..=52 {
+            let single = index(tooth) - index(if tooth == 1 { 52 } else { tooth - 1 });
+            let row = if undefined.contains(&tooth) {
+                format!("{tooth:>8} -2147483.648 -2147483.648 -2147483.648")
+            } else {
+                format!("{tooth:>8} {single:>12.3} {:>12.3} {:>12.3}", index(tooth), reading(tooth))
+            };
+            lines.line(&row);
+        }
+        lines.line("");
+    }
+    lines.bytes()
+}
+
+async fn read(app: &TestApp, content: Vec<u8>, name: &str) -> Answer {
+    let part = Part::bytes(content).file_name(name.to_owned());
+    send(app.client.post(app.url("/v1/gears/read")).multipart(Form::new().part("file", part))).await
+}
+
+/// Kinds of the records of the first iteration, and the record of a kind.
+async fn records(app: &TestApp, job: &str, kind: &str) -> (Vec<String>, Option<Value>) {
+    let items = send(app.get(&format!("{job}/iterations/1/records"))).await.json()["items"].clone();
+    let kinds = items.as_array().unwrap().iter().map(|item| item["kind"].as_str().unwrap().to_owned()).collect();
+    let Some(item) = items.as_array().unwrap().iter().find(|item| item["kind"] == kind) else { return (kinds, None) };
+    let place = format!("{job}/iterations/1/records/{}", item["id"].as_str().unwrap());
+    (kinds, Some(send(app.get(&place)).await.json()))
+}
+
+async fn with_iteration(app: &TestApp, gear: Option<Value>, flank: Option<&str>) -> String {
+    let job = job(app, gear).await;
+    let mut nodes = json!({"nodes": {"type": "curve", "x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 1.0, 1.9, 3.2]},
+        "model": {"type": "polynomial", "degree": 1}, "tooth": "3"});
+    if let Some(flank) = flank {
+        nodes["flank"] = json!(flank);
+    }
+    assert_eq!(send(app.post(&format!("{job}/iterations"), nodes.to_string())).await.status, 201);
+    job
+}
+
+#[tokio::test]
+async fn pitches_are_kept_with_an_iteration() {
+    let app = TestApp::start().await;
+    let job = with_iteration(&app, Some(spur()), Some("left")).await;
+    let example = &examples("create_iteration_pitch")[0].1;
+    let place = format!("{job}/iterations/1/pitch");
+    let post = || app.post(&place, example.to_string()).header("idempotency-key", "once");
+    let kept = send(post()).await;
+    assert_eq!(kept.status, 201, "{}", kept.text);
+    let record = kept.json();
+    assert_eq!((&record["kind"], &record["method"]), (&json!("pitch"), &json!("iso_1328_1")));
+    assert_eq!((&record["request"], &record["gear"]), (example, &spur()));
+    // the same answer as without a job
+    let mut whole = example.clone();
+    whole["gear"] = spur();
+    assert_eq!(record["result"], taken(&app, "/v1/gears/pitch", &whole).await);
+    assert!(record["result"]["left"]["class"]["single_pitch"].is_u64() && record["result"]["runout"]["class"].is_u64());
+    let again = send(post()).await;
+    assert_eq!((again.text.as_str(), again.header("idempotency-replayed")), (kept.text.as_str(), "true"));
+    assert_eq!(send(app.get(kept.header("location"))).await.text, kept.text);
+    assert_eq!(records(&app, &job, "pitch").await.0, ["pitch"]);
+    let trace = send(app.get(&format!("{job}/trace"))).await.json();
+    assert_eq!(trace["iterations"][0]["records"][0]["kind"], "pitch");
+    let file = send(app.get(kept.header("location")).header("accept", "application/x-q-das-dfq")).await;
+    assert_eq!(file.status, 200);
+    let number = record["result"]["left"]["cumulative_pitch_um"].as_f64().unwrap();
+    assert!(file.text.contains(&format!("K0001/2 {number:.3}\r\n")), "{}", file.text);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn pitches_are_of_the_iterations_flank_and_gear() {
+    let app = TestApp::start().await;
+    let left = with_iteration(&app, Some(spur()), Some("left")).await;
+    let place = format!("{left}/iterations/1/pitch");
+    let index: Vec<f64> = (1..=52).map(index).collect();
+    let of = |names: &[&str]| {
+        let mut body = json!({});
+        names.iter().for_each(|name| body[*name] = json!({"index_deviation_um": index}));
+        body
+    };
+    let refused = send(app.post(&place, of(&["right"]).to_string())).await;
+    assert_eq!(refused.pointers(), ["/right"], "{}", refused.text);
+    assert!(refused.text.contains("the iteration is of the left flank"), "{}", refused.text);
+    for names in [&["left"][..], &["left", "right"]] {
+        assert_eq!(send(app.post(&place, of(names).to_string())).await.status, 201, "{names:?}");
+    }
+    // readings of a ball are of both flanks
+    assert_eq!(send(app.post(&place, json!({"readings_um": index}).to_string())).await.status, 201);
+    assert_eq!(pointers(&app, &place, &json!({})).await, ["/left"]);
+    assert_eq!(
+        pointers(&app, &place, &json!({"left": {"index_deviation_um": [0.0]}})).await,
+        ["/left/index_deviation_um"]
+    );
+    let any = with_iteration(&app, Some(spur()), None).await;
+    assert_eq!(send(app.post(&format!("{any}/iterations/1/pitch"), of(&["right"]).to_string())).await.status, 201);
+    // without a gear
+    let bare = with_iteration(&app, None, None).await;
+    let place = format!("{bare}/iterations/1/pitch");
+    assert_eq!(pointers(&app, &place, &of(&["left"])).await, ["/gear"]);
+    let mut own = of(&["left"]);
+    own["gear"] = spur();
+    assert_eq!(send(app.post(&place, own.to_string())).await.status, 201);
+    assert_eq!(pointers(&app, "/v1/gears/pitch", &of(&["left"])).await, ["/gear"]);
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn an_import_keeps_the_tables_of_pitches() {
+    let app = TestApp::start().await;
+    let place = job(&app, Some(spur())).await;
+    let made = import(&app, &place, file(&[]), "1.mka", None).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let (kinds, kept) = records(&app, &place, "pitch").await;
+    assert_eq!(kinds, ["evaluation", "pitch"]);
+    let kept = kept.unwrap();
+    assert_eq!(kept["method"], "import");
+    let found = &kept["result"];
+    // by the definitions, from what was put into the file
+    let deviations: Vec<f64> = (1..=52).map(index).collect();
+    let (most, least) = deviations.iter().fold((f64::MIN, f64::MAX), |(a, b), d| (a.max(*d), b.min(*d)));
+    let single = (0..52).map(|k| (deviations[k] - deviations[(k + 51) % 52]).abs()).fold(0.0, f64::max);
+    let readings: Vec<f64> = (1..=52).map(reading).collect();
+    let (high, low) = readings.iter().fold((f64::MIN, f64::MAX), |(a, b), d| (a.max(*d), b.min(*d)));
+    for side in ["left", "right"] {
+        close(found[side]["cumulative_pitch_um"].as_f64().unwrap(), most - least, 1e-9);
+        close(found[side]["single_pitch"]["value_um"].as_f64().unwrap().abs(), single, 1e-9);
+        assert!(found[side]["class"]["cumulative_pitch"].is_u64(), "{found}");
+    }
+    close(found["runout"]["runout_um"].as_f64().unwrap(), high - low, 1e-9);
+    assert_eq!(
+        (&found["runout"]["derived"], &found["warnings"][0]["code"]),
+        (&json!(false), &json!("pitch_sign_assumed"))
+    );
+    // the request is whole
+    let mut request = kept["request"].clone();
+    for name in ["file", "file_sha256", "file_bytes", "spec"] {
+        assert!(request.as_object_mut().unwrap().remove(name).is_some(), "{name}");
+    }
+    let again = taken(&app, "/v1/gears/pitch", &request).await;
+    for part in ["left", "right", "runout"] {
+        assert_eq!(again[part], found[part]);
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn teeth_that_a_table_leaves_out_are_missing() {
+    let app = TestApp::start().await;
+    let place = job(&app, Some(spur())).await;
+    assert_eq!(import(&app, &place, file(&[5, 17]), "1.mka", None).await.status, 201);
+    let kept = records(&app, &place, "pitch").await.1.unwrap();
+    assert_eq!((&kept["result"]["left"]["missing"], &kept["result"]["runout"]["missing"]), (&json!(2), &json!(2)));
+    assert_eq!(kept["request"]["left"]["index_deviation_um"][4], Value::Null);
+    // what is no table of this gear is told, and the import goes on
+    let text = String::from_utf8(file(&[])).unwrap();
+    for (from, to, code) in [
+        ("\r\n      52 ", "\r\n      53 ", "pitch_not_read"),
+        ("\r\n      52 ", "\r\n      51 ", "pitch_not_read"),
+        ("linke Zahnflanke", "eine Zahnflanke", "pitch_without_flank"),
+        ("rechte Zahnflanke", "linke Zahnflanke", "pitch_repeated"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let place = job(&app, Some(spur())).await;
+        let made = import(&app, &place, text.replace(from, to).into_bytes(), "1.mka", None).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let (kinds, _) = records(&app, &place, "pitch").await;
+        let evaluation = records(&app, &place, "evaluation").await.1.unwrap();
+        let warnings = evaluation["result"]["warnings"].as_array().unwrap();
+        assert!(warnings.iter().any(|warning| warning["code"] == code), "{code} {warnings:?}");
+        assert_eq!(kinds.len(), if code == "pitch_not_read" { 1 } else { 2 }, "{code}");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn a_file_lists_its_traces_and_values() {
+    let app = TestApp::start().await;
+    let listed = read(&app, file(&[]), "1.mka").await.json();
+    assert_eq!(listed["pitches"], json!(["left", "right"]));
+    let traces = listed["traces"].as_array().unwrap();
+    let told: Vec<_> = traces
+        .iter()
+        .map(|trace| {
+            let number = |name: &str| trace[name].as_f64();
+            let words = ["tooth", "flank", "kind"].map(|name| trace[name].as_str().unwrap());
+            (words, trace["samples"].as_u64(), trace["undefined"].as_u64(), number("section_z_mm"))
+        })
+        .collect();
+    assert_eq!(
+        told,
+        [(["1o", "left", "profile"], Some(60), Some(1), Some(14.0)), (["1", "left", "helix"], Some(40), Some(0), None),]
+    );
+    assert_eq!(traces[1]["section_roll_length_mm"], 8.889);
+    assert!(listed.get("values").is_none());
+    // an import takes what is listed
+    let place = job(&app, None).await;
+    let made = import(&app, &place, file(&[]), "1.mka", Some(json!({"tooth": "1", "flank": "left"}))).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+
+    let mut lines = Lines::new(&Style::default(), "MW");
+    lines.gear(&Gear::spur(), false);
+    for line in [
+        "10111 : fHb links 1 :   -2.9",
+        "10160 : fHb Var rechts : 8999.0",
+        "26511 : Fuss u 1u : -9999.0",
+        "26412 : Fuss 12 :   49.5",
+        "21611 : fKo links 1 :  -23.2",
+    ] {
+        lines.line(line);
+    }
+    let listed = read(&app, lines.bytes(), "1.mew").await.json();
+    assert_eq!((&listed["format"], &listed["gears"][0]["gear"]["teeth"]), (&json!("values"), &json!(52)));
+    let values = listed["values"].as_array().unwrap();
+    let without_line = |value: &Value| {
+        let mut value = value.clone();
+        assert!(value.as_object_mut().unwrap().remove("line").unwrap().as_u64() > Some(10));
+        value
+    };
+    let values: Vec<Value> = values.iter().map(without_line).collect();
+    assert_eq!(
+        values,
+        [
+            json!({"code": 10111, "name": "fHb links 1", "characteristic": "f_Hbeta", "position": "middle",
+            "statistic": "tooth", "flank": "left", "tooth": "1", "value": -2.9, "unit": "um", "state": "measured"}),
+            json!({"code": 10160, "name": "fHb Var rechts", "characteristic": "f_Hbeta", "position": "middle",
+            "statistic": "variation", "flank": "right", "unit": "um", "state": "not_available"}),
+            json!({"code": 26511, "name": "Fuss u 1u", "characteristic": "d_f", "position": "first", "statistic": "tooth",
+            "tooth": "1u", "unit": "mm", "state": "not_measured"}),
+            json!({"code": 26412, "name": "Fuss 12", "characteristic": "d_f", "position": "middle", "statistic": "tooth",
+            "tooth": "12", "value": 49.5, "unit": "mm", "state": "measured"}),
+            json!({"code": 21611, "name": "fKo links 1", "position": "middle", "statistic": "unknown", "flank": "left",
+            "tooth": "1", "value": -23.2, "state": "measured"}),
+        ]
+    );
+    app.stop().await;
+}
