@@ -113,7 +113,7 @@ async fn template(repository: &Arc<dyn Repository>, job: &str) -> NewIteration {
     let whole = PageRequest { limit: 10, after: None };
     let listed = repository.fits(job_id, 1, whole).await.expect("it is stored").items.remove(0);
     let fit = repository.fit(job_id, 1, listed.id).await.expect("it is stored");
-    let computed = Computed { spec: fit.spec, result: fit.result.into(), figures: listed.figures };
+    let computed = Computed { spec: fit.spec, result: fit.result.into(), figures: listed.figures, flank: fit.flank };
     NewIteration {
         id: stored.id,
         job_id,
@@ -121,7 +121,7 @@ async fn template(repository: &Arc<dyn Repository>, job: &str) -> NewIteration {
         details: MeasurementDetails { instrument: Some("P40".to_owned()), ..stored.details },
         created_at: stored.created_at,
         nodes: Arc::new(nodes).into(),
-        fit: NewFit { id: fit.id, computed, reason: None, created_at: fit.created_at },
+        fit: NewFit { id: fit.id, computed, event: fit.event },
         records: Vec::new(),
         expected_gear: None,
     }
@@ -139,7 +139,7 @@ async fn ours(work: &Arc<Work>) -> (f64, f64) {
     let mut jobs = Vec::new();
     for _ in 0..JOBS {
         let id = work.ids.fresh(now);
-        let (tags, gear) = Default::default();
+        let (tags, gear, requirements) = Default::default();
         let (part_number, serial_number, machine) = Default::default();
         let job = Job {
             id,
@@ -148,6 +148,7 @@ async fn ours(work: &Arc<Work>) -> (f64, f64) {
             serial_number,
             machine,
             gear,
+            requirements,
             tags,
             version: 1,
             created_at: now,
@@ -165,7 +166,8 @@ async fn ours(work: &Arc<Work>) -> (f64, f64) {
             let mut stored = 0_u32;
             while begun.elapsed() < ROUND {
                 let now = SystemClock.now();
-                let fit = NewFit { id: work.ids.fresh(now), created_at: now, ..work.template.fit.clone() };
+                let mut fit = NewFit { id: work.ids.fresh(now), ..work.template.fit.clone() };
+                fit.event.created_at = now;
                 let id = work.ids.fresh(now);
                 let iteration = NewIteration { id, job_id, fit, created_at: now, ..work.template.clone() };
                 work.repository.insert_iteration(Arc::new(iteration), None).await.expect("it is stored");

@@ -142,6 +142,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("create_iteration_deviations", "iteration_deviations", "Deviations on a grid, the tip trimmed"),
     example!("purge_job", "purge", "A job that is old enough, by its archive"),
     example!("create_job", "job", "A spur gear on a form grinder"),
+    example!("create_job", "job_requirements", "A gear with its class, limits of figures and bands of K-charts"),
     example!("create_iteration", "iteration", "The flank after the first cut, with one missing node"),
     example!("create_iteration_fit", "refit", "The same nodes with λ* by generalised cross-validation"),
     example!("create_iteration_fit", "refit_prior", "The same nodes with what the job's earlier iterations know"),

@@ -122,7 +122,7 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     };
     let component = arguments.component.clone();
     let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
-    let read = read(&content, name.as_deref(), &spec, None).map_err(in_words)?;
+    let read = read(&content, name.as_deref(), &spec, None, None).map_err(in_words)?;
     for warning in &read.warnings {
         eprintln!("{}: {}", warning.code, warning.message);
     }

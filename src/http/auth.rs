@@ -14,7 +14,7 @@ use super::server::PeerNames;
 use crate::{
     api::problem::{Problem, ProblemCode},
     config::{Authentication, Digest, KeysRole, ServeSettings},
-    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, Tenant, secret},
+    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, secret},
     oidc::{self, Token, TokenError, Tokens},
     pool::Party,
     telemetry,
@@ -84,20 +84,23 @@ impl Callers {
             Authentication::Auto if is_asked_for => Demand::Always,
             Authentication::Auto => Demand::OnceThereIsAKey,
         };
-        let principal = |actor: String, role: Option<Role>, proof: Proof| Principal {
-            caller: Caller { tenant: Tenant::default(), actor: actor.into(), origin: Default::default() },
+        let principal = |caller: Caller, role: Option<Role>, proof: Proof| Principal {
+            caller,
             scopes: role.map_or(Scopes::ALL, Role::scopes),
             role,
             proof,
         };
         let role = Some(settings.api_keys_role.into());
-        let of_key = |digest: &Digest| (*digest, principal(name_of_key(digest), role, Proof::Listed));
+        let of_key = |digest: &Digest| {
+            let caller = Caller { actor: name_of_key(digest).into(), ..Caller::anonymous() };
+            (*digest, principal(caller, role, Proof::Listed))
+        };
         Callers {
             listed: settings.api_keys_sha256.iter().map(of_key).collect(),
             kept: jobs.known_keys(),
             tokens,
             demand,
-            anonymous: principal("anonymous".to_owned(), None, Proof::None),
+            anonymous: principal(Caller::anonymous(), None, Proof::None),
         }
     }
 

@@ -33,6 +33,7 @@ use crate::{
                 request::EvaluateBody,
             },
             gear::of_job,
+            requirements::RequirementsBody,
         },
         jobs::records::RecordBody,
         problem::{Problem, ProblemCode, Room},
@@ -77,9 +78,11 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
 
 /// Keeps the evaluation of measured traces with an iteration.
 ///
-/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer
-/// stays with the iteration as a record; by `Accept: application/x-q-das-dfq` it is answered as a
-/// file for statistical process control.
+/// As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. Where
+/// `evaluation` has no `tolerance_limits` or no `k_bands`, those of the job's `requirements` take
+/// their place, and the answer tells them. It stays with the iteration as a record, whatever the
+/// job requires later; by `Accept: application/x-q-das-dfq` it is answered as a file for
+/// statistical process control.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/evaluations", operation_id = "create_iteration_evaluation",
     tag = "iterations",
@@ -99,7 +102,8 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
 async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, Format::Dfq, "Evaluations")?;
     let build = |text: &[u8], context: &RecordContext, _: Room| {
-        let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
+        let required = context.job.requirements.as_deref().and_then(RequirementsBody::stored);
+        let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required)?;
         Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
     request.keep_as(format, "evaluations", build).await

@@ -92,7 +92,7 @@ async fn evaluate_gear(
     let now = state.jobs.now();
     let work = move |text: &[u8]| match format {
         Format::Dfq => quality_data::of_traces(text, now),
-        _ => Ok(evaluation::build(text, None, None)?.result),
+        _ => Ok(evaluation::build(text, None, None, None)?.result),
     };
     Ok(format.response(read_json(&state, payload, work).await?))
 }

@@ -17,7 +17,7 @@ use super::{
 };
 use crate::{
     api::{
-        gears::{files::spec::ImportSpecBody, gear::of_job},
+        gears::files::spec::ImportSpecBody,
         jobs::{import, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
     },
@@ -75,8 +75,7 @@ async fn import_iteration(
         let work = move || {
             let form = read_file(payload, limit)?;
             let FileForm { file, name, spec } = &*form;
-            let gear = of_job(&own)?;
-            let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), gear.as_ref(), &plans)?;
+            let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), &own, &plans)?;
             draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
             draft.expected_gear = Some(ExpectedGear(own.gear));
             Ok::<_, Problem>(draft)

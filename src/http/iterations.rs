@@ -17,9 +17,10 @@ use super::{
     chunked,
     compute::read_fit_and,
     conditional::{IfMatch, etag, set_etag},
-    extract::{JsonOf, PathOf},
+    extract::{JsonOf, PathOf, QueryOf},
     fits::json,
     idempotency::{IdempotencyKey, idempotent},
+    paging::PageQuery,
     prior,
     state::AppState,
     stored,
@@ -27,23 +28,25 @@ use super::{
 use crate::{
     api::{
         fits::{nodes_text, spec::nodes::NodesBody},
+        gears::fit_figures,
         jobs::{
             fits,
             iteration_requests::{
                 IterationForm, IterationPatchBody, IterationRequest, Measurement, MeasurementDetailsBody,
             },
             iterations::{self, IterationBody, NewIterationBody},
+            listed_iterations::{self, IterationPageBody},
             problem::of_measured,
         },
         problem::Problem,
     },
-    jobs::{Answer, Computed, Iteration, IterationDraft, Measurand, NewIteration, Stored},
+    jobs::{Answer, Computed, Iteration, IterationDraft, List, Measurand, NewIteration, Stored},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes, Plans};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
-        .routes(routes!(create_iteration))
+        .routes(routes!(create_iteration, list_iterations))
         .routes(routes!(get_iteration, update_iteration))
         .routes(routes!(get_iteration_nodes))
 }
@@ -105,14 +108,14 @@ async fn create_iteration(
 fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -> Result<Drafted, Problem> {
     let Measurement { measurand, details } = measurement;
     let measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
-    if prior::waits(&spec) {
+    if prior::waits(&spec) || fit_figures::is_told(&measurand) {
         return Ok(Drafted::Waiting(Box::new(Waiting { nodes, spec, measurand, details })));
     }
     let computed = fits::compute(&nodes, &spec, plans)?;
     Ok(Drafted::Made(Box::new(of_parts(nodes, measurand, details, computed))))
 }
 
-/// An iteration, or what it is made of once its prior has been read.
+/// An iteration, or what it is made of once what its fit needs of the job has been read.
 enum Drafted {
     Made(Box<IterationDraft>),
     Waiting(Box<Waiting>),
@@ -144,6 +147,25 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
         etag: Some(etag(stored.version)),
         body: iterations::created_iteration(iteration, stored),
     }
+}
+
+/// Lists the iterations of a job with the fit that stands of each.
+///
+/// By number, in pages: the figures of the fit, and where its nodes are told to be on a flank of
+/// the job's gear the slopes, crownings and twist.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
+    params(("job_id" = Uuid, Path), PageQuery),
+    responses(
+        (status = 200, description = "Some iterations, and where the next page begins.", body = IterationPageBody)
+    )
+)]
+async fn list_iterations(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Response, Problem> {
+    Ok(json(listed_iterations::page(&state.jobs.iterations(job, query.check(List::Iterations)?).await?)))
 }
 
 /// An iteration with the figures of its fits.

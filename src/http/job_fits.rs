@@ -31,6 +31,7 @@ use crate::{
             reader,
             spec::include::{self, IncludeName},
         },
+        gears::fit_figures,
         jobs::{
             fits::{self, ReplayBody, ReplayRequest},
             iteration_requests::{ChosenFitBody, RefitRequest, Why},
@@ -78,11 +79,12 @@ async fn create_iteration_fit(
     let place = format!("/v1/jobs/{job}/iterations/{number}");
     idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
         let nodes = stored::nodes(&state, job, number).await?;
-        let plans = state.plans.clone();
+        let measurand = state.jobs.measurand(job, number).await?;
+        let (plans, told) = (state.plans.clone(), fit_figures::is_told(&measurand));
         let draft = read_json(&state, payload, move |text| {
             let (spec, why) = reader::read_refit::<Why>(text)?;
             let reason = why.reason.map(String::from);
-            if prior::waits(&spec) {
+            if told || prior::waits(&spec) {
                 return Ok(Refit::Waiting { nodes, spec: Box::new(spec), reason });
             }
             let computed = fits::compute(&nodes, &spec, &plans)?;
@@ -92,7 +94,6 @@ async fn create_iteration_fit(
         let draft = match draft {
             Refit::Made(draft) => draft,
             Refit::Waiting { nodes, spec, reason } => {
-                let measurand = state.jobs.measurand(job, number).await?;
                 let computed = prior::compute(&state, job, Some(number), &measurand, (nodes, *spec)).await?;
                 RefitDraft { computed: computed.0, reason }
             }
@@ -105,7 +106,7 @@ async fn create_iteration_fit(
     .await
 }
 
-/// A further fit, or what it is made of once its prior has been read.
+/// A further fit, or what it is made of once what it needs of the job has been read.
 enum Refit {
     Made(RefitDraft),
     Waiting { nodes: WithPermit<Nodes>, spec: Box<FitSpec>, reason: Option<String> },

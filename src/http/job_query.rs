@@ -10,7 +10,7 @@ use super::paging::{UNKNOWN_CURSOR, of_other_list, read_limit};
 use crate::{
     api::{
         faults::Faults,
-        jobs::job_list::{JobSortName, JobStatusName},
+        jobs::job_list::{self, JobSortName, JobStatusName},
         json::{
             refusal::Refusal,
             text::{Moment, SHORT, ShortText, Text},
@@ -38,6 +38,9 @@ pub struct JobsQuery {
     /// The whole part number.
     #[param(min_length = 1, max_length = 200)]
     part_number: Option<String>,
+    /// The class that the evaluation found that was kept last.
+    #[param(value_type = Option<u8>, minimum = 1, maximum = 11)]
+    class: Option<String>,
     /// The name of a tag, whatever its value, or `name:value`.
     #[param(min_length = 1, max_length = 401)]
     tag: Option<String>,
@@ -66,6 +69,8 @@ impl JobsQuery {
         let status = value::<JobStatusName>("/status", self.status, &mut faults);
         let machine = value::<ShortText>("/machine", self.machine, &mut faults);
         let part_number = value::<ShortText>("/part_number", self.part_number, &mut faults);
+        let class = self.class.map(|text| job_list::class_of(&text)).transpose();
+        let class = class.map_err(|why| faults.push("/class", why)).ok().flatten();
         let tag = value::<Text<{ 2 * SHORT + 1 }>>("/tag", self.tag, &mut faults);
         let since = value::<Moment>("/from", self.from, &mut faults);
         let to = value::<Moment>("/to", self.to, &mut faults);
@@ -91,6 +96,7 @@ impl JobsQuery {
             status: status.map(Into::into),
             machine: machine.map(Into::into),
             part_number: part_number.map(Into::into),
+            class,
             tag: tag.map(Into::into),
             from: since.map(|Moment(time)| time),
             to: to.map(|Moment(time)| time),

@@ -115,7 +115,8 @@ async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Respons
 
 /// Changes a job. What is left out stays.
 ///
-/// Fields that are named in `clear` are taken away; `gear` and `tags` are replaced as a whole. A
+/// Fields that are named in `clear` are taken away; `gear`, `requirements` and `tags` are replaced
+/// as a whole. A
 /// gear without a tooth that the job's iterations are of is refused.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",

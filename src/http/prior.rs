@@ -15,7 +15,13 @@ use super::{
 };
 use crate::{
     api::{
-        faults::Faults, fits::reader::prior::MOST_ITERATIONS, gears::correction::predicted, jobs::fits,
+        faults::Faults,
+        fits::reader::prior::MOST_ITERATIONS,
+        gears::{
+            correction::predicted,
+            fit_figures::{self, OfFlank},
+        },
+        jobs::fits,
         problem::Problem,
     },
     jobs::{Computed, FitRecord, Measurand, Predecessor, Predecessors, Record, RecordKind, RepositoryError, Resource},
@@ -195,7 +201,8 @@ pub fn waits(spec: &FitSpec) -> bool {
     asked(spec).is_some() || representative::asked(spec).is_some()
 }
 
-/// Fits nodes with what their spec asks for of the job; the nodes come back with the fit.
+/// Fits nodes with what their spec asks for of the job, and the figures of the flank that they are
+/// told to be on; the nodes come back with the fit.
 pub async fn compute(
     state: &CallerState,
     job: Uuid,
@@ -203,7 +210,12 @@ pub async fn compute(
     of: &Measurand,
     fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
-    compute_by(state, job, before, of, fitted, fits::compute).await
+    let on = match fit_figures::is_told(of) {
+        true => OfFlank::of(&state.jobs.job(job).await?, of),
+        false => None,
+    };
+    let work = move |nodes: &Nodes, spec: &FitSpec, plans: &Plans| fits::compute_on(nodes, spec, plans, on.as_ref());
+    compute_by(state, job, before, of, fitted, work).await
 }
 
 /// The same by `work`.

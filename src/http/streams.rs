@@ -20,6 +20,7 @@ use super::{
 };
 use crate::{
     api::{
+        gears::fit_figures::{self, OfFlank},
         jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
         streams::stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
@@ -185,7 +186,12 @@ async fn finish_stream(
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
         let body: MeasurementDetailsBody = read_optional_json(&state, payload).await?;
         let plans = state.plans.clone();
-        let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute(nodes, spec, &plans);
+        let stream = state.jobs.stream(id).await?;
+        let on = match fit_figures::is_told(&stream.measurand) {
+            true => OfFlank::of(&state.jobs.job(stream.job_id).await?, &stream.measurand),
+            false => None,
+        };
+        let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute_on(nodes, spec, &plans, on.as_ref());
         let keyed = key.map(|key| key.answered_by(iterations::created));
         let (iteration, stored) = state.jobs.finish_stream(&state.app, id, body.into(), fit, keyed).await?;
         Ok(iterations::created(&iteration, stored))

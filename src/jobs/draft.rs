@@ -13,6 +13,8 @@ pub struct JobDraft {
     pub serial_number: Option<String>,
     pub machine: Option<String>,
     pub gear: Option<JobGear>,
+    /// What its flanks must be like: a JSON document.
+    pub requirements: Option<Arc<str>>,
     pub tags: BTreeMap<String, String>,
 }
 

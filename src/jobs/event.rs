@@ -9,7 +9,7 @@ use jiff::Timestamp;
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::{callers::Owned, iteration::Decision, tasks::TaskState};
+use super::{callers::Owned, said::Decision, tasks::TaskState};
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]

@@ -2,10 +2,10 @@
 
 use std::sync::Arc;
 
-use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::encoded_text::EncodedResult;
+use super::said::{Choice, Event};
 use flankfit_engine::estimation::{
     FitResult,
     spec::{Criterion, Scheme},
@@ -19,6 +19,9 @@ pub struct Computed {
     /// What was answered: the JSON document itself, so that a replay can compare bit by bit.
     pub result: EncodedResult,
     pub figures: Figures,
+    /// The figures of the flank that it is of, where its nodes are told to be on one: a JSON
+    /// document. They are by the job's gear and requirements of that time.
+    pub flank: Option<Arc<str>>,
 }
 
 /// A fit about to be stored.
@@ -26,8 +29,14 @@ pub struct Computed {
 pub struct NewFit {
     pub id: Uuid,
     pub computed: Computed,
-    pub reason: Option<String>,
-    pub created_at: Timestamp,
+    pub event: Event,
+}
+
+impl NewFit {
+    /// The choice of the first fit of an iteration, which is made with it.
+    pub fn first_choice(&self) -> Choice {
+        Choice { fit_id: self.id, event: Event { reason: None, ..self.event.clone() } }
+    }
 }
 
 /// A stored fit.
@@ -36,8 +45,9 @@ pub struct FitRecord {
     pub id: Uuid,
     pub spec: Arc<str>,
     pub result: Arc<str>,
-    pub reason: Option<String>,
-    pub created_at: Timestamp,
+    /// The figures of the flank, as they were answered first.
+    pub flank: Option<Arc<str>>,
+    pub event: Event,
     /// Whether it stands.
     pub chosen: bool,
 }

@@ -16,6 +16,7 @@ use super::{
     outcome::RepositoryError,
     page::Cursor,
     record::{Record, RecordSummary},
+    said::{Choice, Decision, DecisionEvent, Event},
 };
 
 /// What is stored when an iteration is added: nodes, first fit and the choice of that fit, all or
@@ -84,49 +85,20 @@ pub struct Iteration {
     pub purged_at: Option<Timestamp>,
 }
 
-/// What is done with the gear after an iteration.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Decision {
-    Accept,
-    Remachine,
-    Reject,
-}
-
-impl Decision {
-    /// The contract's name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Decision::Accept => "accept",
-            Decision::Remachine => "remachine",
-            Decision::Reject => "reject",
-        }
-    }
-
-    /// The decision of that name.
-    pub fn named(name: &str) -> Option<Self> {
-        [Decision::Accept, Decision::Remachine, Decision::Reject].into_iter().find(|decision| decision.name() == name)
-    }
-}
-
-/// When something was said of an iteration, and why.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Event {
-    pub reason: Option<String>,
+/// An iteration in a list, with the fit that stands of it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ListedIteration {
+    pub id: Uuid,
+    pub number: u32,
+    pub measurand: Measurand,
+    pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
     pub created_at: Timestamp,
-}
-
-/// That from now on a certain fit stands.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Choice {
-    pub fit_id: Uuid,
-    pub event: Event,
-}
-
-/// That something was decided.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct DecisionEvent {
-    pub decision: Decision,
-    pub event: Event,
+    /// The latest, with who took it.
+    pub decision: Option<Decision>,
+    pub decided_by: Option<Arc<str>>,
+    pub fit: FitSummary,
 }
 
 /// A part of the story of a job.
@@ -145,6 +117,8 @@ pub struct TracedIteration {
     pub number: u32,
     pub measurand: Measurand,
     pub measured_at: Option<Timestamp>,
+    pub instrument: Option<String>,
+    pub operator: Option<String>,
     pub created_at: Timestamp,
     pub fits: Vec<TracedFit>,
     pub choices: Vec<Choice>,
@@ -168,7 +142,11 @@ pub struct Earlier {
 pub struct FitSummary {
     pub id: Uuid,
     pub chosen: bool,
+    /// Who chose it, if it stands and somebody is known.
+    pub chosen_by: Option<Arc<str>>,
     pub figures: Figures,
+    /// The figures of the flank, as they were answered first.
+    pub flank: Option<Arc<str>>,
     pub event: Event,
 }
 

@@ -8,12 +8,13 @@ use super::{
     draft::{IterationDraft, RefitDraft},
     fit::{FitRecord, NewFit},
     idempotency::Keyed,
-    iteration::{Choice, Decision, DecisionEvent, Event, FitSummary, Iteration, NewIteration},
+    iteration::{FitSummary, Iteration, ListedIteration, NewIteration},
     measurand::{Measurand, Successors},
     outcome::{Precondition, RepositoryError, Stored},
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
     record::Record,
+    said::{Choice, Decision, DecisionEvent},
     service::Jobs,
 };
 use flankfit_engine::estimation::Nodes;
@@ -45,14 +46,19 @@ impl Jobs {
             details: draft.details,
             created_at: now,
             nodes: draft.nodes.into(),
-            fit: NewFit { id: self.fresh_id(now), computed: draft.computed, reason: None, created_at: now },
+            fit: NewFit { id: self.fresh_id(now), computed: draft.computed, event: self.event(None, now) },
             records: draft
                 .records
                 .into_iter()
-                .map(|draft| Record { id: self.fresh_id(now), created_at: now, draft })
+                .map(|draft| Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft })
                 .collect(),
             expected_gear: draft.expected_gear,
         }
+    }
+
+    /// By number, each with the fit that stands.
+    pub async fn iterations(&self, job: Uuid, page: PageRequest) -> Result<Page<ListedIteration>, RepositoryError> {
+        self.repository.iterations(job, page).await
     }
 
     pub async fn iteration(&self, job: Uuid, number: u32) -> Result<Iteration, RepositoryError> {
@@ -98,12 +104,8 @@ impl Jobs {
         keyed: Option<Keyed<NewFit>>,
     ) -> Result<(Arc<NewFit>, Stored), RepositoryError> {
         let now = self.now();
-        let fit = Arc::new(NewFit {
-            id: self.fresh_id(now),
-            computed: draft.computed,
-            reason: draft.reason,
-            created_at: now,
-        });
+        let fit =
+            Arc::new(NewFit { id: self.fresh_id(now), computed: draft.computed, event: self.event(draft.reason, now) });
         let receipt = keyed.map(|keyed| keyed.receipt(fit.clone()));
         self.write(job, |repository| async move {
             let stored = repository.insert_fit(job, number, fit.clone(), receipt).await?;
@@ -121,7 +123,7 @@ impl Jobs {
         reason: Option<String>,
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
-        let choice = Choice { fit_id, event: Event { reason, created_at: self.now() } };
+        let choice = Choice { fit_id, event: self.event(reason, self.now()) };
         self.write(job, |repository| async move { repository.choose(job, number, choice, precondition).await }).await?;
         self.iteration(job, number).await
     }
@@ -135,7 +137,7 @@ impl Jobs {
         reason: Option<String>,
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
-        let decision = DecisionEvent { decision, event: Event { reason, created_at: self.now() } };
+        let decision = DecisionEvent { decision, event: self.event(reason, self.now()) };
         self.write(job, |repository| async move { repository.decide(job, number, decision, precondition).await })
             .await?;
         self.iteration(job, number).await

@@ -1,6 +1,6 @@
 //! A job: one gear (or one batch) on its way to the wanted flank.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, sync::Arc};
 
 use jiff::Timestamp;
 use uuid::Uuid;
@@ -16,6 +16,8 @@ pub struct Job {
     pub serial_number: Option<String>,
     pub machine: Option<String>,
     pub gear: Option<JobGear>,
+    /// What its flanks must be like: a JSON document.
+    pub requirements: Option<Arc<str>>,
     pub tags: BTreeMap<String, String>,
     /// 1 when created, one more with every change.
     pub version: u64,
@@ -61,6 +63,7 @@ pub struct JobPatch {
     pub serial_number: Update<String>,
     pub machine: Update<String>,
     pub gear: Update<JobGear>,
+    pub requirements: Update<Arc<str>>,
     pub tags: Option<BTreeMap<String, String>>,
 }
 
@@ -75,6 +78,7 @@ impl Job {
         patch.serial_number.apply(&mut job.serial_number);
         patch.machine.apply(&mut job.machine);
         patch.gear.apply(&mut job.gear);
+        patch.requirements.apply(&mut job.requirements);
         if let Some(tags) = patch.tags {
             job.tags = tags;
         }
@@ -104,6 +108,7 @@ mod tests {
             serial_number: None,
             machine: None,
             gear: None,
+            requirements: None,
             tags: BTreeMap::new(),
             version: 1,
             created_at: now,

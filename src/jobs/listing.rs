@@ -1,12 +1,14 @@
 //! The list of jobs: what is looked for, in which order, and what is told of each job.
 
+use std::sync::Arc;
+
 use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    iteration::Decision,
     job::Job,
     page::{Cursor, CursorError, JOBS_BY_CHANGE, JOBS_BY_NAME, List},
+    said::Decision,
 };
 
 /// How far a job has come, by the decision on its last iteration.
@@ -59,6 +61,10 @@ pub struct ListedJob {
     pub rms: Option<f64>,
     /// Of the same fit.
     pub condition: Option<f64>,
+    /// The figures of the flank that the same fit is of, a JSON document.
+    pub flank: Option<Arc<str>>,
+    /// The class that the evaluation found that was kept last.
+    pub class: Option<u8>,
 }
 
 /// Which jobs are wanted: those for which all of this holds.
@@ -69,6 +75,7 @@ pub struct JobFilter {
     pub status: Option<JobStatus>,
     pub machine: Option<String>,
     pub part_number: Option<String>,
+    pub class: Option<u8>,
     /// The name of a tag, or name and value with a colon between them.
     pub tag: Option<String>,
     /// Changed at this time or later.

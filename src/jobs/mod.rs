@@ -45,6 +45,7 @@ mod records;
 mod replay;
 mod repository;
 mod runs;
+mod said;
 mod service;
 mod streams;
 mod summary;
@@ -64,8 +65,8 @@ pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Keyed, KeyedRequest, Receipt, RunningKeys};
 pub use iteration::{
-    Choice, Decision, DecisionEvent, Earlier, Event, FitSummary, Iteration, MAX_LISTED, NewIteration, NewRun, Trace,
-    TracedFit, TracedIteration,
+    Earlier, FitSummary, Iteration, ListedIteration, MAX_LISTED, NewIteration, NewRun, Trace, TracedFit,
+    TracedIteration,
 };
 pub use job::{Job, JobPatch, Update};
 pub use listing::{JobFilter, JobPage, JobPlace, JobPlaceError, JobQuery, JobSort, JobStatus, ListedJob, folded};
@@ -80,6 +81,7 @@ pub use purges::RETENTION;
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Repository, Store, Turn, Upkeep, Wakes};
+pub use said::{Choice, Decision, DecisionEvent, Event};
 pub use service::{JobService, Jobs};
 pub use streams::{
     Block, FinishedStream, NewBlock, NewStream, PostedBlock, Stream, StreamError, StreamHost, StreamState,

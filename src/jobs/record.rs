@@ -62,6 +62,8 @@ pub struct RecordDraft {
     /// The gear of the job, of records that refer to one: a JSON document. (The job's may be
     /// changed later.)
     pub gear: Option<Arc<str>>,
+    /// Of evaluations: the class that they found.
+    pub class: Option<u8>,
 }
 
 /// A record with its id and time.
@@ -69,6 +71,8 @@ pub struct RecordDraft {
 pub struct Record {
     pub id: Uuid,
     pub created_at: Timestamp,
+    /// The actor, where one is known.
+    pub by: Option<Arc<str>>,
     pub draft: RecordDraft,
 }
 
@@ -79,4 +83,6 @@ pub struct RecordSummary {
     pub kind: RecordKind,
     pub method: String,
     pub created_at: Timestamp,
+    /// The actor, where one is known.
+    pub by: Option<Arc<str>>,
 }

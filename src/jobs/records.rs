@@ -22,7 +22,7 @@ impl Jobs {
         keyed: Option<Keyed<Record>>,
     ) -> Result<(Arc<Record>, Stored), RepositoryError> {
         let now = self.now();
-        let record = Arc::new(Record { id: self.fresh_id(now), created_at: now, draft });
+        let record = Arc::new(Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft });
         let receipt = keyed.map(|keyed| keyed.receipt(record.clone()));
         let stored = self.repository.insert_record(job, number, record.clone(), receipt).await?;
         Ok((record, stored))

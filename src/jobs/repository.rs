@@ -15,7 +15,7 @@ use super::{
     event::JobEvent,
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
-    iteration::{Choice, DecisionEvent, FitSummary, Iteration, NewIteration, NewRun, Trace},
+    iteration::{FitSummary, Iteration, ListedIteration, NewIteration, NewRun, Trace},
     job::{Job, JobPatch},
     listing::{JobPage, JobQuery},
     measurand::{Measurand, Successors},
@@ -24,6 +24,7 @@ use super::{
     prior::{Predecessor, Predecessors},
     purge::NewPurge,
     record::{Record, RecordKind, RecordSummary},
+    said::{Choice, DecisionEvent},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
     summary::JobCounts,
     tasks::{NewTask, Task, TaskQuery, TaskResult, Tasks},
@@ -114,6 +115,8 @@ macro_rules! repository_operations {
                 /// Counted by day from that time on.
                 GetJobCounts = job_counts(from: Timestamp) -> JobCounts;
 
+                /// By number, each with the fit that stands.
+                ListIterations = iterations(job: Uuid, page: PageRequest) -> Page<ListedIteration>;
                 GetIteration = iteration(job: Uuid, number: u32) -> Iteration;
                 GetNodes = nodes(job: Uuid, number: u32) -> Nodes;
                 /// The nodes if they take at most so many bytes in the store, else how many they

@@ -21,6 +21,7 @@ use super::{
     outcome::{Precondition, RepositoryError},
     page::{Page, PageRequest},
     repository::{Repository, Store, Wakes},
+    said::Event,
     streams::StreamCache,
     summary::{JobSummary, first_week},
     tasks::Tasks,
@@ -76,7 +77,12 @@ impl JobService {
 
     /// The jobs of a caller's tenant.
     pub fn of(self: &Arc<Self>, caller: &Caller) -> Jobs {
-        Jobs { repository: self.store.of(caller), tenant: caller.tenant.clone(), service: self.clone() }
+        Jobs {
+            repository: self.store.of(caller),
+            tenant: caller.tenant.clone(),
+            actor: caller.known_actor(),
+            service: self.clone(),
+        }
     }
 
     /// Whether other processes use the store, too.
@@ -130,6 +136,8 @@ impl JobService {
 pub struct Jobs {
     pub(super) repository: Arc<dyn Repository>,
     pub(super) tenant: Tenant,
+    /// Who the caller is, where that is known.
+    actor: Option<Arc<str>>,
     pub(super) service: Arc<JobService>,
 }
 
@@ -150,6 +158,16 @@ impl Jobs {
 
     pub(super) fn fresh_id(&self, now: Timestamp) -> Uuid {
         self.service.fresh_id(now)
+    }
+
+    /// Who is told with what the caller stores.
+    pub(super) fn actor(&self) -> Option<Arc<str>> {
+        self.actor.clone()
+    }
+
+    /// What the caller says at that time.
+    pub(super) fn event(&self, reason: Option<String>, created_at: Timestamp) -> Event {
+        Event { reason, by: self.actor(), created_at }
     }
 
     /// The answer kept under an idempotency key, with the digest of its request.
@@ -175,6 +193,7 @@ impl Jobs {
             serial_number: draft.serial_number,
             machine: draft.machine,
             gear: draft.gear,
+            requirements: draft.requirements,
             tags: draft.tags,
             version: 1,
             created_at: now,

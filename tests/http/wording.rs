@@ -93,7 +93,7 @@ async fn the_detail_alone_is_worth_logging() {
     assert_eq!(
         answer["detail"],
         "/limt: there is no such query parameter; expected `q`, `status`, `machine`, \
-         `part_number`, `tag`, `from`, `to`, `sort`, `limit` or `cursor`."
+         `part_number`, `class`, `tag`, `from`, `to`, `sort`, `limit` or `cursor`."
     );
     app.stop().await;
 }

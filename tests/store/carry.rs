@@ -18,7 +18,7 @@ use uuid::Uuid;
 
 use crate::{
     server::Server,
-    support::{Opened, Place, archived, caller, purge_of},
+    support::{Opened, Place, actor, archived, caller, purge_of},
 };
 
 /// The program, told to do something: whether it did, and what it printed.
@@ -81,9 +81,9 @@ async fn fill(place: &Place, opened: &Opened) -> Uuid {
     let mut second = place.fit(5e-324);
     // kept compressed, where the store does that
     second.computed.spec = Arc::from(format!("{{\"long\":\"{}\"}}", "é".repeat(20_000)));
-    second.reason = Some("again".to_owned());
+    second.event.reason = Some("again".to_owned());
     store.insert_fit(job, 1, Arc::new(second.clone()), None).await.unwrap();
-    let event = || Event { reason: Some("so".to_owned()), created_at: place.now() };
+    let event = || Event { reason: Some("so".to_owned()), by: actor(), created_at: place.now() };
     for fit_id in [second.id, first.fit.id] {
         store.choose(job, 1, Choice { fit_id, event: event() }, Precondition::None).await.unwrap();
     }
@@ -275,7 +275,7 @@ async fn every_column_of_a_jobs_tables_is_taken_along() {
     let mut own = place.connect().await;
     let tables = [
         // what the list of jobs goes by is made anew
-        ("job", "jobs", "tenant id changed_at folded iteration_count status purged_at"),
+        ("job", "jobs", "tenant id changed_at folded iteration_count status class purged_at"),
         ("iteration", "iterations", "job"),
         ("nodes", "nodes", "iteration"),
         // another form of the result, and parts of it

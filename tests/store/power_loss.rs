@@ -16,7 +16,7 @@ use tokio::task::JoinSet;
 
 use crate::{
     disk,
-    support::{Opened, Place},
+    support::{Opened, Place, actor},
 };
 
 /// The store as it comes up after a power loss now.
@@ -47,7 +47,7 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     let fit = Arc::new(place.fit(0.5));
     store.insert_fit(job.id, 1, fit.clone(), None).await.unwrap();
     assert!(disk::is_synced(&log));
-    let event = || Event { reason: None, created_at: place.now() };
+    let event = || Event { reason: None, by: actor(), created_at: place.now() };
     store.choose(job.id, 1, Choice { fit_id: fit.id, event: event() }, none()).await.unwrap();
     assert!(disk::is_synced(&log));
     store.decide(job.id, 1, DecisionEvent { decision: Decision::Accept, event: event() }, none()).await.unwrap();

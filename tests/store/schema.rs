@@ -29,13 +29,16 @@ async fn every_table_is_strict() {
     assert_eq!(loose, Vec::<String>::new());
 
     let at = "'2026-11-21T08:00:00.000001Z'";
-    let wrong_type = refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 'one', 'accept', NULL, {at})")).await;
+    let wrong_type =
+        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 'one', 'accept', NULL, {at}, NULL)")).await;
     assert!(wrong_type.contains("cannot store TEXT value in INTEGER column"), "{wrong_type}");
-    let wrong_word = refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 1, 'perhaps', NULL, {at})")).await;
+    let wrong_word =
+        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 1, 'perhaps', NULL, {at}, NULL)")).await;
     assert!(wrong_word.contains("CHECK constraint failed"), "{wrong_word}");
-    let wrong_time = refusal(&mut own, "INSERT INTO decisions VALUES (1, 1, 'accept', NULL, 'today')").await;
+    let wrong_time = refusal(&mut own, "INSERT INTO decisions VALUES (1, 1, 'accept', NULL, 'today', NULL)").await;
     assert!(wrong_time.contains("CHECK constraint failed"), "{wrong_time}");
-    let no_iteration = refusal(&mut own, &format!("INSERT INTO decisions VALUES (99, 1, 'accept', NULL, {at})")).await;
+    let no_iteration =
+        refusal(&mut own, &format!("INSERT INTO decisions VALUES (99, 1, 'accept', NULL, {at}, NULL)")).await;
     assert!(no_iteration.contains("FOREIGN KEY constraint failed"), "{no_iteration}");
     let twice = refusal(
         &mut own,
@@ -54,7 +57,7 @@ async fn a_choice_of_another_iterations_fit_is_refused() {
     place.stored_iteration(&store, job.id).await;
     let mut own = place.connect().await;
     let foreign =
-        refusal(&mut own, "INSERT INTO fit_choices VALUES (1, 2, 2, NULL, '2026-11-21T08:00:00.000001Z')").await;
+        refusal(&mut own, "INSERT INTO fit_choices VALUES (1, 2, 2, NULL, '2026-11-21T08:00:00.000001Z', NULL)").await;
     assert!(foreign.contains("FOREIGN KEY constraint failed"), "{foreign}");
 }
 

@@ -12,9 +12,9 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, Caller, Clock, Computed, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, KeyedRequest, Measurand,
-        MeasurementDetails, NewBlock, NewFit, NewIteration, NewPurge, NewStream, OrderedIds, PageRequest, Purge,
-        Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
+        Answer, Caller, Clock, Computed, Event, Figures, Ids, Job, JobFilter, JobPlace, JobQuery, KeyedRequest,
+        Measurand, MeasurementDetails, NewBlock, NewFit, NewIteration, NewPurge, NewStream, OrderedIds, PageRequest,
+        Purge, Receipt, Record, RecordDraft, RecordKind, Repository, Store, Stored, Tenant,
         archive::{Archived, Key, archive},
     },
     store::{SqliteStore, StoreSettings},
@@ -53,6 +53,11 @@ impl Clock for Still {
 /// A caller of a tenant.
 pub fn caller(tenant: &str) -> Caller {
     Caller { tenant: Tenant::named(tenant).unwrap(), actor: "test".into(), origin: Default::default() }
+}
+
+/// Who is told with what the tests store.
+pub fn actor() -> Option<Arc<str>> {
+    Some("key-0123456789abcdef".into())
 }
 
 /// An open store as a caller of the default tenant sees it.
@@ -149,6 +154,7 @@ impl Values {
             serial_number: None,
             machine: None,
             gear: Some(r#"{"teeth":52,"normal_module_mm":1.0}"#.to_owned().into()),
+            requirements: Some(r#"{"tolerance_limits":{"class":6}}"#.into()),
             tags: BTreeMap::from([("shift".to_owned(), "night".to_owned())]),
             version: 1,
             created_at: now,
@@ -184,9 +190,9 @@ impl Values {
                     rms: Some(1e-3),
                     max_abs: Some(2e-3),
                 },
+                flank: Some(format!(r#"{{"warnings":[],"twist_um":{lambda_star}}}"#).into()),
             },
-            reason: None,
-            created_at: self.now(),
+            event: Event { reason: None, by: actor(), created_at: self.now() },
         }
     }
 
@@ -197,8 +203,9 @@ impl Values {
             request: Arc::from(format!(r#"{{"method":{{"type":"{method}"}}}}"#)),
             result: Arc::from(r#"{"domain":[0,1]}"#),
             gear: None,
+            class: None,
         };
-        Arc::new(Record { id: self.id(), created_at: self.now(), draft })
+        Arc::new(Record { id: self.id(), created_at: self.now(), by: actor(), draft })
     }
 
     /// A curve of the job's first iteration.
@@ -220,7 +227,7 @@ impl Values {
             details: MeasurementDetails {
                 measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),
                 instrument: Some("CMM".to_owned()),
-                operator: None,
+                operator: Some("Ida".to_owned()),
                 note: Some("first; cut".to_owned()),
             },
             created_at: self.now(),

@@ -73,14 +73,6 @@ fn a_file_says_what_was_handed_in() {
         assert_eq!(file.one(key, index), Some(content), "{key}/{index}");
     }
     assert_eq!(file.one("K2110", 2), None);
-    // header, part, characteristics, values
-    let block = |key: &String| match &key[..2] {
-        _ if key == "K0100" => 0,
-        "K1" => 1,
-        "K2" => 2,
-        _ => 3,
-    };
-    assert!(file.keys.iter().map(block).is_sorted(), "{:?}", file.keys);
 }
 
 #[test]

@@ -7,8 +7,6 @@ pub struct File {
     /// What K0100 says.
     pub declared: usize,
     fields: BTreeMap<(String, usize), Vec<String>>,
-    /// In the order of the lines.
-    pub keys: Vec<String>,
 }
 
 impl File {
@@ -30,7 +28,8 @@ impl File {
             fields.entry((key.to_owned(), index.parse().unwrap())).or_default().push(content.to_owned());
             keys.push(key.to_owned());
         }
-        File { declared: declared.unwrap(), fields, keys }
+        assert!(keys.iter().map(block).is_sorted(), "{keys:?}");
+        File { declared: declared.unwrap(), fields }
     }
 
     /// The content of a field that stands once, or not at all.
@@ -38,6 +37,16 @@ impl File {
         let all = self.fields.get(&(key.to_owned(), index))?;
         assert_eq!(all.len(), 1, "{key}/{index}");
         Some(&all[0])
+    }
+}
+
+/// Header, part, characteristics, values.
+fn block(key: &String) -> usize {
+    match &key[..2] {
+        _ if key == "K0100" => 0,
+        "K1" => 1,
+        "K2" => 2,
+        _ => 3,
     }
 }
 

@@ -141,7 +141,7 @@ fn intervals_of_twists_and_of_the_surface_of_traces_hold() {
 fn decisions(slope: f64, limits: ToleranceLimits) -> [f64; 3] {
     let (gear, mut random) = (gear(), Random::new(77));
     let clean = [trace(&gear, Kind::Helix, Side::Left, 40, |u| 0.5 * slope * u)];
-    let asked = Settings { limits, sign: SlopeSign::Vdi, ..plain() };
+    let asked = Settings { limits: limits.into(), sign: SlopeSign::Vdi, ..plain() };
     let mut made = [0usize; 3];
     for _ in 0..RUNS {
         let found = evaluated(&noisy(&clean, 1.0, &mut random), &asked).traces.remove(0).slope.unwrap();
@@ -282,7 +282,7 @@ fn limits_and_levels_that_there_are_not_are_refused() {
         let fault = &faults.list()[0];
         (fault.field, fault.reason.clone())
     };
-    let limits = |limits| Settings { limits, ..settings() };
+    let limits = |limits: ToleranceLimits| Settings { limits: limits.into(), ..settings() };
     let of = |field| TraceField::Setting(SettingField::Limit(field));
     let told = ToleranceLimits::default();
     let turned = refused(limits(ToleranceLimits { twist: Some([2.0, -2.0]), ..told }));

@@ -21,6 +21,7 @@ mod errors_bands;
 mod estimable;
 mod extremes;
 mod fit_shapes;
+mod fitted_flank;
 mod flank_errors;
 mod gear_correction;
 mod gear_correction_compare;

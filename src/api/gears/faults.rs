@@ -285,6 +285,10 @@ fn limit(field: ToleranceField) -> &'static str {
         ToleranceField::ProfileCrowning => "profile_crowning_um",
         ToleranceField::HelixCrowning => "helix_crowning_um",
         ToleranceField::Twist => "twist_um",
+        ToleranceField::ProfileForm => "profile_form_um",
+        ToleranceField::HelixForm => "helix_form_um",
+        ToleranceField::ProfileTotal => "profile_total_um",
+        ToleranceField::HelixTotal => "helix_total_um",
     }
 }
 

@@ -97,14 +97,20 @@ impl From<&Trace> for TraceBody {
     }
 }
 
+impl From<KindName> for Kind {
+    fn from(name: KindName) -> Self {
+        match name {
+            KindName::Profile => Kind::Profile,
+            KindName::Helix => Kind::Helix,
+        }
+    }
+}
+
 impl TraceBody {
     /// The trace; faults stand under `at`.
     pub fn read(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Trace> {
         let before = faults.count();
-        let kind = match self.kind {
-            KindName::Profile => Kind::Profile,
-            KindName::Helix => Kind::Helix,
-        };
+        let kind = Kind::from(self.kind);
         let (section, stranger) = match kind {
             Kind::Profile => (self.section_z_mm, self.section_diameter_mm.map(|_| "section_diameter_mm")),
             Kind::Helix => (self.section_diameter_mm, self.section_z_mm.map(|_| "section_z_mm")),

@@ -14,14 +14,18 @@ use crate::{
             service::{self, Written},
             spec::include,
         },
+        gears::fit_figures::OfFlank,
         json::merge,
         problem::Problem,
     },
     jobs::{Computed, Difference, Figures, FitRecord, Replay},
 };
-use flankfit_engine::estimation::{
-    Field, FitSpec, Nodes, Plans, fit,
-    spec::{Earlier, Include, Piece, Regularization},
+use flankfit_engine::{
+    estimation::{
+        Field, FitSpec, Nodes, Plans, fit,
+        spec::{Earlier, Include, Piece, Regularization},
+    },
+    gear::evaluation::flank_surface::FittedFlank,
 };
 
 /// What a replay is told: nothing.
@@ -62,7 +66,12 @@ impl From<Replay> for ReplayBody {
 
 /// Fits and writes down what is stored of it. Processor work.
 pub fn compute(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Computed, Problem> {
-    compute_at(nodes, spec, plans, faults::Field::pointer)
+    compute_at(nodes, spec, plans, None, faults::Field::pointer)
+}
+
+/// The same with the figures of the flank that the nodes are on, where they are told to be on one.
+pub fn compute_on(nodes: &Nodes, spec: &FitSpec, plans: &Plans, on: Option<&OfFlank>) -> Result<Computed, Problem> {
+    compute_at(nodes, spec, plans, on, faults::Field::pointer)
 }
 
 /// The same where a request is more than one for a fit: `place` says where in it the fields of a
@@ -71,11 +80,16 @@ pub fn compute_at(
     nodes: &Nodes,
     spec: &FitSpec,
     plans: &Plans,
+    on: Option<&OfFlank>,
     place: impl Fn(&Field) -> String,
 ) -> Result<Computed, Problem> {
-    let Written { result, spec, text } = service::write(nodes, spec, plans, false, place)?;
+    let asked = on.map(|on| on.ask(nodes, spec));
+    let sums = asked.as_ref().and_then(|asked| asked.flank.as_ref()).map(FittedFlank::sums);
+    let asking = sums.map(|sums| FitSpec { sums: Some(sums), ..spec.clone() });
+    let Written { result, spec, text } = service::write(nodes, asking.as_ref().unwrap_or(spec), plans, false, place)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
-    Ok(Computed { spec: spec.into(), result: text.into(), figures: Figures::of(&result) })
+    let flank = asked.map(|asked| asked.answer(result.sums.as_deref()).into());
+    Ok(Computed { spec: spec.into(), result: text.into(), figures: Figures::of(&result), flank })
 }
 
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and

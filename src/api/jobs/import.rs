@@ -20,18 +20,18 @@ use crate::{
                 read::read,
                 spec::ImportSpecBody,
             },
+            fit_figures::OfFlank,
+            gear::of_job,
+            requirements::RequirementsBody,
         },
         json::{value::read_json_at, writer},
         problem::Problem,
     },
-    jobs::{Computed, IterationDraft, MeasurementDetails, RecordKind},
+    jobs::{Computed, IterationDraft, Job, MeasurementDetails, RecordKind},
 };
-use flankfit_engine::{
-    estimation::{
-        FitSpec, Nodes, Plans,
-        spec::{Degree, Model, PolynomialBasis, Terms},
-    },
-    gear::Gear,
+use flankfit_engine::estimation::{
+    FitSpec, Nodes, Plans,
+    spec::{Degree, Model, PolynomialBasis, Terms},
 };
 
 /// What a file makes impossible, where the request has nothing but the file.
@@ -67,18 +67,19 @@ pub fn draft(
     content: &[u8],
     name: Option<&str>,
     spec: Option<&[u8]>,
-    gear: Option<&Gear>,
+    job: &Job,
     plans: &Plans,
 ) -> Result<IterationDraft, Problem> {
     let spec: ImportSpecBody = match spec {
         Some(text) => read_json_at(text, "/spec")?,
         None => ImportSpecBody::default(),
     };
-    let read = read(content, name, &spec, gear)?;
+    let required = job.requirements.as_deref().and_then(RequirementsBody::stored);
+    let read = read(content, name, &spec, of_job(job)?.as_ref(), required)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
     let measurand = flank.measurand(&nodes).map_err(|faults| in_file(&faults))?;
-    let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans)?;
+    let (computed, told) = surface(&nodes, flank.own_zeros.as_ref(), plans, OfFlank::of(job, &measurand).as_ref())?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
     let mut of = format!("{} flank of tooth {}{told}, imported from {name}", content::word(flank.side), flank.tooth);
     if flank.own_zeros.is_some() && flank.traces > 1 {
@@ -128,7 +129,12 @@ pub fn draft(
 /// The surface of the nodes with the most terms that they tell: of second order, without the
 /// squares across two parallel traces, or a plane; and what is to be said of it. Where traces have
 /// a zero each, what lies across parallel ones is not measured, and a plain cross tells no twist.
-fn surface(nodes: &Nodes, own: Option<&OwnZeros>, plans: &Plans) -> Result<(Computed, &'static str), Problem> {
+fn surface(
+    nodes: &Nodes,
+    own: Option<&OwnZeros>,
+    plans: &Plans,
+    on: Option<&OfFlank>,
+) -> Result<(Computed, &'static str), Problem> {
     let of = |degree, terms| FitSpec::new(Model::Polynomial { degree, terms, basis: PolynomialBasis::Monomial });
     let whole = (of(Degree::Both(2), Terms::Total), "");
     let plane = (of(Degree::Both(1), Terms::Total), " (a plane: its nodes tell no twist)");
@@ -154,7 +160,7 @@ fn surface(nodes: &Nodes, own: Option<&OwnZeros>, plans: &Plans) -> Result<(Comp
     let mut refused = None;
     for (spec, said) in told {
         // neither nodes nor model are the caller's
-        match fits::compute_at(nodes, &spec, plans, |_| "/file".to_owned()) {
+        match fits::compute_at(nodes, &spec, plans, on, |_| "/file".to_owned()) {
             Ok(computed) => return Ok((computed, said)),
             Err(problem) => refused = refused.or(Some(problem)),
         }

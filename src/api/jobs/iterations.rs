@@ -14,6 +14,7 @@ use crate::{
             answer::result::FitResultBody,
             spec::request::{CriterionName, FitSpecBody, SchemeName},
         },
+        gears::fit_figures::FitFiguresBody,
         json::{
             text::Moment,
             writer::{Json, Object},
@@ -76,6 +77,9 @@ pub struct IterationBody {
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
+    /// Who decided so: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decided_by: Option<String>,
     /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
     /// in full.
     pub fits: Vec<FitSummaryBody>,
@@ -99,6 +103,9 @@ pub struct IterationFitBody {
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Who made it: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Why it was made, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -106,6 +113,10 @@ pub struct IterationFitBody {
     /// nodes for a new fit.
     #[schema(value_type = FitSpecBody)]
     pub spec: serde_json::Value,
+    /// Slopes, crownings and twist; absent where `axes` do not tell u, v and z, and of fits from
+    /// before there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<FitFiguresBody>,
     pub result: FitResultBody,
 }
 
@@ -118,6 +129,10 @@ pub struct FitSummaryBody {
     pub id: Uuid,
     /// Whether this fit stands.
     pub chosen: bool,
+    /// Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
+    /// for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub chosen_by: Option<String>,
     /// The λ* of the fit; left out without regularisation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<f64>,
@@ -146,9 +161,16 @@ pub struct FitSummaryBody {
     /// Largest |residual|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_abs: Option<f64>,
+    /// Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
+    /// whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<FitFiguresBody>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Who made it: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Why it was made, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -191,6 +213,7 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .field("created_at", &Moment(iteration.created_at))
         .field("node_count", &iteration.node_count)
         .maybe("decision", iteration.decision.as_ref().map(|decision| decision.decision.name()))
+        .maybe("decided_by", iteration.decision.as_ref().and_then(|decision| decision.event.by.as_deref()))
         .list("fits", &iteration.fits, fit_summary)
         .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
         .maybe("purged_at", iteration.purged_at.map(Moment))
@@ -227,9 +250,11 @@ fn new_fit(object: &mut Object<'_>, fit: &NewFit, chosen: bool) {
     object
         .field("id", &fit.id)
         .field("chosen", &chosen)
-        .field("created_at", &Moment(fit.created_at))
-        .maybe("reason", fit.reason.as_deref())
+        .field("created_at", &Moment(fit.event.created_at))
+        .maybe("by", fit.event.by.as_deref())
+        .maybe("reason", fit.event.reason.as_deref())
         .raw("spec", &fit.computed.spec)
+        .maybe_raw("figures", fit.computed.flank.as_deref())
         .raw("result", &fit.computed.result);
 }
 
@@ -239,9 +264,11 @@ pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
     json.object()
         .field("id", &fit.id)
         .field("chosen", &fit.chosen)
-        .field("created_at", &Moment(fit.created_at))
-        .maybe("reason", fit.reason.as_deref())
+        .field("created_at", &Moment(fit.event.created_at))
+        .maybe("by", fit.event.by.as_deref())
+        .maybe("reason", fit.event.reason.as_deref())
         .raw("spec", &fit.spec)
+        .maybe_raw("figures", fit.flank.as_deref())
         .raw("result", result)
         .end();
     json.into_bytes()
@@ -263,6 +290,7 @@ pub(in crate::api) fn fit_summary(object: &mut Object<'_>, fit: &FitSummary) {
     object
         .field("id", &fit.id)
         .field("chosen", &fit.chosen)
+        .maybe("chosen_by", fit.chosen_by.as_deref())
         .maybe("lambda_star", figures.lambda_star)
         .maybe("criterion", figures.criterion)
         .maybe("scheme", figures.scheme)
@@ -273,6 +301,8 @@ pub(in crate::api) fn fit_summary(object: &mut Object<'_>, fit: &FitSummary) {
         .maybe("bias_sharp_bound", figures.bias_sharp_bound)
         .maybe("rms", figures.rms)
         .maybe("max_abs", figures.max_abs)
+        .maybe_raw("figures", fit.flank.as_deref().filter(|_| fit.chosen))
         .field("created_at", &Moment(fit.event.created_at))
+        .maybe("by", fit.event.by.as_deref())
         .maybe("reason", fit.event.reason.as_deref());
 }

@@ -7,7 +7,7 @@ use uuid::Uuid;
 use crate::{
     api::{
         faults::Faults,
-        gears::gear::GearBody,
+        gears::{gear::GearBody, requirements::RequirementsBody},
         json::{
             present::present,
             text::{Moment, ShortText, Tags},
@@ -45,6 +45,9 @@ pub struct NewJobBody {
     /// What corrections and evaluations of the job's iterations refer to.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
+    /// What its flanks must be like.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub requirements: Option<RequirementsBody>,
     /// At most 50, for finding the job again.
     #[serde(default)]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
@@ -70,6 +73,9 @@ pub struct JobBody {
     pub machine: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
+    /// What its flanks must be like.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub requirements: Option<RequirementsBody>,
     /// Names and values by which the job can be found again.
     #[schema(value_type = std::collections::BTreeMap<String, String>)]
     pub tags: Tags,
@@ -110,6 +116,10 @@ pub struct JobPatchBody {
     /// The new gear, which replaces the old one as a whole.
     #[serde(default, deserialize_with = "present")]
     pub gear: Option<GearBody>,
+    /// The new requirements, which replace the old ones as a whole. What was answered before keeps
+    /// what it was held against.
+    #[serde(default, deserialize_with = "present")]
+    pub requirements: Option<RequirementsBody>,
     /// The new tags, which replace the old ones as a whole; `{}` leaves none.
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
@@ -117,7 +127,7 @@ pub struct JobPatchBody {
     /// What the job shall no longer have. A field that stands here cannot be given a value at the
     /// same time.
     #[serde(default)]
-    #[schema(required = false, max_items = 4)]
+    #[schema(required = false, max_items = 5)]
     pub clear: Vec<ClearableName>,
 }
 
@@ -130,6 +140,7 @@ pub enum ClearableName {
     SerialNumber,
     Machine,
     Gear,
+    Requirements,
 }
 
 impl ClearableName {
@@ -139,7 +150,17 @@ impl ClearableName {
             ClearableName::SerialNumber => "serial_number",
             ClearableName::Machine => "machine",
             ClearableName::Gear => "gear",
+            ClearableName::Requirements => "requirements",
         }
+    }
+}
+
+fn check(gear: Option<&GearBody>, requirements: Option<&RequirementsBody>, faults: &mut Faults) {
+    if let Some(Err(found)) = gear.map(|gear| gear.checked("/gear")) {
+        faults.append(found);
+    }
+    if let Some(requirements) = requirements {
+        requirements.check("/requirements", faults);
     }
 }
 
@@ -147,13 +168,16 @@ impl TryFrom<NewJobBody> for JobDraft {
     type Error = Faults;
 
     fn try_from(body: NewJobBody) -> Result<Self, Faults> {
-        body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose()?;
+        let mut faults = Faults::default();
+        check(body.gear.as_ref(), body.requirements.as_ref(), &mut faults);
+        faults.into_result(())?;
         Ok(JobDraft {
             name: body.name.into(),
             part_number: body.part_number.map(String::from),
             serial_number: body.serial_number.map(String::from),
             machine: body.machine.map(String::from),
             gear: body.gear.as_ref().map(text_of).map(JobGear::from),
+            requirements: body.requirements.as_ref().map(text_of).map(Into::into),
             tags: body.tags.0,
         })
     }
@@ -164,9 +188,7 @@ impl TryFrom<JobPatchBody> for JobPatch {
 
     fn try_from(body: JobPatchBody) -> Result<Self, Faults> {
         let mut faults = Faults::default();
-        if let Some(Err(found)) = body.gear.as_ref().map(|gear| gear.checked("/gear")) {
-            faults.append(found);
-        }
+        check(body.gear.as_ref(), body.requirements.as_ref(), &mut faults);
         let mut update = |name: ClearableName, value: Option<String>| {
             let cleared: Vec<usize> =
                 body.clear.iter().enumerate().filter(|(_, cleared)| **cleared == name).map(|(i, _)| i).collect();
@@ -189,6 +211,7 @@ impl TryFrom<JobPatchBody> for JobPatch {
             serial_number: update(ClearableName::SerialNumber, body.serial_number.map(String::from)),
             machine: update(ClearableName::Machine, body.machine.map(String::from)),
             gear: update(ClearableName::Gear, body.gear.as_ref().map(text_of)).map(JobGear::from),
+            requirements: update(ClearableName::Requirements, body.requirements.as_ref().map(text_of)).map(Into::into),
             tags: body.tags.map(|tags| tags.0),
         };
         faults.into_result(patch)
@@ -206,6 +229,7 @@ impl From<Job> for JobBody {
             // What is stored was written by `text_of`; were it damaged, the job would still be
             // shown.
             gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
+            requirements: job.requirements.as_deref().and_then(RequirementsBody::stored),
             tags: Tags(job.tags),
             created_at: Moment(job.created_at),
             updated_at: Moment(job.updated_at),

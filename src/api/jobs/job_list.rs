@@ -5,9 +5,10 @@ use utoipa::ToSchema;
 
 use super::{iteration_requests::DecisionName, job::JobBody};
 use crate::{
-    api::json::text::Moment,
+    api::{gears::fit_figures::FitFiguresBody, json::text::Moment},
     jobs::{JobPage, JobSort, JobStatus, JobSummary, ListedJob, monday},
 };
+use flankfit_engine::gear::tolerance::{COARSEST, FINEST};
 
 /// How far a job has come, by the latest decision on its last iteration: `new` without iterations,
 /// `open` without a decision.
@@ -64,6 +65,69 @@ pub struct ListedJobBody {
     /// infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
+    /// Slopes, crownings and twist by that fit; absent where it tells none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<ShortFiguresBody>,
+    /// The class of ISO 1328-1, 1 to 11, that the evaluation found that was kept last; absent where
+    /// it found none, or something beyond 11.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub class: Option<u8>,
+}
+
+/// The class that is written so.
+pub fn class_of(text: &str) -> Result<u8, String> {
+    let class = text.parse().ok().filter(|class| (FINEST..=COARSEST).contains(class));
+    class.ok_or_else(|| format!("it must be a whole number from {FINEST} to {COARSEST}"))
+}
+
+/// Figures of a flank without what is known of their errors, in µm.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = ShortFigures)]
+pub struct ShortFiguresBody {
+    /// Positive where material grows towards the tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_slope_um: Option<f64>,
+    /// Positive where the helix deviates towards the right hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_slope_um: Option<f64>,
+    /// Positive where material stands out half-way between root and tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_crowning_um: Option<f64>,
+    /// Positive where material stands out half-way between the ends.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_crowning_um: Option<f64>,
+    /// 4 c_uv, in the sign of helix slopes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist_um: Option<f64>,
+    /// Whether all of them lie within their limits; absent where none has some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<bool>,
+}
+
+impl ShortFiguresBody {
+    /// Of a stored document; `None` where it tells no figure.
+    fn of(document: &str) -> Option<Self> {
+        let whole: FitFiguresBody = serde_json::from_str(document).ok()?;
+        let all = [
+            whole.profile_slope_um,
+            whole.helix_slope_um,
+            whole.profile_crowning_um,
+            whole.helix_crowning_um,
+            whole.twist_um,
+        ];
+        let within: Vec<bool> = all.iter().flatten().filter_map(|figure| figure.within).collect();
+        let [profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um] =
+            all.map(|figure| figure.map(|figure| figure.value));
+        let short = ShortFiguresBody {
+            profile_slope_um,
+            helix_slope_um,
+            profile_crowning_um,
+            helix_crowning_um,
+            twist_um,
+            within: (!within.is_empty()).then(|| within.into_iter().all(|within| within)),
+        };
+        all.iter().any(Option::is_some).then_some(short)
+    }
 }
 
 /// Some jobs, in the order that was asked for.
@@ -187,6 +251,8 @@ impl From<ListedJob> for ListedJobBody {
             decision: listed.decision.map(DecisionName::from),
             rms: listed.rms,
             condition: listed.condition,
+            figures: listed.flank.as_deref().and_then(ShortFiguresBody::of),
+            class: listed.class,
         }
     }
 }

@@ -8,6 +8,7 @@ pub mod iteration_requests;
 pub mod iterations;
 pub mod job;
 pub mod job_list;
+pub mod listed_iterations;
 pub mod operation;
 pub mod problem;
 pub mod purge;

@@ -41,6 +41,9 @@ pub struct RecordBody {
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Who had it made: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
     /// be changed later, and a `gear` of the request goes before it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -70,6 +73,9 @@ pub struct RecordSummaryBody {
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
+    /// Who had it made: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
 }
 
 /// Some records of an iteration, oldest first.
@@ -103,6 +109,7 @@ impl From<Page<RecordSummary>> for RecordPageBody {
             kind: record.kind.into(),
             method: record.method,
             created_at: Moment(record.created_at),
+            by: record.by.map(|by| by.as_ref().to_owned()),
         };
         RecordPageBody {
             items: page.items.into_iter().map(item).collect(),
@@ -114,19 +121,31 @@ impl From<Page<RecordSummary>> for RecordPageBody {
 /// What is kept of a request and its answer, both as they are.
 pub fn draft(kind: RecordKind, request: &[u8], built: Built) -> Result<RecordDraft, Problem> {
     let text = |bytes: &[u8]| std::str::from_utf8(bytes).map(Into::into).map_err(Problem::internal);
-    Ok(RecordDraft { kind, method: built.method, request: text(request)?, result: text(&built.result)?, gear: None })
+    let class = if kind == RecordKind::Evaluation { class_of(&built.result) } else { None };
+    let (request, result) = (text(request)?, text(&built.result)?);
+    Ok(RecordDraft { kind, method: built.method, request, result, gear: None, class })
+}
+
+/// The class that an evaluation found.
+fn class_of(result: &[u8]) -> Option<u8> {
+    #[derive(Deserialize)]
+    struct Classed {
+        class: Option<u8>,
+    }
+    serde_json::from_slice::<Classed>(result).ok()?.class
 }
 
 /// A kept record as it is answered.
 pub fn record(record: &Record) -> Vec<u8> {
-    let RecordDraft { kind, method, request, result, gear } = &record.draft;
+    let RecordDraft { kind, method, request, result, gear, class: _ } = &record.draft;
     let mut json = Json::with_capacity(256 + request.len() + result.len());
     let mut object = json.object();
     object
         .field("id", &record.id)
         .string("kind", kind.name())
         .string("method", method)
-        .field("created_at", &Moment(record.created_at));
+        .field("created_at", &Moment(record.created_at))
+        .maybe("by", record.by.as_deref());
     if let Some(gear) = gear {
         object.raw("gear", gear);
     }

@@ -50,6 +50,12 @@ pub struct TracedIterationBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
+    /// What they were measured with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
+    /// Who measured them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
@@ -105,6 +111,9 @@ pub struct EarlierBody {
 pub struct TracedChoiceBody {
     /// The fit that stood from then on.
     pub fit_id: Uuid,
+    /// Who chose it: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Why it was chosen, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -118,6 +127,9 @@ pub struct TracedChoiceBody {
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
+    /// Who decided so: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
     /// Why it was decided so, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
@@ -151,6 +163,8 @@ fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
     measurand(object, &iteration.measurand);
     object
         .maybe("measured_at", iteration.measured_at.map(Moment))
+        .maybe("instrument", iteration.instrument.as_deref())
+        .maybe("operator", iteration.operator.as_deref())
         .field("created_at", &Moment(iteration.created_at))
         .maybe("decision", iteration.decisions.last().map(|decision| decision.decision.name()))
         .list("fits", &iteration.fits, fit)
@@ -174,6 +188,7 @@ fn fit(object: &mut Object<'_>, fit: &TracedFit) {
 fn choice(object: &mut Object<'_>, choice: &Choice) {
     object
         .field("fit_id", &choice.fit_id)
+        .maybe("by", choice.event.by.as_deref())
         .maybe("reason", choice.event.reason.as_deref())
         .field("created_at", &Moment(choice.event.created_at));
 }
@@ -183,12 +198,14 @@ fn record(object: &mut Object<'_>, record: &RecordSummary) {
         .field("id", &record.id)
         .string("kind", record.kind.name())
         .string("method", &record.method)
-        .field("created_at", &Moment(record.created_at));
+        .field("created_at", &Moment(record.created_at))
+        .maybe("by", record.by.as_deref());
 }
 
 fn decision(object: &mut Object<'_>, decision: &DecisionEvent) {
     object
         .field("decision", &decision.decision.name())
+        .maybe("by", decision.event.by.as_deref())
         .maybe("reason", decision.event.reason.as_deref())
         .field("created_at", &Moment(decision.event.created_at));
 }

@@ -198,6 +198,14 @@ impl Object<'_> {
         self
     }
 
+    /// A field that holds JSON text, where there is some.
+    pub fn maybe_raw(&mut self, name: &'static str, json: Option<&str>) -> &mut Self {
+        match json {
+            Some(json) => self.raw(name, json),
+            None => self,
+        }
+    }
+
     pub fn number(&mut self, name: &'static str, value: f64) -> &mut Self {
         self.key(name).number(value);
         self

@@ -205,7 +205,7 @@ fn iteration(
         terms: Terms::Total,
         basis: PolynomialBasis::Monomial,
     });
-    let computed = fits::compute_at(&nodes, &spec, plans, place(number))?;
+    let computed = fits::compute_at(&nodes, &spec, plans, None, place(number))?;
     let note = match number {
         0 => "simulated; the machine as it was".to_owned(),
         n => format!("simulated; after correction {n} by {}", strategy.name),

@@ -152,7 +152,7 @@ fn is_of_a_tester(name: &str, content: &[u8]) -> bool {
 
 /// What an import would make of the file, of each flank the tooth with the most nodes.
 fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
-    let read = read::read(content, Some(name), &ImportSpecBody::default(), None)?;
+    let read = read::read(content, Some(name), &ImportSpecBody::default(), None, None)?;
     let mut report = String::new();
     for warning in &read.warnings {
         report.push_str(&format!("  {}: {}\n", warning.code, warning.message));

@@ -41,7 +41,7 @@ macro_rules! tables {
 pub const TABLES: &[Table] = tables! {
     job: {
         name: Text, part_number: Text, serial_number: Text, machine: Text, gear: Text, tags: Text,
-        version: Integer, created_at: Time, updated_at: Time,
+        version: Integer, created_at: Time, updated_at: Time, requirements: Text,
     }
     iteration: {
         number: Integer, id: Id, measured_at: Time, instrument: Text, operator: Text, note: Text,
@@ -52,13 +52,13 @@ pub const TABLES: &[Table] = tables! {
         number: Integer, position: Integer, id: Id, reason: Text, created_at: Time,
         lambda_star: Real, criterion: Text, scheme: Text, count: Integer, condition: Real,
         regularized_condition: Real, bias_norm: Real, bias_sharp_bound: Real, rms: Real, max_abs: Real,
-        spec: Document, result: Document,
+        actor: Text, flank_figures: Text, spec: Document, result: Document,
     }
-    choice: { number: Integer, position: Integer, fit: Integer, reason: Text, created_at: Time }
-    decision: { number: Integer, position: Integer, decision: Text, reason: Text, created_at: Time }
+    choice: { number: Integer, position: Integer, fit: Integer, reason: Text, created_at: Time, actor: Text }
+    decision: { number: Integer, position: Integer, decision: Text, reason: Text, created_at: Time, actor: Text }
     record: {
         number: Integer, position: Integer, id: Id, kind: Text, method: Text, created_at: Time,
-        request: Document, result: Document, gear: Text,
+        request: Document, result: Document, gear: Text, actor: Text, class: Integer,
     }
     stream: {
         id: Id, spec: Document, forgetting_factor: Real, sequence: Integer, node_count: Integer,

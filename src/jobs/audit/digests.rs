@@ -12,17 +12,23 @@ use super::{
 };
 use crate::jobs::{
     callers::{NewKey, Plant, San},
-    fit::{Figures, NewFit},
-    iteration::{Choice, DecisionEvent, Event, NewIteration},
+    fit::{Computed, Figures, NewFit},
+    iteration::NewIteration,
     job::Job,
     measurand::Measurand,
     measurement::MeasurementDetails,
     purge::Purge,
     record::Record,
+    said::{Choice, DecisionEvent, Event},
 };
 
 fn of(id: Uuid) -> Fields {
     Fields::default().text(&id.to_string())
+}
+
+/// With what is behind them where there is something; rows from before that was kept have none.
+fn also(fields: Fields, more: Option<&str>) -> Sha256Digest {
+    more.into_iter().fold(fields, Fields::text).digest()
 }
 
 pub fn job_digest(job: &Job) -> Sha256Digest {
@@ -34,7 +40,7 @@ pub fn job_digest(job: &Job) -> Sha256Digest {
         .maybe(job.gear.as_deref())
         .number(job.tags.len() as u64);
     let tagged = job.tags.iter().fold(start, |fields, (name, value)| fields.text(name).text(value));
-    tagged.number(job.version).time(job.created_at).time(job.updated_at).digest()
+    also(tagged.number(job.version).time(job.created_at).time(job.updated_at), job.requirements.as_deref())
 }
 
 fn measured(fields: Fields, measurand: &Measurand) -> Fields {
@@ -61,8 +67,15 @@ pub fn nodes_digest(count: u64, bytes: &[u8]) -> Sha256Digest {
     Fields::default().number(count).bytes(bytes).digest()
 }
 
-pub fn fit_digest(id: Uuid, event: &Event, figures: &Figures, spec: &str, result: &str) -> Sha256Digest {
-    of(id)
+pub fn fit_digest(
+    id: Uuid,
+    event: &Event,
+    figures: &Figures,
+    spec: &str,
+    result: &str,
+    flank: Option<&str>,
+) -> Sha256Digest {
+    let fields = of(id)
         .maybe(event.reason.as_deref())
         .time(event.created_at)
         .real(figures.lambda_star)
@@ -76,27 +89,31 @@ pub fn fit_digest(id: Uuid, event: &Event, figures: &Figures, spec: &str, result
         .real(figures.rms)
         .real(figures.max_abs)
         .text(spec)
-        .text(result)
-        .digest()
+        .text(result);
+    match flank {
+        Some(flank) => fields.maybe(event.by.as_deref()).text(flank).digest(),
+        None => also(fields, event.by.as_deref()),
+    }
 }
 
 pub fn choice_digest(Choice { fit_id, event }: &Choice) -> Sha256Digest {
-    of(*fit_id).maybe(event.reason.as_deref()).time(event.created_at).digest()
+    also(of(*fit_id).maybe(event.reason.as_deref()).time(event.created_at), event.by.as_deref())
 }
 
 pub fn decision_digest(DecisionEvent { decision, event }: &DecisionEvent) -> Sha256Digest {
-    Fields::default().text(decision.name()).maybe(event.reason.as_deref()).time(event.created_at).digest()
+    let fields = Fields::default().text(decision.name()).maybe(event.reason.as_deref()).time(event.created_at);
+    also(fields, event.by.as_deref())
 }
 
-pub fn record_digest(Record { id, created_at, draft }: &Record) -> Sha256Digest {
-    of(*id)
+pub fn record_digest(Record { id, created_at, by, draft }: &Record) -> Sha256Digest {
+    let fields = of(*id)
         .text(draft.kind.name())
         .text(&draft.method)
         .time(*created_at)
         .text(&draft.request)
         .text(&draft.result)
-        .maybe(draft.gear.as_deref())
-        .digest()
+        .maybe(draft.gear.as_deref());
+    also(fields, by.as_deref())
 }
 
 /// Of what stays of a stream.
@@ -154,8 +171,8 @@ pub fn plant_digest(plant: &Plant) -> Sha256Digest {
 impl NewFit {
     /// Digest of the row.
     pub fn digest(&self) -> Sha256Digest {
-        let event = Event { reason: self.reason.clone(), created_at: self.created_at };
-        fit_digest(self.id, &event, &self.computed.figures, &self.computed.spec, &self.computed.result)
+        let Computed { spec, result, figures, flank } = &self.computed;
+        fit_digest(self.id, &self.event, figures, spec, result, flank.as_deref())
     }
 }
 
@@ -163,7 +180,7 @@ impl NewFit {
 /// what is kept with it from the beginning.
 pub fn new_iteration(iteration: &NewIteration) -> Contents {
     let NewIteration { id, measurand, details, created_at, nodes, fit, records, .. } = iteration;
-    let first = Choice { fit_id: fit.id, event: Event { reason: None, created_at: fit.created_at } };
+    let first = fit.first_choice();
     let rows = [
         ("iteration", iteration_digest(*id, measurand, details, *created_at)),
         ("nodes", nodes_digest(nodes.posted() as u64, nodes.bytes())),

@@ -49,6 +49,9 @@ impl Tenant {
     }
 }
 
+/// Who acts where nobody is known.
+const ANONYMOUS: &str = "anonymous";
+
 impl Default for Tenant {
     /// The tenant of callers that no tenant is known of, and of jobs from before there were any.
     fn default() -> Self {
@@ -64,6 +67,18 @@ pub struct Caller {
     pub actor: Arc<str>,
     /// Where the request came from.
     pub origin: Origin,
+}
+
+impl Caller {
+    /// Whoever calls where no key is asked for.
+    pub fn anonymous() -> Self {
+        Caller { tenant: Tenant::default(), actor: ANONYMOUS.into(), origin: Origin::default() }
+    }
+
+    /// The name that is kept with what the caller stores; none where nobody is known.
+    pub fn known_actor(&self) -> Option<Arc<str>> {
+        (&*self.actor != ANONYMOUS).then(|| self.actor.clone())
+    }
 }
 
 /// A job or a stream by its id, with the tenant to whom it belongs: what is kept in memory is kept

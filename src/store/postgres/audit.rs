@@ -87,9 +87,10 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
     all::<FoundFitTold>(
         db,
         concat!(
-            "SELECT number, id, reason, created_at, ",
+            "SELECT number, id, reason, actor, created_at, ",
             figure_columns!(),
-            ", spec, result, coefficients, prior, true AS has_told FROM fits WHERE job = $1 ORDER BY number, position"
+            ", spec, result, flank_figures, coefficients, prior, true AS has_told
+             FROM fits WHERE job = $1 ORDER BY number, position"
         ),
         job,
         rows,
@@ -97,7 +98,7 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
     .await?;
     all::<ChoiceRow>(
         db,
-        "SELECT c.number, f.id AS fit_id, c.reason, c.created_at
+        "SELECT c.number, f.id AS fit_id, c.reason, c.actor, c.created_at
          FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
          WHERE c.job = $1 ORDER BY c.number, c.position",
         job,
@@ -106,14 +107,14 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
     .await?;
     all::<DecisionRow>(
         db,
-        "SELECT number, decision, reason, created_at FROM decisions WHERE job = $1 ORDER BY number, position",
+        "SELECT number, decision, reason, actor, created_at FROM decisions WHERE job = $1 ORDER BY number, position",
         job,
         rows,
     )
     .await?;
     all::<RecordRow>(
         db,
-        "SELECT number, id, kind, method, created_at, request, result, gear
+        "SELECT number, id, kind, method, created_at, actor, request, result, gear, class
          FROM records WHERE job = $1 ORDER BY number, position",
         job,
         rows,

@@ -12,7 +12,7 @@ use crate::{
 /// The latest decision on an iteration.
 pub async fn latest(db: &mut PgConnection, job: Uuid, number: i64) -> Outcome<Option<DecisionEvent>> {
     let row: Option<DecisionRow> = sqlx::query_as(
-        "SELECT decision, reason, created_at FROM decisions WHERE job = $1 AND number = $2
+        "SELECT decision, reason, actor, created_at FROM decisions WHERE job = $1 AND number = $2
          ORDER BY position DESC LIMIT 1",
     )
     .bind(job)
@@ -41,14 +41,15 @@ impl Write<Session> for Decide {
         }
         session.enter(asked, *job, Action::Decide, target::iteration(*job, *number)).await?;
         sqlx::query(
-            "INSERT INTO decisions (job, number, position, decision, reason, created_at)
-             VALUES ($1, $2, $3, $4, $5, $6)",
+            "INSERT INTO decisions (job, number, position, decision, reason, actor, created_at)
+             VALUES ($1, $2, $3, $4, $5, $6, $7)",
         )
         .bind(job)
         .bind(i64::from(*number))
         .bind(Latest::next(latest.as_ref()))
         .bind(decision.decision.name())
         .bind(decision.event.reason.as_deref())
+        .bind(decision.event.by.as_deref())
         .bind(stamp(decision.event.created_at))
         .execute(&mut session.db)
         .await?;

@@ -33,7 +33,15 @@ macro_rules! chosen_fit {
 /// The columns of a [`FitSummaryRow`].
 macro_rules! summary_columns {
     () => {
-        concat!("id, reason, created_at, position = ", chosen_fit!(), " AS chosen, ", figure_columns!())
+        concat!(
+            "id, reason, actor, created_at, position = ",
+            chosen_fit!(),
+            " AS chosen, CASE WHEN position = ",
+            chosen_fit!(),
+            " THEN (SELECT actor FROM fit_choices WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT 1) END
+             AS chosen_by, flank_figures, ",
+            figure_columns!()
+        )
     };
 }
 
@@ -63,19 +71,21 @@ pub async fn insert_rows(db: &mut PgConnection, rows: &[Placed<'_>]) -> Outcome<
         rows.iter().map(|row| of(&row.fit.computed.figures)).collect::<Vec<Option<&'static str>>>()
     };
     sqlx::query(concat!(
-        "INSERT INTO fits (job, number, position, id, reason, created_at, ",
+        "INSERT INTO fits (job, number, position, id, reason, actor, created_at, ",
         figure_columns!(),
-        ", spec, result, coefficients, prior)
-         SELECT * FROM unnest($1::uuid[], $2::bigint[], $3::bigint[], $4::uuid[], $5::text[], $6::timestamptz[],
-                $7::float8[], $8::text[], $9::text[], $10::bigint[], $11::float8[], $12::float8[], $13::float8[],
-                $14::float8[], $15::float8[], $16::float8[], $17::bytea[], $18::bytea[], $19::bytea[], $20::bytea[])"
+        ", spec, result, flank_figures, coefficients, prior)
+         SELECT * FROM unnest($1::uuid[], $2::bigint[], $3::bigint[], $4::uuid[], $5::text[], $6::text[],
+                $7::timestamptz[], $8::float8[], $9::text[], $10::text[], $11::bigint[], $12::float8[], $13::float8[],
+                $14::float8[], $15::float8[], $16::float8[], $17::float8[], $18::bytea[], $19::bytea[], $20::text[],
+                $21::bytea[], $22::bytea[])"
     ))
     .bind(rows.iter().map(|row| row.place.job).collect::<Vec<Uuid>>())
     .bind(place(|place| place.number))
     .bind(place(|place| place.position))
     .bind(rows.iter().map(|row| row.fit.id).collect::<Vec<Uuid>>())
-    .bind(rows.iter().map(|row| row.fit.reason.as_deref()).collect::<Vec<_>>())
-    .bind(rows.iter().map(|row| stamp(row.fit.created_at)).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| row.fit.event.reason.as_deref()).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| row.fit.event.by.as_deref()).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| stamp(row.fit.event.created_at)).collect::<Vec<_>>())
     .bind(figure(|figures| figures.lambda_star))
     .bind(name(|figures| figures.criterion))
     .bind(name(|figures| figures.scheme))
@@ -88,6 +98,7 @@ pub async fn insert_rows(db: &mut PgConnection, rows: &[Placed<'_>]) -> Outcome<
     .bind(figure(|figures| figures.max_abs))
     .bind(rows.iter().map(|row| encode(&row.fit.computed.spec)).collect::<Vec<_>>())
     .bind(rows.iter().map(|row| row.fit.computed.result.bytes()).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| row.fit.computed.flank.as_deref()).collect::<Vec<_>>())
     .bind(told(|told| told.coefficients.as_ref()))
     .bind(told(|told| told.prior.as_ref()))
     .execute(db)
@@ -115,7 +126,7 @@ pub async fn last_choices(db: &mut PgConnection, job: Uuid, number: i64) -> Outc
     locate::last::<ChoiceRow, _>(
         db,
         "SELECT (SELECT count(*) FROM fit_choices WHERE job = $1 AND number = $2) AS total,
-                f.id AS fit_id, c.reason, c.created_at
+                f.id AS fit_id, c.reason, c.actor, c.created_at
          FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
          WHERE c.job = $1 AND c.number = $2 ORDER BY c.position DESC LIMIT $3",
         (job, number),
@@ -173,9 +184,9 @@ impl Read<PgPool> for GetFit {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<FitRecord> {
         let mut db = within(from, caller, self.job, self.number).await?;
         let row: Option<FitRow> = sqlx::query_as(concat!(
-            "SELECT id, reason, created_at, position = ",
+            "SELECT id, reason, actor, created_at, position = ",
             chosen_fit!(),
-            " AS chosen, spec, result FROM fits WHERE job = $1 AND number = $2 AND id = $3"
+            " AS chosen, flank_figures, spec, result FROM fits WHERE job = $1 AND number = $2 AND id = $3"
         ))
         .bind(self.job)
         .bind(i64::from(self.number))
@@ -205,7 +216,7 @@ impl Write<Session> for InsertFit {
         insert_rows(&mut session.db, &[Placed { place, fit }]).await?;
         let stored = Stored { number: asked.write.number, version: version + 1 };
         let stored_fit = StoredFit { place, result: &fit.computed.result };
-        session.keys.keep(tenant, receipt.as_ref(), stored, fit.created_at, Some(stored_fit));
+        session.keys.keep(tenant, receipt.as_ref(), stored, fit.event.created_at, Some(stored_fit));
         Ok(stored)
     }
 }
@@ -236,13 +247,15 @@ impl Write<Session> for Choose {
         }
         session.enter(asked, *job, Action::ChooseFit, target::fit(*job, *number, choice.fit_id)).await?;
         sqlx::query(
-            "INSERT INTO fit_choices (job, number, position, fit, reason, created_at) VALUES ($1, $2, $3, $4, $5, $6)",
+            "INSERT INTO fit_choices (job, number, position, fit, reason, actor, created_at)
+             VALUES ($1, $2, $3, $4, $5, $6, $7)",
         )
         .bind(job)
         .bind(i64::from(*number))
         .bind(Latest::next(latest.as_ref()))
         .bind(fit)
         .bind(choice.event.reason.as_deref())
+        .bind(choice.event.by.as_deref())
         .bind(stamp(choice.event.created_at))
         .execute(&mut session.db)
         .await?;

@@ -34,11 +34,12 @@ struct Statements {
 const STATEMENTS: &[Statements] = &[
     Statements {
         table: "job",
-        read: "SELECT name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at FROM jobs
+        read: "SELECT name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at,
+                      requirements FROM jobs
                WHERE id = $1 AND tenant = $2",
         write: "INSERT INTO jobs (id, name, part_number, serial_number, machine, gear, tags, version, created_at,
-                                  updated_at, tenant)
-                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11)",
+                                  updated_at, requirements, tenant)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
     },
     Statements {
         table: "iteration",
@@ -58,34 +59,39 @@ const STATEMENTS: &[Statements] = &[
     Statements {
         table: "fit",
         read: "SELECT f.number, f.position, f.id, f.reason, f.created_at, f.lambda_star, f.criterion, f.scheme, f.count,
-                      f.condition, f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.spec,
-                      f.result
+                      f.condition, f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.actor,
+                      f.flank_figures, f.spec, f.result
                FROM jobs j JOIN fits f ON f.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY f.number, f.position",
         write: "INSERT INTO fits (job, number, position, id, reason, created_at, lambda_star, criterion, scheme, count,
-                                  condition, regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, spec,
-                                  result, coefficients, prior)
-                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20)",
+                                  condition, regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, actor,
+                                  flank_figures, spec, result, coefficients, prior)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22)",
     },
     Statements {
         table: "choice",
-        read: "SELECT c.number, c.position, c.fit, c.reason, c.created_at FROM jobs j JOIN fit_choices c ON c.job = j.id
+        read: "SELECT c.number, c.position, c.fit, c.reason, c.created_at, c.actor
+               FROM jobs j JOIN fit_choices c ON c.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 ORDER BY c.number, c.position",
-        write: "INSERT INTO fit_choices (job, number, position, fit, reason, created_at) VALUES ($1, $2, $3, $4, $5, $6)",
+        write: "INSERT INTO fit_choices (job, number, position, fit, reason, created_at, actor)
+                VALUES ($1, $2, $3, $4, $5, $6, $7)",
     },
     Statements {
         table: "decision",
-        read: "SELECT d.number, d.position, d.decision, d.reason, d.created_at FROM jobs j JOIN decisions d ON d.job = j.id
+        read: "SELECT d.number, d.position, d.decision, d.reason, d.created_at, d.actor
+               FROM jobs j JOIN decisions d ON d.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 ORDER BY d.number, d.position",
-        write: "INSERT INTO decisions (job, number, position, decision, reason, created_at)
-                VALUES ($1, $2, $3, $4, $5, $6)",
+        write: "INSERT INTO decisions (job, number, position, decision, reason, created_at, actor)
+                VALUES ($1, $2, $3, $4, $5, $6, $7)",
     },
     Statements {
         table: "record",
-        read: "SELECT r.number, r.position, r.id, r.kind, r.method, r.created_at, r.request, r.result, r.gear
+        read: "SELECT r.number, r.position, r.id, r.kind, r.method, r.created_at, r.request, r.result, r.gear, r.actor,
+                      r.class
                FROM jobs j JOIN records r ON r.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 ORDER BY r.number, r.position",
-        write: "INSERT INTO records (job, number, position, id, kind, method, created_at, request, result, gear)
-                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+        write: "INSERT INTO records (job, number, position, id, kind, method, created_at, request, result, gear, actor,
+                                     class)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
     },
     Statements {
         table: "stream",

@@ -215,13 +215,14 @@ async fn insert_nodes(db: &mut PgConnection, rows: &[Numbered<'_>]) -> Outcome<(
 async fn choose_first_fits(db: &mut PgConnection, rows: &[Numbered<'_>]) -> Outcome<()> {
     let (jobs, numbers) = places(rows);
     sqlx::query(
-        "INSERT INTO fit_choices (job, number, position, fit, created_at)
-         SELECT job, number, 1, 1, created_at
-         FROM unnest($1::uuid[], $2::bigint[], $3::timestamptz[]) AS n (job, number, created_at)",
+        "INSERT INTO fit_choices (job, number, position, fit, actor, created_at)
+         SELECT job, number, 1, 1, actor, created_at
+         FROM unnest($1::uuid[], $2::bigint[], $3::text[], $4::timestamptz[]) AS n (job, number, actor, created_at)",
     )
     .bind(jobs)
     .bind(numbers)
-    .bind(rows.iter().map(|row| stamp(row.iteration().fit.created_at)).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| row.iteration().fit.event.by.as_deref()).collect::<Vec<_>>())
+    .bind(rows.iter().map(|row| stamp(row.iteration().fit.event.created_at)).collect::<Vec<_>>())
     .execute(db)
     .await?;
     Ok(())

@@ -3,15 +3,18 @@
 use sqlx::PgPool;
 
 use super::{
-    decisions, fits, gone,
-    locate::{self, version, which_is_missing},
+    decisions, fits, gone, jobs,
+    locate::{self, signed, version, which_is_missing},
     open::snapshot,
 };
 use crate::{
-    jobs::{Caller, Iteration, Measurand, Predecessor, RepositoryError, Successors},
+    jobs::{
+        Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, RepositoryError, Successors,
+    },
     store::shared::{
-        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow, MeasurandRow,
-        NodesRow, Outcome, PredecessorRow, Read, SuccessorRow, damaged, predecessors, successors,
+        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow,
+        ListIterations, Listed, ListedIterationRow, MeasurandRow, NodesRow, Outcome, PredecessorRow, Read,
+        SuccessorRow, damaged, figure_columns, page, predecessors, successors,
     },
 };
 use flankfit_engine::estimation::Nodes;
@@ -35,6 +38,33 @@ impl Read<PgPool> for GetIteration {
         let fits = fits::last(&mut db, job, i64::from(number)).await?;
         let decision = decisions::latest(&mut db, job, i64::from(number)).await?;
         Ok(row.with((job, number), fits, decision))
+    }
+}
+
+impl Read<PgPool> for ListIterations {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Page<ListedIteration>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = snapshot(from).await?;
+        jobs::located(&mut db, &caller.tenant, self.job).await?;
+        let rows: Vec<Listed<ListedIterationRow>> = sqlx::query_as(concat!(
+            "SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.measured_at,
+                    i.instrument, i.operator, i.created_at AS stored_at, d.decision, d.actor AS decided_by,
+                    f.id, f.reason, f.actor, f.created_at, true AS chosen, c.actor AS chosen_by, f.flank_figures, ",
+            figure_columns!(),
+            " FROM iterations i
+                  CROSS JOIN LATERAL (SELECT fit, actor FROM fit_choices WHERE job = i.job AND number = i.number
+                                      ORDER BY position DESC LIMIT 1) AS c
+                  JOIN fits f ON f.job = i.job AND f.number = i.number AND f.position = c.fit
+                  LEFT JOIN LATERAL (SELECT decision, actor FROM decisions WHERE job = i.job AND number = i.number
+                                     ORDER BY position DESC LIMIT 1) AS d ON true
+             WHERE i.job = $1 AND i.number > $2 ORDER BY i.number LIMIT $3"
+        ))
+        .bind(self.job)
+        .bind(after.map_or(0, |cursor| signed(cursor.number())))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        Ok(page(rows, limit))
     }
 }
 

@@ -37,7 +37,7 @@ macro_rules! page_of_jobs {
                  SELECT id FROM jobs WHERE tenant = $1 AND ",
             $behind,
             "    AND ($4::text IS NULL OR status = $4) AND ($5::text IS NULL OR machine = $5)
-                 AND ($6::text IS NULL OR part_number = $6)
+                 AND ($6::text IS NULL OR part_number = $6) AND ($12::bigint IS NULL OR class = $12)
                  AND ($7::timestamptz IS NULL OR changed_at >= $7) AND ($8::timestamptz IS NULL OR changed_at < $8)
                  AND ($9::text IS NULL OR strpos(",
             searched!(),
@@ -51,7 +51,8 @@ macro_rules! page_of_jobs {
              )
              SELECT ",
             job_columns!(),
-            ", status, iteration_count, changed_at, last_measured_at, decision, rms, condition, ",
+            ", status, iteration_count, changed_at, class, last_measured_at, decision, rms, condition,
+                 flank_figures, ",
             sort_name!(),
             " AS sort_name
              FROM page JOIN jobs USING (id)
@@ -64,7 +65,7 @@ macro_rules! page_of_jobs {
                  ORDER BY position DESC LIMIT 1
              ) AS decided ON true
              LEFT JOIN LATERAL (
-                 SELECT f.rms, f.condition
+                 SELECT f.rms, f.condition, f.flank_figures
                  FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
                  WHERE c.job = jobs.id AND c.number = iteration_count ORDER BY c.position DESC LIMIT 1
              ) AS chosen ON true
@@ -91,7 +92,7 @@ fn page_in_order_of(place: &JobPlace) -> &'static str {
 impl Read<PgPool> for ListJobs {
     /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<JobPage> {
-        let JobFilter { text, status, machine, part_number, tag, from: since, to } = &self.query.filter;
+        let JobFilter { text, status, machine, part_number, class, tag, from: since, to } = &self.query.filter;
         let (first, last) = (Uuid::nil(), Uuid::max());
         let query = sqlx::query_as(page_in_order_of(&self.query.from)).bind(caller.tenant.as_str());
         // before the first job without a place
@@ -115,6 +116,7 @@ impl Read<PgPool> for ListJobs {
             .bind(text.as_deref())
             .bind(tag.as_deref())
             .bind(i64::from(self.query.limit) + 1)
+            .bind(class.map(i64::from))
             .fetch_all(from)
             .await?;
         Ok(JobPage::of(rows.into_iter().map(Into::into).collect(), &self.query))

@@ -46,8 +46,8 @@ pub async fn insert(db: &mut PgConnection, tenant: &Tenant, job: &Job) -> Outcom
     sqlx::query(
         "INSERT INTO jobs
              (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at,
-              folded)
-         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+              folded, requirements)
+         VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
     )
     .bind(tenant.as_str())
     .bind(job.id)
@@ -61,6 +61,7 @@ pub async fn insert(db: &mut PgConnection, tenant: &Tenant, job: &Job) -> Outcom
     .bind(stamp(job.created_at))
     .bind(stamp(job.updated_at))
     .bind(job.searched())
+    .bind(job.requirements.as_deref())
     .execute(db)
     .await?;
     Ok(())
@@ -93,7 +94,7 @@ impl Write<Session> for PatchJob {
             session.chain(asked.by(), *id).await?.add(asked.by(), prepared, Action::ChangeJob, target::job(*id));
             sqlx::query(
                 "UPDATE jobs SET name = $1, part_number = $2, serial_number = $3, machine = $4, gear = $5, tags = $6,
-                 version = $7, updated_at = $8, folded = $9 WHERE id = $10",
+                 version = $7, updated_at = $8, folded = $9, requirements = $10 WHERE id = $11",
             )
             .bind(after.name.as_str())
             .bind(after.part_number.as_deref())
@@ -104,6 +105,7 @@ impl Write<Session> for PatchJob {
             .bind(signed(after.version))
             .bind(stamp(after.updated_at))
             .bind(after.searched())
+            .bind(after.requirements.as_deref())
             .bind(*id)
             .execute(&mut session.db)
             .await?;

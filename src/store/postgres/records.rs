@@ -44,8 +44,9 @@ pub async fn insert_rows(db: &mut PgConnection, job: Uuid, number: i64, last: i6
     for (position, record) in (last + 1..).zip(records) {
         let draft = &record.draft;
         sqlx::query(
-            "INSERT INTO records (job, number, position, id, kind, method, created_at, request, result, gear)
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10)",
+            "INSERT INTO records (job, number, position, id, kind, method, created_at, actor, request, result, gear,
+                                  class)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
         )
         .bind(job)
         .bind(number)
@@ -54,9 +55,11 @@ pub async fn insert_rows(db: &mut PgConnection, job: Uuid, number: i64, last: i6
         .bind(draft.kind.name())
         .bind(draft.method.as_str())
         .bind(stamp(record.created_at))
+        .bind(record.by.as_deref())
         .bind(encode(&draft.request))
         .bind(encode(&draft.result))
         .bind(draft.gear.as_deref())
+        .bind(draft.class.map(i64::from))
         .execute(&mut *db)
         .await?;
     }
@@ -67,7 +70,7 @@ impl Read<PgPool> for GetRecord {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Record> {
         let mut db = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, request, result, gear FROM records
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records
              WHERE job = $1 AND number = $2 AND id = $3",
         )
         .bind(self.job)
@@ -87,7 +90,7 @@ impl Read<PgPool> for ListRecords {
         let PageRequest { limit, after } = self.page;
         let mut db = within(from, caller, self.job, self.number).await?;
         let rows: Vec<Listed<RecordSummaryRow>> = sqlx::query_as(
-            "SELECT position AS place, id, kind, method, created_at FROM records
+            "SELECT position AS place, id, kind, method, created_at, actor FROM records
              WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4",
         )
         .bind(self.job)
@@ -104,7 +107,7 @@ impl Read<PgPool> for ListRecords {
 pub async fn last(db: &mut PgConnection, job: Uuid, number: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
     locate::last::<RecordSummaryRow, _>(
         db,
-        "SELECT id, kind, method, created_at,
+        "SELECT id, kind, method, created_at, actor,
                 (SELECT count(*) FROM records WHERE job = $1 AND number = $2) AS total
          FROM records WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3",
         (job, number),
@@ -116,7 +119,7 @@ impl Read<PgPool> for GetLatestRecord {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Option<Record>> {
         let mut db = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, request, result, gear FROM records
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records
              WHERE job = $1 AND number = $2 AND kind = $3 ORDER BY position DESC LIMIT 1",
         )
         .bind(self.job)

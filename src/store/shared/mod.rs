@@ -41,18 +41,18 @@ pub use operation::{
     GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent, GetLatestRecord,
     GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetSeals, GetStream, GetStreamState,
     GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob,
-    InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, Key, ListFits, ListJobs, ListKeys,
-    ListPlants, ListRecords, ListTasks, Operation, PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey,
-    VerifyAudit, key_of,
+    InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, Key, ListFits, ListIterations,
+    ListJobs, ListKeys, ListPlants, ListRecords, ListTasks, Operation, PatchJob, PatchKey, PatchPlant, PurgeJob,
+    RevokeKey, RotateKey, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
     AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DayRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow,
     FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundPurge, FoundRow, FoundStreamRow, GrownRow, HeadRow,
-    IterationRow, JobPurge, JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow, Latest, ListedJobRow,
-    MachineRow, MachinesRow, MeasurandRow, MeasuredTooth, NewestSealRow, NodesRow, PlantRow, PurgeRow, RecordRow,
-    RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StatusRow, StreamRow, TaskResultRow, TaskRow, TracedFitRow,
-    TracedIterationRow, counts, entries, grown, last_seals, page_of_seals,
+    IterationRow, JobPurge, JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow, Latest,
+    ListedIterationRow, ListedJobRow, MachineRow, MachinesRow, MeasurandRow, MeasuredTooth, NewestSealRow, NodesRow,
+    PlantRow, PurgeRow, RecordRow, RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StatusRow, StreamRow,
+    TaskResultRow, TaskRow, TracedFitRow, TracedIterationRow, counts, entries, grown, last_seals, page_of_seals,
 };
 pub(in crate::store) use row::{
     claimed_task_columns, entry_columns, figure_columns, job_columns, key_columns, plant_columns, seal_columns,

@@ -73,7 +73,7 @@ impl<T: Weight> Weight for Arc<T> {
 
 impl Weight for NewFit {
     fn bytes(&self) -> usize {
-        self.computed.result.bytes().len()
+        self.computed.result.bytes().len() + self.computed.flank.as_ref().map_or(0, |flank| flank.len())
     }
 }
 

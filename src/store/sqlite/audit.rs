@@ -91,9 +91,9 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
     all::<FoundFitTold>(
         db,
         concat!(
-            "SELECT (SELECT number FROM iterations WHERE seq = iteration) AS number, id, reason, created_at, ",
+            "SELECT (SELECT number FROM iterations WHERE seq = iteration) AS number, id, reason, actor, created_at, ",
             figure_columns!(),
-            ", spec, coalesce(frame, result) AS result, coefficients, prior, frame IS NOT NULL AS has_told FROM fits
+            ", spec, coalesce(frame, result) AS result, flank_figures, coefficients, prior, frame IS NOT NULL AS has_told FROM fits
              WHERE iteration IN (SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?)
              ORDER BY iteration, seq"
         ),
@@ -103,7 +103,8 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
     .await?;
     all::<ChoiceRow>(
         db,
-        "SELECT i.number AS number, f.id AS fit_id, c.reason AS reason, c.created_at AS created_at
+        "SELECT i.number AS number, f.id AS fit_id, c.reason AS reason, c.actor AS actor,
+                c.created_at AS created_at
          FROM jobs j JOIN iterations i ON i.job = j.seq JOIN fit_choices c ON c.iteration = i.seq
               JOIN fits f ON f.seq = c.fit
          WHERE j.id = ? ORDER BY i.number, c.position",
@@ -113,7 +114,8 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
     .await?;
     all::<DecisionRow>(
         db,
-        "SELECT i.number AS number, d.decision AS decision, d.reason AS reason, d.created_at AS created_at
+        "SELECT i.number AS number, d.decision AS decision, d.reason AS reason, d.actor AS actor,
+                d.created_at AS created_at
          FROM jobs j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
          WHERE j.id = ? ORDER BY i.number, d.position",
         job,
@@ -123,7 +125,7 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
     all::<RecordRow>(
         db,
         "SELECT i.number AS number, r.id AS id, r.kind AS kind, r.method AS method, r.created_at AS created_at,
-                r.request AS request, r.result AS result, r.gear AS gear
+                r.actor AS actor, r.request AS request, r.result AS result, r.gear AS gear, r.class AS class
          FROM jobs j JOIN iterations i ON i.job = j.seq JOIN records r ON r.iteration = i.seq
          WHERE j.id = ? ORDER BY i.number, r.seq",
         job,

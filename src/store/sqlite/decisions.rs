@@ -15,7 +15,7 @@ use crate::{
 /// The latest decision on an iteration.
 pub async fn latest(db: &mut SqliteConnection, iteration: i64) -> Outcome<Option<DecisionEvent>> {
     let row: Option<DecisionRow> = sqlx::query_as(
-        "SELECT decision, reason, created_at FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
+        "SELECT decision, reason, actor, created_at FROM decisions WHERE iteration = ? ORDER BY position DESC LIMIT 1",
     )
     .bind(iteration)
     .fetch_optional(db)
@@ -38,14 +38,17 @@ impl Write<SqliteConnection> for Decide {
             return Ok(Stored { number: *number, version });
         }
         let mut chain = audit::of_job(db, asked.by(), *job).await?;
-        sqlx::query("INSERT INTO decisions (iteration, position, decision, reason, created_at) VALUES (?, ?, ?, ?, ?)")
-            .bind(seq)
-            .bind(Latest::next(latest.as_ref()))
-            .bind(decision.decision.name())
-            .bind(decision.event.reason.as_deref())
-            .bind(time::to_text(decision.event.created_at))
-            .execute(&mut *db)
-            .await?;
+        sqlx::query(
+            "INSERT INTO decisions (iteration, position, decision, reason, actor, created_at) VALUES (?, ?, ?, ?, ?, ?)",
+        )
+        .bind(seq)
+        .bind(Latest::next(latest.as_ref()))
+        .bind(decision.decision.name())
+        .bind(decision.event.reason.as_deref())
+        .bind(decision.event.by.as_deref())
+        .bind(time::to_text(decision.event.created_at))
+        .execute(&mut *db)
+        .await?;
         asked.enter(&mut chain, Action::Decide, target::iteration(*job, *number));
         audit::store(db, chain).await?;
         Ok(Stored { number: *number, version: version + 1 })

@@ -31,14 +31,25 @@ macro_rules! chosen_fit {
 /// The columns of a [`FitSummaryRow`].
 macro_rules! summary_columns {
     () => {
-        concat!("id, reason, created_at, seq = ", chosen_fit!(), " AS chosen, ", figure_columns!())
+        concat!(
+            "id, reason, actor, created_at, seq = ",
+            chosen_fit!(),
+            " AS chosen, iif(seq = ",
+            chosen_fit!(),
+            ", (SELECT actor FROM fit_choices WHERE iteration = ?1 ORDER BY position DESC LIMIT 1), NULL) AS chosen_by, flank_figures, ",
+            figure_columns!()
+        )
     };
 }
 
 /// The columns of a fit that [`bind`] gives values, in its order.
 macro_rules! fit_columns {
     () => {
-        concat!("id, iteration, reason, created_at, ", figure_columns!(), ", spec, result, frame, coefficients, prior")
+        concat!(
+            "id, iteration, reason, actor, created_at, ",
+            figure_columns!(),
+            ", spec, flank_figures, result, frame, coefficients, prior"
+        )
     };
 }
 pub(super) use fit_columns;
@@ -49,12 +60,13 @@ pub fn bind<'q>(
     iteration: i64,
     fit: &'q NewFit,
 ) -> Query<'q, Sqlite, SqliteArguments> {
-    let Computed { spec, result, figures } = &fit.computed;
+    let Computed { spec, result, figures, flank } = &fit.computed;
     let query = query
         .bind(fit.id)
         .bind(iteration)
-        .bind(fit.reason.as_deref())
-        .bind(time::to_text(fit.created_at))
+        .bind(fit.event.reason.as_deref())
+        .bind(fit.event.by.as_deref())
+        .bind(time::to_text(fit.event.created_at))
         .bind(figures.lambda_star)
         .bind(figures.criterion)
         .bind(figures.scheme)
@@ -65,7 +77,8 @@ pub fn bind<'q>(
         .bind(figures.bias_sharp_bound)
         .bind(figures.rms)
         .bind(figures.max_abs)
-        .bind(spec.clone());
+        .bind(spec.clone())
+        .bind(flank.clone());
     bind_result(query, result)
 }
 
@@ -102,7 +115,7 @@ pub async fn last_choices(db: &mut SqliteConnection, iteration: i64) -> Outcome<
     locate::last::<ChoiceRow, _>(
         db,
         "SELECT (SELECT count(*) FROM fit_choices WHERE iteration = ?1) AS total,
-                f.id AS fit_id, c.reason AS reason, c.created_at AS created_at
+                f.id AS fit_id, c.reason AS reason, c.actor AS actor, c.created_at AS created_at
          FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = ?1 ORDER BY c.position DESC LIMIT ?2",
         iteration,
     )
@@ -154,9 +167,9 @@ impl Read<SqlitePool> for GetFit {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<FitRecord> {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<FitRow> = sqlx::query_as(concat!(
-            "SELECT id, reason, created_at, seq = ",
+            "SELECT id, reason, actor, created_at, seq = ",
             chosen_fit!(),
-            " AS chosen, spec, ",
+            " AS chosen, flank_figures, spec, ",
             result_column!(),
             " AS result FROM fits WHERE iteration = ?1 AND id = ?2"
         ))
@@ -180,14 +193,14 @@ impl Write<SqliteConnection> for InsertFit {
         let insert = concat!(
             "INSERT INTO fits (",
             fit_columns!(),
-            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
         );
         let seq = bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?.last_insert_rowid();
         asked.enter(&mut chain, Action::AddFit, target::fit(*job, *number, fit.id));
         audit::store(db, chain).await?;
         let stored = Stored { number: *number, version: version + 1 };
         let stored_fit = StoredFit { seq, result: &fit.computed.result };
-        answers::keep(db, tenant, receipt.as_ref(), stored, fit.created_at, Some(stored_fit)).await?;
+        answers::keep(db, tenant, receipt.as_ref(), stored, fit.event.created_at, Some(stored_fit)).await?;
         Ok(stored)
     }
 }
@@ -213,14 +226,17 @@ impl Write<SqliteConnection> for Choose {
             return Ok(Stored { number: *number, version });
         }
         let mut chain = audit::of_job(db, asked.by(), *job).await?;
-        sqlx::query("INSERT INTO fit_choices (iteration, position, fit, reason, created_at) VALUES (?, ?, ?, ?, ?)")
-            .bind(seq)
-            .bind(Latest::next(latest.as_ref()))
-            .bind(fit)
-            .bind(choice.event.reason.as_deref())
-            .bind(time::to_text(choice.event.created_at))
-            .execute(&mut *db)
-            .await?;
+        sqlx::query(
+            "INSERT INTO fit_choices (iteration, position, fit, reason, actor, created_at) VALUES (?, ?, ?, ?, ?, ?)",
+        )
+        .bind(seq)
+        .bind(Latest::next(latest.as_ref()))
+        .bind(fit)
+        .bind(choice.event.reason.as_deref())
+        .bind(choice.event.by.as_deref())
+        .bind(time::to_text(choice.event.created_at))
+        .execute(&mut *db)
+        .await?;
         asked.enter(&mut chain, Action::ChooseFit, target::fit(*job, *number, choice.fit_id));
         audit::store(db, chain).await?;
         Ok(Stored { number: *number, version: version + 1 })

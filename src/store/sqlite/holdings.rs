@@ -40,11 +40,12 @@ struct Statements {
 const STATEMENTS: &[Statements] = &[
     Statements {
         table: "job",
-        read: "SELECT name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at FROM jobs
+        read: "SELECT name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at,
+                      requirements FROM jobs
                WHERE id = ? AND tenant = ?",
         write: "INSERT INTO jobs (id, name, part_number, serial_number, machine, gear, tags, version, created_at,
-                                  updated_at, tenant)
-                VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11)",
+                                  updated_at, requirements, tenant)
+                VALUES (?1, ?2, ?3, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12)",
     },
     Statements {
         table: "iteration",
@@ -68,45 +69,46 @@ const STATEMENTS: &[Statements] = &[
         table: "fit",
         read: "SELECT i.number, row_number() OVER (PARTITION BY f.iteration ORDER BY f.seq), f.id, f.reason,
                       f.created_at, f.lambda_star, f.criterion, f.scheme, f.count, f.condition,
-                      f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.spec,
-                      coalesce(f.frame, f.result)
+                       f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.actor,
+                      f.flank_figures, f.spec, coalesce(f.frame, f.result)
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN fits f ON f.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, f.seq",
         write: "INSERT INTO fits (iteration, id, reason, created_at, lambda_star, criterion, scheme, count, condition,
-                                  regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, spec, result, frame,
-                                  coefficients, prior)
-                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21
+                                   regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, actor,
+                                   flank_figures, spec, result, frame, coefficients, prior)
+                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14, ?15, ?16, ?17, ?18, ?19, ?20, ?21, ?22,
+                       ?23
                 FROM jobs j JOIN iterations i ON i.job = j.seq
                 WHERE j.id = ?1 AND i.number = ?2 AND ?3 = (SELECT count(*) + 1 FROM fits WHERE iteration = i.seq)",
     },
     Statements {
         table: "choice",
         read: "SELECT i.number, c.position, (SELECT count(*) FROM fits WHERE iteration = i.seq AND seq <= c.fit),
-                      c.reason, c.created_at
+                      c.reason, c.created_at, c.actor
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN fit_choices c ON c.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, c.position",
-        write: "INSERT INTO fit_choices (iteration, position, fit, reason, created_at)
+        write: "INSERT INTO fit_choices (iteration, position, fit, reason, created_at, actor)
                 SELECT i.seq, ?3, (SELECT seq FROM fits WHERE iteration = i.seq ORDER BY seq LIMIT 1 OFFSET ?4 - 1),
-                       ?5, ?6
+                       ?5, ?6, ?7
                 FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?1 AND i.number = ?2",
     },
     Statements {
         table: "decision",
-        read: "SELECT i.number, d.position, d.decision, d.reason, d.created_at
+        read: "SELECT i.number, d.position, d.decision, d.reason, d.created_at, d.actor
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, d.position",
-        write: "INSERT INTO decisions (iteration, position, decision, reason, created_at)
-                SELECT i.seq, ?3, ?4, ?5, ?6
+        write: "INSERT INTO decisions (iteration, position, decision, reason, created_at, actor)
+                SELECT i.seq, ?3, ?4, ?5, ?6, ?7
                 FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?1 AND i.number = ?2",
     },
     Statements {
         table: "record",
         read: "SELECT i.number, row_number() OVER (PARTITION BY r.iteration ORDER BY r.seq), r.id, r.kind, r.method,
-                      r.created_at, r.request, r.result, r.gear
+                      r.created_at, r.request, r.result, r.gear, r.actor, r.class
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN records r ON r.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, r.seq",
-        write: "INSERT INTO records (iteration, id, kind, method, created_at, request, result, gear)
-                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10 FROM jobs j JOIN iterations i ON i.job = j.seq
+        write: "INSERT INTO records (iteration, id, kind, method, created_at, request, result, gear, actor, class)
+                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12 FROM jobs j JOIN iterations i ON i.job = j.seq
                 WHERE j.id = ?1 AND i.number = ?2 AND ?3 = (SELECT count(*) + 1 FROM records WHERE iteration = i.seq)",
     },
     Statements {

@@ -298,7 +298,8 @@ async fn insert_rows(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outcom
         query = fits::bind(query.bind(row.fit), row.seq, &row.new.iteration.fit);
     }
     for row in rows {
-        query = query.bind(row.seq).bind(row.fit).bind(time::to_text(row.new.iteration.fit.created_at));
+        let event = &row.new.iteration.fit.event;
+        query = query.bind(row.seq).bind(row.fit).bind(event.by.as_deref()).bind(time::to_text(event.created_at));
     }
     for row in rows {
         query = audit::bind(query, &row.entry);
@@ -316,8 +317,8 @@ fn insert_sql(rows: usize) -> String {
             marks(12),
         ),
         ("nodes (iteration, count, data)", marks(3)),
-        (concat!("fits (seq, ", fits::fit_columns!(), ")"), marks(20)),
-        ("fit_choices (iteration, position, fit, created_at)", "?, 1, ?, ?".to_owned()),
+        (concat!("fits (seq, ", fits::fit_columns!(), ")"), marks(22)),
+        ("fit_choices (iteration, position, fit, actor, created_at)", "?, 1, ?, ?, ?".to_owned()),
         (concat!("audit (", audit::columns!(), ")"), marks(14)),
     ];
     for (table, row) in tables {
@@ -345,7 +346,7 @@ mod tests {
     #[test]
     fn the_widest_statement_stays_within_the_limits() {
         let variables = insert_sql(MOST_ROWS).matches('?').count();
-        assert_eq!(variables, MOST_ROWS * (12 + 3 + 20 + 3 + 14));
+        assert_eq!(variables, MOST_ROWS * (12 + 3 + 22 + 4 + 14));
         assert!(variables <= 32_766);
     }
 }

@@ -3,14 +3,17 @@
 use sqlx::SqlitePool;
 
 use super::{
-    decisions, fits, gone,
-    locate::{self, WithSeq, which_is_missing},
+    decisions, fits, gone, jobs,
+    locate::{self, WithSeq, signed, which_is_missing},
 };
 use crate::{
-    jobs::{Caller, Iteration, Measurand, Predecessor, RepositoryError, Successors},
+    jobs::{
+        Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, RepositoryError, Successors,
+    },
     store::shared::{
-        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow, MeasurandRow,
-        NodesRow, Outcome, PredecessorRow, Read, SuccessorRow, damaged, predecessors, successors,
+        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow,
+        ListIterations, Listed, ListedIterationRow, MeasurandRow, NodesRow, Outcome, PredecessorRow, Read,
+        SuccessorRow, damaged, figure_columns, page, predecessors, successors,
     },
 };
 use flankfit_engine::estimation::Nodes;
@@ -36,6 +39,37 @@ impl Read<SqlitePool> for GetIteration {
         let fits = fits::last(&mut db, seq).await?;
         let decision = decisions::latest(&mut db, seq).await?;
         Ok(row.with((job, number), fits, decision))
+    }
+}
+
+impl Read<SqlitePool> for ListIterations {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<ListedIteration>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = from.begin().await?;
+        let (job, _) = jobs::located(&mut db, &caller.tenant, self.job).await?;
+        let rows: Vec<Listed<ListedIterationRow>> = sqlx::query_as(concat!(
+            "WITH listed AS MATERIALIZED (
+                 SELECT i.*, (SELECT fit FROM fit_choices WHERE iteration = i.seq ORDER BY position DESC LIMIT 1) AS stands,
+                        (SELECT max(position) FROM decisions WHERE iteration = i.seq) AS last
+                 FROM iterations i WHERE i.job = ? AND i.number > ? ORDER BY i.number LIMIT ?
+             )
+             SELECT l.number AS place, l.number AS number, l.id AS iteration_id, l.flank AS flank, l.tooth AS tooth,
+                    l.axes AS axes, l.measured_at AS measured_at, l.instrument AS instrument, l.operator AS operator,
+                    l.created_at AS stored_at, d.decision AS decision, d.actor AS decided_by,
+                    f.id AS id, f.reason AS reason, f.actor AS actor, f.created_at AS created_at, TRUE AS chosen,
+                    (SELECT actor FROM fit_choices WHERE iteration = l.seq ORDER BY position DESC LIMIT 1) AS chosen_by,
+                    f.flank_figures AS flank_figures, ",
+            figure_columns!(),
+            " FROM listed l JOIN fits f ON f.seq = l.stands
+                  LEFT JOIN decisions d ON d.iteration = l.seq AND d.position = l.last
+             ORDER BY l.number"
+        ))
+        .bind(job)
+        .bind(after.map_or(0, |cursor| signed(cursor.number())))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        Ok(page(rows, limit))
     }
 }
 

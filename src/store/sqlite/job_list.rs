@@ -31,7 +31,7 @@ macro_rules! page_of_jobs {
                  SELECT seq FROM jobs WHERE tenant = ?1 AND ",
             $behind,
             "    AND (?4 IS NULL OR status = ?4) AND (?5 IS NULL OR machine = ?5)
-                 AND (?6 IS NULL OR part_number = ?6)
+                 AND (?6 IS NULL OR part_number = ?6) AND (?12 IS NULL OR class = ?12)
                  AND (?7 IS NULL OR changed_at >= ?7) AND (?8 IS NULL OR changed_at < ?8)
                  AND (?9 IS NULL OR instr(coalesce(folded, lower(name)), ?9) > 0)
                  AND (?10 IS NULL OR EXISTS (
@@ -46,7 +46,7 @@ macro_rules! page_of_jobs {
              )
              SELECT ",
             job_columns!(),
-            ", status, iteration_count, changed_at, ",
+            ", status, iteration_count, changed_at, class, ",
             sort_name!(),
             " AS sort_name,
                  (SELECT coalesce(i.measured_at, i.created_at) FROM iterations i WHERE i.seq = last)
@@ -56,7 +56,9 @@ macro_rules! page_of_jobs {
                  (SELECT f.rms FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
                   ORDER BY c.position DESC LIMIT 1) AS rms,
                  (SELECT f.condition FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
-                  ORDER BY c.position DESC LIMIT 1) AS condition
+                  ORDER BY c.position DESC LIMIT 1) AS condition,
+                 (SELECT f.flank_figures FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
+                  ORDER BY c.position DESC LIMIT 1) AS flank_figures
              FROM listed ORDER BY ",
             $order
         )
@@ -86,7 +88,7 @@ fn page_at(place: &JobPlace) -> (&'static str, String, Vec<u8>) {
 impl Read<SqlitePool> for ListJobs {
     /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<JobPage> {
-        let JobFilter { text, status, machine, part_number, tag, from: since, to } = &self.query.filter;
+        let JobFilter { text, status, machine, part_number, class, tag, from: since, to } = &self.query.filter;
         let (sql, key, id) = page_at(&self.query.from);
         let rows: Vec<ListedJobRow> = sqlx::query_as(sql)
             .bind(caller.tenant.as_str())
@@ -100,6 +102,7 @@ impl Read<SqlitePool> for ListJobs {
             .bind(text.as_deref())
             .bind(tag.as_deref())
             .bind(i64::from(self.query.limit) + 1)
+            .bind(*class)
             .fetch_all(from)
             .await?;
         Ok(JobPage::of(rows.into_iter().map(Into::into).collect(), &self.query))

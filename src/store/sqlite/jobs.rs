@@ -51,8 +51,8 @@ pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, job: &Job) -> Ou
     sqlx::query(
         "INSERT INTO jobs
              (tenant, id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at,
-              folded)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+              folded, requirements)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(tenant.as_str())
     .bind(job.id)
@@ -66,6 +66,7 @@ pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, job: &Job) -> Ou
     .bind(time::to_text(job.created_at))
     .bind(time::to_text(job.updated_at))
     .bind(job.searched())
+    .bind(job.requirements.as_deref())
     .execute(db)
     .await?;
     Ok(())
@@ -99,7 +100,7 @@ impl Write<SqliteConnection> for PatchJob {
             let mut chain = audit::of_job(db, asked.by(), *id).await?;
             sqlx::query(
                 "UPDATE jobs SET name = ?, part_number = ?, serial_number = ?, machine = ?, gear = ?, tags = ?,
-                 version = ?, updated_at = ?, folded = ? WHERE seq = ?",
+                 version = ?, updated_at = ?, folded = ?, requirements = ? WHERE seq = ?",
             )
             .bind(after.name.as_str())
             .bind(after.part_number.as_deref())
@@ -110,6 +111,7 @@ impl Write<SqliteConnection> for PatchJob {
             .bind(signed(after.version))
             .bind(time::to_text(after.updated_at))
             .bind(after.searched())
+            .bind(after.requirements.as_deref())
             .bind(seq)
             .execute(&mut *db)
             .await?;

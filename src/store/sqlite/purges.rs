@@ -18,11 +18,12 @@ use crate::{
 const TAKE_AWAY: [&str; 10] = [
     "UPDATE iterations SET operator = NULL, note = NULL WHERE job = ?1",
     "UPDATE nodes SET data = x'' WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
-    "UPDATE fits SET reason = NULL, spec = '', result = '', frame = NULL, coefficients = NULL, prior = NULL
+    "UPDATE fits SET reason = NULL, actor = NULL, flank_figures = NULL, spec = '', result = '', frame = NULL,
+                     coefficients = NULL, prior = NULL
      WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
-    "UPDATE fit_choices SET reason = NULL WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
-    "UPDATE decisions SET reason = NULL WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
-    "UPDATE records SET request = '', result = '', gear = NULL
+    "UPDATE fit_choices SET reason = NULL, actor = NULL WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
+    "UPDATE decisions SET reason = NULL, actor = NULL WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
+    "UPDATE records SET request = '', result = '', gear = NULL, actor = NULL
      WHERE iteration IN (SELECT seq FROM iterations WHERE job = ?1)",
     "DELETE FROM stream_states WHERE stream IN (SELECT seq FROM streams WHERE job = ?1)",
     "DELETE FROM stream_blocks WHERE stream IN (SELECT seq FROM streams WHERE job = ?1)",

@@ -35,19 +35,21 @@ impl Write<SqliteConnection> for InsertRecord {
 
 /// The row of a record of the iteration that is row `iteration`.
 pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Record) -> Outcome<()> {
-    let RecordDraft { kind, method, request, result, gear } = &record.draft;
+    let RecordDraft { kind, method, request, result, gear, class } = &record.draft;
     sqlx::query(
-        "INSERT INTO records (id, iteration, kind, method, created_at, request, result, gear) VALUES (?, ?, ?, ?, ?, \
-         ?, ?, ?)",
+        "INSERT INTO records (id, iteration, kind, method, created_at, actor, request, result, gear, class)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(record.id)
     .bind(iteration)
     .bind(kind.name())
     .bind(method.as_str())
     .bind(time::to_text(record.created_at))
+    .bind(record.by.as_deref())
     .bind(request.clone())
     .bind(result.clone())
     .bind(gear.clone())
+    .bind(*class)
     .execute(db)
     .await?;
     Ok(())
@@ -57,7 +59,7 @@ impl Read<SqlitePool> for GetRecord {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Record> {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND id = ?",
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records WHERE iteration = ? AND id = ?",
         )
         .bind(iteration)
         .bind(self.id)
@@ -76,7 +78,7 @@ impl Read<SqlitePool> for ListRecords {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
         let rows: Vec<Listed<RecordSummaryRow>> = sqlx::query_as(
-            "SELECT seq AS place, id, kind, method, created_at FROM records
+            "SELECT seq AS place, id, kind, method, created_at, actor FROM records
              WHERE iteration = ? AND seq > ? ORDER BY seq LIMIT ?",
         )
         .bind(iteration)
@@ -92,7 +94,7 @@ impl Read<SqlitePool> for ListRecords {
 pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
     locate::last::<RecordSummaryRow, _>(
         db,
-        "SELECT id, kind, method, created_at, (SELECT count(*) FROM records WHERE iteration = ?1) AS total
+        "SELECT id, kind, method, created_at, actor, (SELECT count(*) FROM records WHERE iteration = ?1) AS total
          FROM records WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2",
         iteration,
     )
@@ -103,7 +105,7 @@ impl Read<SqlitePool> for GetLatestRecord {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Option<Record>> {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, request, result, gear FROM records WHERE iteration = ? AND kind = ?
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records WHERE iteration = ? AND kind = ?
          ORDER BY seq DESC LIMIT 1",
         )
         .bind(iteration)

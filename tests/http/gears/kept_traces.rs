@@ -123,7 +123,7 @@ async fn sheets_are_drawn_from_what_is_kept() {
                 .iter()
                 .zip(heights)
                 .filter(|(x, _)| (low - 1e-6..=high + 1e-6).contains(*x))
-                .map(|(x, d)| ((2.0 * x - low - high) / (high - low), d.as_f64().unwrap()))
+                .filter_map(|(x, d)| Some(((2.0 * x - low - high) / (high - low), d.as_f64()?)))
                 .collect();
             assert!(within.len() > 5, "{trace}");
             let n = within.len() as f64;

@@ -6,6 +6,7 @@ mod correction_flank;
 mod correction_kept;
 mod evaluation;
 mod exchange;
+mod fit_figures;
 mod import;
 mod kept_traces;
 #[path = "../../../engine/tests/formats/klingelnberg_file.rs"]
@@ -18,6 +19,7 @@ mod points;
 mod qdas_file;
 mod quality_data;
 mod refusals;
+mod requirements;
 #[path = "../../../engine/tests/formats/rexs_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod rexs_file;

@@ -169,7 +169,7 @@ async fn a_kept_evaluation_says_what_it_is_of() {
     says(&made);
     let (again, head) = file(post(), 201).await;
     says(&again);
-    assert_eq!((&head["location"], &head["idempotency-replayed"]), (&kept, "true"));
+    assert_eq!([&head["location"], &head["idempotency-replayed"]], [kept.as_str(), "true"]);
     says(&file(app.get(&kept), 200).await.0);
     // a name that Windows-1252 has no letters for
     let patch = app.client.patch(app.url(&format!("/v1/jobs/{job}"))).header("content-type", "application/json");

@@ -54,7 +54,7 @@ fn later(app: &TestApp, path: &str, body: &Value) -> RequestBuilder {
 }
 
 /// Begins an operation: its path.
-async fn begun(request: RequestBuilder) -> String {
+pub async fn begun(request: RequestBuilder) -> String {
     let answer = send(request).await.expect(202);
     assert_eq!((answer.header("preference-applied"), answer.header("retry-after")), (Some("respond-async"), Some("1")));
     let path = answer.header("location").unwrap().to_owned();

@@ -2,6 +2,7 @@
 
 pub mod app;
 pub mod audit;
+mod by;
 mod command_line;
 mod concurrency;
 mod conditional;

@@ -9,7 +9,7 @@ use flankfit::jobs::{
 use tokio::task::JoinSet;
 
 use super::pair::Pair;
-use crate::support::{WHOLE, all_jobs, receipt};
+use crate::support::{WHOLE, actor, all_jobs, receipt};
 
 pub async fn a_key_stores_once_and_its_answer_outlives_the_store(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
@@ -74,7 +74,7 @@ pub async fn the_first_answer_comes_again_byte_for_byte(pair: &mut Pair) {
     let (keyed, answer) = telling("bare", &place.fit(0.5));
     given.push(("bare", answer(store.insert_iteration(bare, Some(keyed)).await.unwrap())));
 
-    let event = || Event { reason: Some("smoother".to_owned()), created_at: place.now() };
+    let event = || Event { reason: Some("smoother".to_owned()), by: actor(), created_at: place.now() };
     store.insert_fit(job, 1, Arc::new(place.fit(0.75)), None).await.unwrap();
     store.choose(job, 1, Choice { fit_id: fit.id, event: event() }, Precondition::None).await.unwrap();
     let decision = DecisionEvent { decision: Decision::Accept, event: event() };

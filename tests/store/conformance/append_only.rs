@@ -3,6 +3,7 @@
 use flankfit::jobs::{Decision, DecisionEvent, Event, Precondition, RecordKind};
 
 use super::pair::Pair;
+use crate::support::actor;
 
 /// What must be refused, of every table of the trace.
 const CHANGES: [&str; 20] = [
@@ -33,7 +34,7 @@ pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     let job = place.stored_job(&store).await.id;
     place.stored_iteration(&store, job).await;
     store.insert_record(job, 1, place.record(RecordKind::Curve, "lagrange"), None).await.unwrap();
-    let event = Event { reason: Some("slope".to_owned()), created_at: place.now() };
+    let event = Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() };
     let decision = DecisionEvent { decision: Decision::Remachine, event };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
     super::seals::sealed(pair, 1).await;

@@ -11,7 +11,7 @@ use tokio::task::JoinSet;
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{Values, WHOLE, caller, receipt};
+use crate::support::{Values, WHOLE, actor, caller, receipt};
 
 /// The entries of a job, each checked against its digest and the one before it.
 pub async fn entries(store: &Arc<dyn Repository>, job: Uuid) -> Vec<Entry> {
@@ -26,7 +26,7 @@ pub async fn entries(store: &Arc<dyn Repository>, job: Uuid) -> Vec<Entry> {
 }
 
 fn event(place: &Values) -> Event {
-    Event { reason: Some("slope".to_owned()), created_at: place.now() }
+    Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() }
 }
 
 fn names(contents: &Contents) -> Vec<&str> {

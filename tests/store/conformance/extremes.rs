@@ -109,6 +109,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
         let mut job = place.job(&text);
         (job.part_number, job.serial_number, job.machine) = (some(), some(), some());
         job.gear = Some(document.to_string().into());
+        job.requirements = Some(document.clone());
         job.tags = BTreeMap::from([(text.clone(), text.clone())]);
         store.insert_job(job.clone(), None).await.unwrap();
         assert_eq!(store.job(job.id).await.unwrap(), job);
@@ -117,10 +118,11 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
         let details = MeasurementDetails { instrument: some(), operator: some(), note: some(), ..new.details };
         let measurand = Measurand { tooth: some(), axes: Some(document.clone()), flank: None };
         let mut fit = new.fit;
-        (fit.reason, fit.computed.spec, fit.computed.result) = (some(), document.clone(), document.clone().into());
+        (fit.computed.spec, fit.computed.result) = (document.clone(), document.clone().into());
+        (fit.event.reason, fit.event.by) = (some(), some().map(Into::into));
         let new = Arc::new(NewIteration { details, measurand, fit, ..new });
         store.insert_iteration(new.clone(), None).await.unwrap();
-        let event = || Event { reason: some(), created_at: place.now() };
+        let event = || Event { reason: some(), by: some().map(Into::into), created_at: place.now() };
         let choice = Choice { fit_id: new.fit.id, event: event() };
         store.choose(job.id, 1, choice.clone(), Precondition::None).await.unwrap();
         let decision = DecisionEvent { decision: Decision::Reject, event: event() };
@@ -134,7 +136,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
         assert_eq!((&back.details, &back.measurand), (&new.details, &new.measurand));
         assert_eq!((back.decision, &back.fits[0].event.reason), (Some(decision.clone()), &some()));
         let fit = store.fit(job.id, 1, new.fit.id).await.unwrap();
-        assert_eq!((fit.spec, fit.result, fit.reason), (document.clone(), document.clone(), some()));
+        assert_eq!((fit.spec, fit.result, fit.event.reason), (document.clone(), document.clone(), some()));
         assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), record);
         let told = store.trace(job.id, WHOLE).await.unwrap().iterations.remove(0);
         assert_eq!((told.choices.last(), told.decisions), (Some(&choice), vec![decision]));

@@ -4,13 +4,14 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, Job, JobFilter, JobPatch, JobPlace, JobQuery, JobStatus,
-    ListedJob, MOST_MACHINES, MeasurementDetails, NewIteration, NewRun, Precondition, Repository, Update, folded,
+    ListedJob, MOST_MACHINES, MeasurementDetails, NewIteration, NewRun, Precondition, Record, RecordKind, Repository,
+    Update, folded,
 };
 use jiff::{Timestamp, civil::date};
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::all_jobs;
+use crate::support::{actor, all_jobs};
 
 /// The job of that id as it is listed.
 async fn listed(store: &Arc<dyn Repository>, id: Uuid) -> ListedJob {
@@ -22,7 +23,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     let decide = async |number, decision| {
-        let event = Event { reason: None, created_at: place.now() };
+        let event = Event { reason: None, by: actor(), created_at: place.now() };
         let at = event.created_at;
         let decision = DecisionEvent { decision, event };
         store.decide(job.id, number, decision, Precondition::None).await.unwrap();
@@ -38,6 +39,8 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         decision: None,
         rms: None,
         condition: None,
+        flank: None,
+        class: None,
     };
     assert_eq!(new, expected);
 
@@ -49,6 +52,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         last_measured_at: first.details.measured_at,
         rms: Some(1e-3),
         condition: Some(1e9),
+        flank: first.fit.computed.flank.clone(),
         ..expected
     };
     let told = listed(&store, job.id).await;
@@ -68,12 +72,18 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     (fit.computed.figures.rms, fit.computed.figures.condition) = (Some(0.25), None);
     let fit = Arc::new(fit);
     store.insert_fit(job.id, 1, fit.clone(), None).await.unwrap();
-    let expected = ListedJob { changed_at: fit.created_at, ..expected };
+    let expected = ListedJob { changed_at: fit.event.created_at, ..expected };
     assert_eq!(listed(&store, job.id).await, expected);
-    let event = Event { reason: None, created_at: place.now() };
+    let event = Event { reason: None, by: actor(), created_at: place.now() };
     let choice = Choice { fit_id: fit.id, event: event.clone() };
     store.choose(job.id, 1, choice, Precondition::None).await.unwrap();
-    let expected = ListedJob { changed_at: event.created_at, rms: Some(0.25), condition: None, ..expected };
+    let expected = ListedJob {
+        changed_at: event.created_at,
+        rms: Some(0.25),
+        condition: None,
+        flank: fit.computed.flank.clone(),
+        ..expected
+    };
     assert_eq!(listed(&store, job.id).await, expected);
 
     // so do data of the job and records
@@ -90,7 +100,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let details = MeasurementDetails::default();
     let early: Timestamp = "2026-01-01T00:00:00Z".parse().unwrap();
     let second = NewIteration { details, created_at: early, ..NewIteration::clone(&second) };
-    store.insert_iteration(Arc::new(second), None).await.unwrap();
+    store.insert_iteration(Arc::new(second.clone()), None).await.unwrap();
     let at = decide(1, Decision::Reject).await;
     let expected = ListedJob {
         status: JobStatus::Open,
@@ -100,6 +110,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         decision: None,
         rms: Some(1e-3),
         condition: Some(1e9),
+        flank: second.fit.computed.flank.clone(),
         ..expected
     };
     assert_eq!(listed(&store, job.id).await, expected);
@@ -108,6 +119,26 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         let told = listed(&store, job.id).await;
         assert_eq!((told.status, told.decision), (status, Some(said)));
     }
+}
+
+/// Until another finds none.
+pub async fn a_job_has_the_class_of_its_last_evaluation(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await;
+    for _ in 0..2 {
+        place.stored_iteration(&store, job.id).await;
+    }
+    for (number, class) in [(2, Some(7)), (1, Some(5)), (1, None), (2, Some(11))] {
+        let mut record = Record::clone(&place.record(RecordKind::Evaluation, "iso_1328_1"));
+        record.draft.class = class;
+        store.insert_record(job.id, number, Arc::new(record.clone()), None).await.unwrap();
+        let told = listed(&store, job.id).await;
+        assert_eq!((told.class, told.changed_at), (class, record.created_at));
+        assert_eq!(store.record(job.id, number, record.id).await.unwrap(), record);
+    }
+    // other records have none
+    place.stored_record(&store, job.id).await;
+    assert_eq!(listed(&store, job.id).await.class, Some(11));
 }
 
 pub async fn whatever_makes_an_iteration_opens_its_job(pair: &mut Pair) {
@@ -211,6 +242,12 @@ pub async fn jobs_are_found_by_what_is_asked_for(pair: &mut Pair) {
     assert_eq!(found(&store, with(JobStatus::Open)).await, ["ΔΟΚΙΜΗ"]);
     assert_eq!(found(&store, with(JobStatus::New)).await, ["batch 7", "batch_7", "Österreich 50%"]);
     assert_eq!(found(&store, with(JobStatus::Accepted)).await, Vec::<String>::new());
+    let mut record = Record::clone(&place.record(RecordKind::Evaluation, "iso_1328_1"));
+    record.draft.class = Some(5);
+    store.insert_record(jobs[3].id, 1, Arc::new(record), None).await.unwrap();
+    let of_class = |class| JobFilter { class: Some(class), ..none() };
+    assert_eq!(found(&store, of_class(5)).await, ["ΔΟΚΙΜΗ"]);
+    assert_eq!(found(&store, of_class(6)).await, Vec::<String>::new());
     // from a time on, and before one
     let at = |k: usize| Some(jobs[k].created_at);
     assert_eq!(found(&store, JobFilter { from: at(1), ..none() }).await, ["ΔΟΚΙΜΗ", "batch 7", "batch_7"]);

@@ -105,6 +105,7 @@ conformance! {
             texts_of_any_letters_and_length_come_back;
         job_list:
             a_job_is_listed_with_what_became_of_it,
+            a_job_has_the_class_of_its_last_evaluation,
             whatever_makes_an_iteration_opens_its_job,
             jobs_are_found_by_what_is_asked_for,
             lists_of_jobs_neither_repeat_nor_skip,
@@ -168,6 +169,8 @@ conformance! {
             only_an_empty_job_is_deleted,
             an_iteration_comes_back_bit_for_bit,
             the_trace_keeps_every_choice_and_ruling_in_order,
+            whoever_did_something_is_told_with_it,
+            iterations_are_listed_with_what_stands,
             the_trace_and_the_fits_come_in_pages,
             a_page_of_the_trace_is_bounded_in_bytes_too;
         upkeep:

@@ -10,6 +10,7 @@ use flankfit_engine::gear::Side;
 use uuid::Uuid;
 
 use super::pair::Pair;
+use crate::support::actor;
 
 fn of(flank: Side, tooth: &str) -> Measurand {
     Measurand { flank: Some(flank), tooth: Some(tooth.to_owned()), axes: Some(Arc::from(r#"{"u":{}}"#)) }
@@ -28,7 +29,7 @@ pub async fn neighbours_are_of_the_same_flank_and_tooth(pair: &mut Pair) {
     // of iteration 4 another fit stands by now
     let refit = Arc::new(place.fit(0.5));
     store.insert_fit(job, 4, refit.clone(), None).await.unwrap();
-    let event = Event { reason: None, created_at: place.now() };
+    let event = Event { reason: None, by: actor(), created_at: place.now() };
     store.choose(job, 4, Choice { fit_id: refit.id, event }, Precondition::None).await.unwrap();
     let one = |number: u32, fit_id| Predecessor { number, measurand: left.clone(), fit_id };
     let all = [one(1, fits[0]), one(4, refit.id), one(6, fits[5])];

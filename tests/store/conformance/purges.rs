@@ -5,8 +5,8 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use flankfit::jobs::{
     Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobPatch, Measurand,
-    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RepositoryError, Resource, Scope,
-    Scopes, Seen, Stored, StreamEvent, Turn,
+    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RecordSummary, RepositoryError,
+    Resource, Scope, Scopes, Seen, Stored, StreamEvent, Turn,
     audit::{Action, Chain, Entry, Verdict, What, purge_digest},
 };
 use jiff::SignedDuration;
@@ -20,7 +20,8 @@ use crate::support::{WHOLE, all_jobs, archived, caller, purge_of, receipt};
 const CANARY: &str = "canary";
 
 fn event(pair: &Pair) -> Event {
-    Event { reason: Some(format!("{CANARY} reason")), created_at: pair.values.now() }
+    let by = Some(format!("{CANARY} actor").into());
+    Event { reason: Some(format!("{CANARY} reason")), by, created_at: pair.values.now() }
 }
 
 /// A receipt whose answer tells of what was posted.
@@ -35,6 +36,8 @@ fn iteration(pair: &Pair, job: Uuid, longer: usize) -> Arc<NewIteration> {
     let mut new = NewIteration::clone(&pair.values.iteration(job));
     new.details.operator = Some(format!("{CANARY} operator"));
     new.details.note = Some(format!("{CANARY} note"));
+    new.fit.event = event(pair);
+    new.fit.computed.flank = Some(format!("{{\"figures\":\"{CANARY}\"}}").into());
     new.fit.computed.spec = Arc::from(format!("{{\"spec\":\"{CANARY}\"}}"));
     let blanks = " ".repeat(longer);
     new.fit.computed.result = format!("{{\"coefficients\":[],{blanks}\"prior\":{{\"of\":\"{CANARY}\"}}}}").into();
@@ -51,13 +54,14 @@ async fn filled(pair: &Pair) -> Uuid {
     let (job, path) = (job.id, format!("POST /v1/jobs/{}", job.id));
     store.insert_iteration(iteration(pair, job, 0), telling("1", format!("{path}/iterations"))).await.unwrap();
     let mut fit = place.fit(0.75);
-    fit.reason = Some(format!("{CANARY} reason"));
+    fit.event = event(pair);
     let fit = Arc::new(fit);
     store.insert_fit(job, 1, fit.clone(), telling("2", format!("{path}/iterations/1/fits"))).await.unwrap();
     store.choose(job, 1, Choice { fit_id: fit.id, event: event(pair) }, Precondition::None).await.unwrap();
     let decision = DecisionEvent { decision: Decision::Remachine, event: event(pair) };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
     let mut record = (*place.record(RecordKind::Curve, "lagrange")).clone();
+    record.by = Some(format!("{CANARY} actor").into());
     record.draft.request = Arc::from(format!("{{\"request\":\"{CANARY}\"}}"));
     record.draft.result = Arc::from(format!("{{\"result\":\"{CANARY}\"}}"));
     let kept = telling("3", format!("{path}/iterations/1/curves"));
@@ -142,6 +146,8 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert_eq!(all[0].job, after);
     all[0].job = before;
     all[0].changed_at = listed.items[0].changed_at;
+    assert!(all[0].flank.is_none() && listed.items[0].flank.is_some());
+    all[0].flank = listed.items[0].flank.clone();
     assert_eq!(all, listed.items);
     // numbers, times and figures
     let is = store.iteration(job, 1).await.unwrap();
@@ -156,7 +162,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert!(is.fits.iter().all(|fit| fit.event.reason.is_none()));
     assert_eq!(is.decision.as_ref().map(|d| d.decision), Some(Decision::Remachine));
     assert_eq!(store.fits(job, 1, WHOLE).await.unwrap().items, is.fits);
-    assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, std::slice::from_ref(&record));
+    assert_eq!(store.records(job, 1, WHOLE).await.unwrap().items, [RecordSummary { by: None, ..record.clone() }]);
     let traced = store.trace(job, WHOLE).await.unwrap();
     assert_eq!(traced.job.purged_at, Some(purge.purge.at));
     assert_eq!(traced.iterations.len(), told.iterations.len());

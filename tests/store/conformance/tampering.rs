@@ -11,7 +11,7 @@ use flankfit_engine::estimation::Nodes;
 use uuid::Uuid;
 
 use super::{audit::entries, pair::Pair};
-use crate::support::{WHOLE, nodes};
+use crate::support::{WHOLE, actor, nodes};
 
 /// An iteration whose fit and whose nodes are no others', by λ* and by how many nodes there are.
 fn iteration(pair: &Pair, job: Uuid, lambda_star: f64, more: usize) -> Arc<NewIteration> {
@@ -36,7 +36,7 @@ async fn filled(pair: &Pair) -> Uuid {
     store.insert_iteration(iteration(pair, job, 0.5, 2), None).await.unwrap();
     let fit = Arc::new(place.fit(0.75));
     store.insert_fit(job, 1, fit.clone(), None).await.unwrap();
-    let event = || Event { reason: Some("slope".to_owned()), created_at: place.now() };
+    let event = || Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() };
     store.choose(job, 1, Choice { fit_id: fit.id, event: event() }, none.clone()).await.unwrap();
     let decision = DecisionEvent { decision: Decision::Remachine, event: event() };
     store.decide(job, 1, decision, none.clone()).await.unwrap();
@@ -121,6 +121,12 @@ pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
         (swap("nodes", "data", "count", "8", "9"), 3),
         ("UPDATE fits SET rms = 0.125 WHERE lambda_star = 0.5".to_owned(), 3),
         ("UPDATE fits SET reason = 'other' WHERE lambda_star = 0.75".to_owned(), 4),
+        ("UPDATE fits SET flank_figures = '{}' WHERE lambda_star = 0.875".to_owned(), 11),
+        ("UPDATE fits SET flank_figures = NULL WHERE lambda_star = 0.75".to_owned(), 4),
+        ("UPDATE fits SET actor = NULL WHERE lambda_star = 0.75".to_owned(), 4),
+        ("UPDATE fit_choices SET actor = 'key-other' WHERE position = 2".to_owned(), 5),
+        ("UPDATE decisions SET actor = 'key-other'".to_owned(), 6),
+        ("UPDATE records SET actor = 'key-other'".to_owned(), 7),
         ("UPDATE fits SET criterion = 'none' WHERE lambda_star = 0.875".to_owned(), 11),
         ("UPDATE fits SET spec = result WHERE lambda_star = 0.25".to_owned(), 2),
         ("DELETE FROM fits WHERE lambda_star = 0.75".to_owned(), 4),
@@ -136,6 +142,7 @@ pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
         ("DELETE FROM stream_blocks".to_owned(), 10),
         ("UPDATE stream_blocks SET count = 3".to_owned(), 10),
         ("UPDATE jobs SET machine = 'other'".to_owned(), 12),
+        ("UPDATE jobs SET requirements = NULL".to_owned(), 12),
     ];
     for (sql, number) in cases {
         // each in a database of its own

@@ -10,7 +10,7 @@ use flankfit_engine::gear::Side;
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{Values, WHOLE, all_jobs, receipt};
+use crate::support::{Values, WHOLE, actor, all_jobs, receipt};
 
 const SCOPE: &str = "POST /there";
 
@@ -71,6 +71,7 @@ pub async fn another_tenants_reads_find_nothing(pair: &mut Pair) {
     let found = other.jobs(all_jobs()).await.unwrap();
     assert_eq!((found.items, found.next), (Vec::new(), None));
     missing(other.job(job).await, Resource::Job);
+    missing(other.iterations(job, WHOLE).await, Resource::Job);
     missing(other.trace(job, WHOLE).await, Resource::Job);
     missing(other.iteration(job, 1).await, Resource::Job);
     missing(other.nodes(job, 1).await, Resource::Job);
@@ -106,7 +107,7 @@ pub async fn another_tenants_writes_change_nothing(pair: &mut Pair) {
     let before = everything(&store, &own).await;
     let Possessions { job, iteration, stream, empty, .. } = &own;
     let (job, none) = (*job, Precondition::None);
-    let event = || Event { reason: None, created_at: place.now() };
+    let event = || Event { reason: None, by: actor(), created_at: place.now() };
     let patch = JobPatch { name: Some("theirs".to_owned()), ..JobPatch::default() };
     missing(other.patch_job(job, patch, none.clone(), place.now()).await, Resource::Job);
     missing(other.delete_job(job, none.clone()).await, Resource::Job);

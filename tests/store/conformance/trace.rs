@@ -3,23 +3,27 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Cursor, Decision, DecisionEvent, Earlier, Event, JobPatch, MAX_LISTED, PageRequest, Precondition,
-    RepositoryError, Resource, Update,
+    Choice, Cursor, Decision, DecisionEvent, Earlier, Event, FitSummary, JobPatch, ListedIteration, MAX_LISTED,
+    NewIteration, PageRequest, Precondition, Record, RecordKind, RecordSummary, RepositoryError, Resource, Update,
 };
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{Values, WHOLE, nodes};
+use crate::support::{Values, WHOLE, actor, nodes};
 
 pub async fn a_job_comes_back_and_counts_its_changes(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
     assert_eq!(store.job(job.id).await.unwrap(), job);
 
-    let patch = JobPatch { machine: Update::Set("K300".into()), gear: Update::Clear, ..JobPatch::default() };
+    let required: Arc<str> = r#"{"tolerance_limits":{"class":7}}"#.into();
+    let requirements = Update::Set(required.clone());
+    let patch =
+        JobPatch { machine: Update::Set("K300".into()), gear: Update::Clear, requirements, ..JobPatch::default() };
     let seen = Precondition::AnyOf(vec![1]);
     let patched = store.patch_job(job.id, patch.clone(), seen.clone(), place.now()).await.unwrap();
     assert_eq!((patched.version, patched.machine.as_deref(), patched.gear.as_deref()), (2, Some("K300"), None));
+    assert_eq!(patched.requirements, Some(required));
     assert_eq!(store.job(job.id).await.unwrap(), patched);
 
     let late = store.patch_job(job.id, patch, seen, place.now()).await;
@@ -53,6 +57,7 @@ pub async fn an_iteration_comes_back_bit_for_bit(pair: &mut Pair) {
     assert_eq!((back.fits[0].chosen, &back.fits[0].figures), (true, &new.fit.computed.figures));
     let fit = store.fit(job.id, 1, new.fit.id).await.unwrap();
     assert_eq!((&fit.result, &fit.spec, fit.chosen), (new.fit.computed.result.text(), &new.fit.computed.spec, true));
+    assert_eq!((&fit.flank, &back.fits[0].flank), (&new.fit.computed.flank, &new.fit.computed.flank));
     // NaN differs from itself; what is printed does not.
     assert_eq!(format!("{:?}", store.nodes(job.id, 1).await.unwrap()), format!("{:?}", nodes()));
 
@@ -68,12 +73,12 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
     let job = place.stored_job(&store).await;
     let (first, _) = place.stored_iteration(&store, job.id).await;
     let mut second = place.fit(0.25);
-    second.reason = Some("more shrinkage".into());
+    second.event.reason = Some("more shrinkage".into());
     let second = Arc::new(second);
     let stored = store.insert_fit(job.id, 1, second.clone(), None).await.unwrap();
     assert_eq!((stored.number, stored.version), (1, 2));
 
-    let event = |reason: &str| Event { reason: Some(reason.to_owned()), created_at: place.now() };
+    let event = |reason: &str| Event { reason: Some(reason.to_owned()), by: actor(), created_at: place.now() };
     let none = Precondition::None;
     let choose = |fit_id, reason| store.choose(job.id, 1, Choice { fit_id, event: event(reason) }, Precondition::None);
     assert_eq!(choose(second.id, "smoother").await.unwrap().version, 3);
@@ -99,12 +104,126 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
     assert_eq!(told.fits[1].summary.event.reason.as_deref(), Some("more shrinkage"));
     let choices: Vec<_> = told.choices.iter().map(|choice| (choice.fit_id, choice.event.reason.as_deref())).collect();
     assert_eq!(choices, [(first.fit.id, None), (second.id, Some("smoother")), (first.fit.id, Some("back"))]);
+    assert_eq!((&told.instrument, &told.operator), (&Some("CMM".to_owned()), &Some("Ida".to_owned())));
     let decisions: Vec<_> = told.decisions.iter().map(|decision| decision.decision).collect();
     assert_eq!(decisions, [Decision::Remachine, Decision::Accept]);
     let fits = store.iteration(job.id, 1).await.unwrap().fits;
     assert_eq!(fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [true, false]);
     assert!(!store.fit(job.id, 1, second.id).await.unwrap().chosen);
     assert_eq!(store.iteration(job.id, 1).await.unwrap().decision.unwrap().decision, Decision::Accept);
+}
+
+/// Each with the fit that stands of it and the last decision.
+pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await;
+    assert_eq!(store.iterations(job.id, WHOLE).await.unwrap().items, []);
+    let mut expected = Vec::new();
+    for number in 1..=7_u32 {
+        let mut new = NewIteration::clone(&place.iteration(job.id));
+        if number == 3 {
+            (new.measurand, new.fit.computed.flank) = (Default::default(), None);
+        }
+        store.insert_iteration(Arc::new(new.clone()), None).await.unwrap();
+        expected.push(ListedIteration {
+            id: new.id,
+            number,
+            measurand: new.measurand.clone(),
+            measured_at: new.details.measured_at,
+            instrument: new.details.instrument.clone(),
+            operator: new.details.operator.clone(),
+            created_at: new.created_at,
+            decision: None,
+            decided_by: None,
+            fit: FitSummary {
+                id: new.fit.id,
+                chosen: true,
+                chosen_by: actor(),
+                figures: new.fit.computed.figures.clone(),
+                flank: new.fit.computed.flank.clone(),
+                event: new.fit.event.clone(),
+            },
+        });
+    }
+    let other = place.fit(0.25);
+    store.insert_fit(job.id, 2, Arc::new(other.clone()), None).await.unwrap();
+    store.insert_fit(job.id, 2, Arc::new(place.fit(0.75)), None).await.unwrap();
+    let event = |by: &str| Event { reason: None, by: Some(by.into()), created_at: place.now() };
+    let choice = Choice { fit_id: other.id, event: event("key-c") };
+    store.choose(job.id, 2, choice, Precondition::None).await.unwrap();
+    for (decision, by) in [(Decision::Remachine, "key-a"), (Decision::Accept, "key-b")] {
+        store.decide(job.id, 4, DecisionEvent { decision, event: event(by) }, Precondition::None).await.unwrap();
+    }
+    let second = &mut expected[1].fit;
+    (second.id, second.event, second.figures) = (other.id, other.event, other.computed.figures);
+    (second.chosen_by, second.flank) = (Some("key-c".into()), other.computed.flank);
+    (expected[3].decision, expected[3].decided_by) = (Some(Decision::Accept), Some("key-b".into()));
+    let (mut found, mut after) = (Vec::new(), None);
+    loop {
+        let page = store.iterations(job.id, PageRequest { limit: 3, after }).await.unwrap();
+        assert!(page.items.len() <= 3);
+        found.extend(page.items);
+        after = page.next;
+        if after.is_none() {
+            break;
+        }
+    }
+    assert_eq!(found, expected);
+    assert!(matches!(store.iterations(Uuid::nil(), WHOLE).await, Err(RepositoryError::NotFound(Resource::Job))));
+}
+
+/// Each says of its own who did it, and nobody where nobody was known.
+pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await;
+    let event = |by: Option<&str>| Event { reason: None, by: by.map(Into::into), created_at: place.now() };
+    let mut new = NewIteration::clone(&place.iteration(job.id));
+    new.fit.event = event(Some("key-a"));
+    new.records =
+        vec![Record { by: Some("key-a".into()), ..Record::clone(&place.record(RecordKind::Curve, "hermite")) }];
+    store.insert_iteration(Arc::new(new.clone()), None).await.unwrap();
+    let mut refit = place.fit(0.25);
+    refit.event = event(Some("key-b"));
+    store.insert_fit(job.id, 1, Arc::new(refit.clone()), None).await.unwrap();
+    let mut nobodys = place.fit(0.5);
+    nobodys.event = event(None);
+    store.insert_fit(job.id, 1, Arc::new(nobodys.clone()), None).await.unwrap();
+    let record = Record { by: None, ..Record::clone(&place.record(RecordKind::Curve, "lagrange")) };
+    store.insert_record(job.id, 1, Arc::new(record.clone()), None).await.unwrap();
+
+    let found = store.iteration(job.id, 1).await.unwrap();
+    let told = |fits: &[FitSummary]| -> Vec<(Option<Arc<str>>, Option<Arc<str>>)> {
+        fits.iter().map(|fit| (fit.event.by.clone(), fit.chosen_by.clone())).collect()
+    };
+    let key = |name: &str| Some(Arc::from(name));
+    assert_eq!(told(&found.fits), [(key("key-a"), key("key-a")), (key("key-b"), None), (None, None)]);
+    for by in [Some("key-c"), None] {
+        let choice = Choice { fit_id: if by.is_some() { refit.id } else { nobodys.id }, event: event(by) };
+        store.choose(job.id, 1, choice, Precondition::None).await.unwrap();
+        let decision = if by.is_some() { Decision::Remachine } else { Decision::Accept };
+        store.decide(job.id, 1, DecisionEvent { decision, event: event(by) }, Precondition::None).await.unwrap();
+        let found = store.iteration(job.id, 1).await.unwrap();
+        assert_eq!(found.decision.unwrap().event.by.as_deref(), by);
+        let expected = [None, by.and_then(key), None];
+        assert_eq!(found.fits.iter().map(|fit| fit.chosen_by.clone()).collect::<Vec<_>>(), expected);
+    }
+    let page = store.fits(job.id, 1, WHOLE).await.unwrap();
+    assert_eq!(told(&page.items), [(key("key-a"), None), (key("key-b"), None), (None, None)]);
+    assert_eq!(store.fit(job.id, 1, refit.id).await.unwrap().event, refit.event);
+    assert_eq!(store.fit(job.id, 1, nobodys.id).await.unwrap().event.by, None);
+    assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), record);
+    assert_eq!(store.record(job.id, 1, new.records[0].id).await.unwrap(), new.records[0]);
+    let by = |found: Vec<RecordSummary>| found.into_iter().map(|record| record.by).collect::<Vec<_>>();
+    assert_eq!(by(store.records(job.id, 1, WHOLE).await.unwrap().items), [key("key-a"), None]);
+
+    let traced = store.trace(job.id, WHOLE).await.unwrap().iterations.remove(0);
+    let summaries: Vec<FitSummary> = traced.fits.into_iter().map(|fit| fit.summary).collect();
+    assert_eq!(told(&summaries), told(&page.items));
+    let choices: Vec<_> = traced.choices.into_iter().map(|choice| choice.event.by).collect();
+    assert_eq!(choices, [key("key-a"), key("key-c"), None]);
+    let decisions: Vec<_> = traced.decisions.into_iter().map(|decision| decision.event.by).collect();
+    assert_eq!(decisions, [key("key-c"), None]);
+    assert_eq!(by(traced.records), [key("key-a"), None]);
 }
 
 /// A job with many iterations and an iteration with many fits are read page by page.
@@ -133,7 +252,7 @@ pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
         let fit = Arc::new(place.fit(f64::from(k)));
         store.insert_fit(job.id, 2, fit.clone(), None).await.unwrap();
         ids.push(fit.id);
-        let event = Event { reason: Some(k.to_string()), created_at: place.now() };
+        let event = Event { reason: Some(k.to_string()), by: actor(), created_at: place.now() };
         store.choose(job.id, 2, Choice { fit_id: fit.id, event: event.clone() }, Precondition::None).await.unwrap();
         store.decide(job.id, 2, DecisionEvent { decision: Decision::Accept, event }, Precondition::None).await.unwrap();
     }

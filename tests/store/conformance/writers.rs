@@ -9,7 +9,7 @@ use futures_util::future::join_all;
 use tokio::task::JoinSet;
 
 use super::pair::Pair;
-use crate::support::{WHOLE, all_jobs, receipt};
+use crate::support::{WHOLE, actor, all_jobs, receipt};
 
 pub async fn three_hundred_writers_leave_no_gaps(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
@@ -52,7 +52,7 @@ pub async fn versions_and_events_count_every_change_once(pair: &mut Pair) {
     for i in 0..60_u32 {
         let (place, store, chosen) = (place.clone(), store.clone(), first.fit.id);
         tasks.spawn(async move {
-            let event = Event { reason: Some(i.to_string()), created_at: place.now() };
+            let event = Event { reason: Some(i.to_string()), by: actor(), created_at: place.now() };
             let none = Precondition::None;
             let stored = match i % 3 {
                 0 => store.insert_fit(job, 1, Arc::new(place.fit(f64::from(i))), None).await,
@@ -71,7 +71,7 @@ pub async fn versions_and_events_count_every_change_once(pair: &mut Pair) {
     let mut tasks = JoinSet::new();
     for i in 0..20 {
         let (place, store) = (place.clone(), store.clone());
-        let event = Event { reason: Some(format!("late {i}")), created_at: place.now() };
+        let event = Event { reason: Some(format!("late {i}")), by: actor(), created_at: place.now() };
         let decision = DecisionEvent { decision: Decision::Reject, event };
         tasks.spawn(async move { store.decide(job, 1, decision, Precondition::AnyOf(vec![61])).await });
     }

@@ -312,7 +312,8 @@ export interface paths {
         head?: never;
         /**
          * Changes a job. What is left out stays.
-         * @description Fields that are named in `clear` are taken away; `gear` and `tags` are replaced as a whole. A
+         * @description Fields that are named in `clear` are taken away; `gear`, `requirements` and `tags` are replaced
+         *     as a whole. A
          *     gear without a tooth that the job's iterations are of is refused.
          */
         patch: operations["update_job"];
@@ -325,7 +326,12 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
+        /**
+         * Lists the iterations of a job with the fit that stands of each.
+         * @description By number, in pages: the figures of the fit, and where its nodes are told to be on a flank of
+         *     the job's gear the slopes, crownings and twist.
+         */
+        get: operations["list_iterations"];
         put?: never;
         /**
          * Fits nodes and keeps both, in one transaction, as the job's next iteration.
@@ -546,8 +552,9 @@ export interface paths {
         put?: never;
         /**
          * Reads the gears that a file describes, as a job or any other request takes them.
-         * @description Takes a REXS model or curves of a gear tester. Gears for which the file does not say enough are
-         *     named with what is missing.
+         * @description Takes a REXS model, or curves or values of a gear tester. Gears for which the file does not say
+         *     enough are named with what is missing. Beside them stands what the file holds: traces and tables
+         *     of pitches, which an import takes, and printed values.
          */
         post: operations["read_gears"];
         delete?: never;
@@ -654,7 +661,8 @@ export interface paths {
         /**
          * Evaluates measured profiles and helices by ISO 1328-1:2013.
          * @description Slope, form and total deviations of each trace with crowning and class, means over the teeth,
-         *     twist, and the second-order surface through the traces of a flank.
+         *     twist, and the second-order surface through the traces of a flank. By
+         *     `Accept: application/x-q-das-dfq` as a file for statistical process control.
          */
         post: operations["evaluate_gear"];
         delete?: never;
@@ -675,7 +683,8 @@ export interface paths {
         /**
          * Evaluates pitches of both flanks and run-out by ISO 1328-1:2013.
          * @description From index deviations, angles or single pitches of each flank. The run-out is that of the
-         *     readings, or follows from the pitches of both flanks.
+         *     readings, or follows from the pitches of both flanks. By `Accept: application/x-q-das-dfq` as a
+         *     file for statistical process control.
          */
         post: operations["gear_pitch"];
         delete?: never;
@@ -760,10 +769,35 @@ export interface paths {
         put?: never;
         /**
          * Keeps the evaluation of measured traces with an iteration.
-         * @description As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. The answer
-         *     stays with the iteration as a record.
+         * @description As `POST /v1/gears/evaluate`, with the gear of the job unless the request has one. Where
+         *     `evaluation` has no `tolerance_limits` or no `k_bands`, those of the job's `requirements` take
+         *     their place, and the answer tells them. It stays with the iteration as a record, whatever the
+         *     job requires later; by `Accept: application/x-q-das-dfq` it is answered as a file for
+         *     statistical process control.
          */
         post: operations["create_iteration_evaluation"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{job_id}/iterations/{number}/pitch": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keeps pitches of all teeth and the run-out with an iteration.
+         * @description As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches are of
+         *     all teeth; where the iteration says its flank, they are of that flank among others. By
+         *     `Accept: application/x-q-das-dfq` the answer is a file for statistical process control.
+         */
+        post: operations["create_iteration_pitch"];
         delete?: never;
         options?: never;
         head?: never;
@@ -812,8 +846,9 @@ export interface paths {
          * Makes an iteration of a file of a gear tester, of points or of a REXS model.
          * @description The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
          *     normal), those of the evaluation range, fitted by a second-order surface or what they tell of
-         *     it; all traces are evaluated, and the evaluation is kept with it. Of points and of a model's
-         *     topographies the deviations are kept. A file of another gear than the job's is refused.
+         *     it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
+         *     together with what they are of and the file's digest. Of points and of a model's topographies
+         *     the deviations are kept. A file of another gear than the job's is refused.
          */
         post: operations["import_iteration"];
         delete?: never;
@@ -891,7 +926,9 @@ export interface paths {
         };
         /**
          * What is kept with an iteration: what was asked and what was answered.
-         * @description The text of the result is that which was answered when it was made.
+         * @description The text of the result is that which was answered when it was made. Of an evaluation or of
+         *     pitches `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the
+         *     job's part number and machine as they are now.
          */
         get: operations["get_iteration_record"];
         put?: never;
@@ -3384,16 +3421,25 @@ export interface components {
              */
             slope_conformity?: components["schemas"]["Conformity"];
             /**
+             * @description Whether the slope itself lies within its limits (`tolerance_limits`); there where it has
+             *     some and the samples reach both ends of the range.
+             */
+            slope_within?: boolean;
+            /**
              * Format: double
              * @description f_fα or f_fβ: peak to valley about the mean curve. Like the total it has no interval: the
              *     greatest of many deviations is raised by their noise and no sum of them.
              */
             form_um?: number;
+            /** @description As that of the slope; over a hole it cannot be told. */
+            form_within?: boolean;
             /**
              * Format: double
              * @description F_α or F_β: peak to valley about the design.
              */
             total_um?: number;
+            /** @description As that of the form. */
+            total_within?: boolean;
             /**
              * Format: double
              * @description Of the mean parabola over its chord; positive where material stands out in the middle.
@@ -3408,6 +3454,23 @@ export interface components {
             crowning_interval_um?: number[];
             /** @description As that of the slope. */
             crowning_conformity?: components["schemas"]["Conformity"];
+            /** @description Evaluation range: roll lengths of a profile, z of a helix. */
+            range_mm?: number[];
+            /**
+             * @description The least-squares line at both ends of the range, as it is drawn over the trace: in the sign
+             *     and direction of the posted deviations, about the design line where there is one. Left out
+             *     as the figures are.
+             */
+            mean_line_um?: number[];
+            /**
+             * @description The least-squares parabola at the start, in the middle and at the end of the range,
+             *     likewise.
+             */
+            mean_parabola_um?: number[];
+            /** @description As that of the slope. */
+            crowning_within?: boolean;
+            /** @description The bands that the trace must lie in (`k_bands`), and whether it does. */
+            k_bands?: components["schemas"]["KBandFinding"][];
             /**
              * Format: double
              * @description By how much material beyond the evaluation range raised the form.
@@ -3488,6 +3551,8 @@ export interface components {
              */
             level?: number;
             tolerance_limits?: components["schemas"]["ToleranceLimits"];
+            /** @description Bands that traces must lie in; at most 20. */
+            k_bands?: components["schemas"]["KBand"][];
         };
         /**
          * @description What an event is about.
@@ -3589,6 +3654,80 @@ export interface components {
              */
             crowning_um: number;
         };
+        /**
+         * @description Where on the flank a value was measured.
+         * @enum {string}
+         */
+        FilePosition: "middle" | "first" | "second";
+        /**
+         * @description Of which teeth a value is.
+         * @enum {string}
+         */
+        FileStatistic: "tooth" | "mean" | "variation" | "max" | "min" | "gear" | "unknown";
+        /**
+         * @description A trace of a file. An import makes nodes of those of one flank of one tooth (without the letter
+         *     behind its number), which its `tooth` and `flank` name.
+         */
+        FileTrace: {
+            /** @description As evaluations name it: a letter behind the number stands for a trace beside the middle. */
+            tooth: string;
+            flank: components["schemas"]["FlankSide"];
+            kind: components["schemas"]["TraceKind"];
+            /** @description All samples of the trace. */
+            samples: number;
+            /** @description Samples without a deviation. */
+            undefined: number;
+            /**
+             * Format: double
+             * @description Of a profile: its z, where the file says it.
+             */
+            section_z_mm?: number;
+            /**
+             * Format: double
+             * @description Of a helix: its diameter, where the file says it.
+             */
+            section_diameter_mm?: number;
+            /**
+             * Format: double
+             * @description Of a helix: the roll length of its cylinder, where the file says that.
+             */
+            section_roll_length_mm?: number;
+            /** @description Where it begins in the file, from 1. */
+            line: number;
+        };
+        /** @description A value that a file prints. */
+        FileValue: {
+            /**
+             * Format: int32
+             * @description By which the instrument knows it.
+             */
+            code: number;
+            /** @description As it is printed. */
+            name: string;
+            /** @description Its symbol, such as `f_Halpha`; left out where the code is not known. */
+            characteristic?: string;
+            position: components["schemas"]["FilePosition"];
+            statistic: components["schemas"]["FileStatistic"];
+            /** @description Left out where it is of no flank. */
+            flank?: components["schemas"]["FlankSide"];
+            /** @description Of a value of one tooth, where its label names it. */
+            tooth?: string;
+            /**
+             * Format: double
+             * @description In `unit`; left out where there is none, which `state` explains.
+             */
+            value?: number;
+            /** @description `um` or `mm`; left out where the code is not known. */
+            unit?: string;
+            state: components["schemas"]["FileValueState"];
+            /** @description Where it stands in the file, from 1. */
+            line: number;
+        };
+        /**
+         * @description Whether there is a value.
+         * @enum {string}
+         */
+        FileValueState: "measured" | "not_measured" | "not_available";
         /** @description A filter of the heights, for curves and grids (`hampel` also for the rows of a matrix). */
         Filter: components["schemas"]["HampelFilter"] | components["schemas"]["GaussianFilter"] | components["schemas"]["SplineFilter"];
         /**
@@ -3638,6 +3777,34 @@ export interface components {
             iterations?: number;
             /** @description Whether every line came to rest; of a robust filter only. */
             converged?: boolean;
+        };
+        /**
+         * @description Slopes, crownings and twist of the fitted surface, in µm over what the nodes span, transverse or
+         *     normal as the heights are: of the surface of second order that is nearest to it in the mean
+         *     square, with the signs of ISO 1328-1 and DIN's for slopes. They are by the gear and the
+         *     requirements that the job had when the fit was made. What cannot be told is left out, and
+         *     `warnings` say why.
+         */
+        FitFigures: {
+            /** @description From root to tip; positive where material grows towards the tip. */
+            profile_slope_um?: components["schemas"]["FlankFigure"];
+            /** @description Over the width; positive where the helix deviates towards the right hand. */
+            helix_slope_um?: components["schemas"]["FlankFigure"];
+            /** @description Positive where material stands out half-way between root and tip. */
+            profile_crowning_um?: components["schemas"]["FlankFigure"];
+            /** @description Positive where material stands out half-way between the ends. */
+            helix_crowning_um?: components["schemas"]["FlankFigure"];
+            /**
+             * @description 4 c_uv: how much more the profile slope is at the end of great z than at that of small z, in
+             *     the sign of helix slopes.
+             */
+            twist_um?: components["schemas"]["FlankFigure"];
+            /** @description What the figures are over. */
+            roll_length_range_mm?: number[];
+            /** @description The same along the width. */
+            z_range_mm?: number[];
+            /** @description What to know about the figures, and why those are absent that are. */
+            warnings: components["schemas"]["GearWarning"][];
         };
         /** @description A fit request as a form (`multipart/form-data`). */
         FitForm: {
@@ -3920,6 +4087,11 @@ export interface components {
             /** @description Whether this fit stands. */
             chosen: boolean;
             /**
+             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
+             *     for.
+             */
+            chosen_by?: string;
+            /**
              * Format: double
              * @description The λ* of the fit; left out without regularisation.
              */
@@ -3962,10 +4134,17 @@ export interface components {
              */
             max_abs?: number;
             /**
+             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
+             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+             */
+            figures?: components["schemas"]["FitFigures"];
+            /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
+            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
         };
@@ -4026,6 +4205,11 @@ export interface components {
              */
             interval?: number[];
             interval_kind?: components["schemas"]["IntervalKind"];
+            /**
+             * @description Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
+             *     figure has some.
+             */
+            within?: boolean;
             /** @description There where the figure has limits (`tolerance_limits`) and an interval. */
             conformity?: components["schemas"]["Conformity"];
         };
@@ -4046,6 +4230,33 @@ export interface components {
              * @description Largest amount of the remainder.
              */
             max_abs_um: number;
+        };
+        /**
+         * @description What figures of one flank must lie within, `[low, high]` in µm and in the sign in which they
+         *     are answered.
+         */
+        FlankLimits: {
+            /**
+             * @description Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces
+             *     have their share of it.
+             */
+            profile_slope_um?: number[];
+            /** @description Of f_Hβ, likewise. */
+            helix_slope_um?: number[];
+            /** @description Of C_α. */
+            profile_crowning_um?: number[];
+            /** @description Of C_β. */
+            helix_crowning_um?: number[];
+            /** @description Of the twist of surfaces. */
+            twist_um?: number[];
+            /** @description Of f_fα of traces. */
+            profile_form_um?: number[];
+            /** @description Of f_fβ of traces. */
+            helix_form_um?: number[];
+            /** @description Of F_α of traces. */
+            profile_total_um?: number[];
+            /** @description Of F_β of traces. */
+            helix_total_um?: number[];
         };
         /**
          * @description What is taken off the involute flank on purpose. Amounts are µm along the normal, positive where
@@ -4896,6 +5107,12 @@ export interface components {
             format: components["schemas"]["GearFileFormat"];
             /** @description In the order of the file. */
             gears: components["schemas"]["GearOfFile"][];
+            /** @description Of curves: every trace, in the order of the file. */
+            traces?: components["schemas"]["FileTrace"][];
+            /** @description Flanks with a table of pitches that an import keeps. */
+            pitches?: components["schemas"]["FlankSide"][];
+            /** @description Of values: every one that the file prints, in its order. */
+            values?: components["schemas"]["FileValue"][];
             /** @description What to know about the file; empty where there is nothing to say. */
             warnings: components["schemas"]["GearWarning"][];
         };
@@ -5254,6 +5471,8 @@ export interface components {
             node_count: number;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
+            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            decided_by?: string;
             /**
              * @description The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
              *     in full.
@@ -5284,6 +5503,8 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
+            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
             /**
@@ -5291,6 +5512,11 @@ export interface components {
              *     nodes for a new fit.
              */
             spec: components["schemas"]["FitSpec"];
+            /**
+             * @description Slopes, crownings and twist; absent where `axes` do not tell u, v and z, and of fits from
+             *     before there were any.
+             */
+            figures?: components["schemas"]["FitFigures"];
             result: components["schemas"]["FitResult"];
         };
         /** @description An iteration request as a form (`multipart/form-data`). */
@@ -5374,6 +5600,13 @@ export interface components {
             operator?: string;
             /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
+        };
+        /** @description Some iterations of a job, by number. */
+        IterationPage: {
+            /** @description The iterations of this page. */
+            items: components["schemas"]["IterationSummary"][];
+            /** @description Where the next page begins; absent on the last one. */
+            next_cursor?: string;
         };
         /**
          * @description What is done with the gear.
@@ -5460,6 +5693,48 @@ export interface components {
             note?: string;
             nodes: components["schemas"]["Nodes"];
         };
+        /** @description An iteration with the fit that stands. */
+        IterationSummary: {
+            /** @description The flank that was measured. */
+            flank?: components["schemas"]["FlankSide"];
+            /**
+             * @description The tooth that was measured, as on traces: its number from 1, or a name.
+             * @example 1
+             */
+            tooth?: string;
+            /** @description What the axes of the nodes mean. */
+            axes?: components["schemas"]["Axes"];
+            /**
+             * Format: int32
+             * @description 1, 2, 3 … within the job.
+             */
+            number: number;
+            /**
+             * Format: uuid
+             * @description UUIDv7.
+             */
+            id: string;
+            /**
+             * Format: date-time
+             * @description When the nodes were measured, as it was posted.
+             */
+            measured_at?: string;
+            /** @description What they were measured with. */
+            instrument?: string;
+            /** @description Who measured them. */
+            operator?: string;
+            /**
+             * Format: date-time
+             * @description When it was stored.
+             */
+            created_at: string;
+            /** @description The latest decision; absent before the first. */
+            decision?: components["schemas"]["DecisionName"];
+            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            decided_by?: string;
+            /** @description The fit that stands. */
+            chosen_fit: components["schemas"]["FitSummary"];
+        };
         /** @description James–Stein: T + c (Â − T) with a factor c that the data give. */
         JamesSteinRegularization: {
             /**
@@ -5504,6 +5779,8 @@ export interface components {
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
+            /** @description What its flanks must be like. */
+            requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
                 [key: string]: string;
@@ -5597,7 +5874,7 @@ export interface components {
          * @description A field that a job need not have.
          * @enum {string}
          */
-        JobOptionalField: "part_number" | "serial_number" | "machine" | "gear";
+        JobOptionalField: "part_number" | "serial_number" | "machine" | "gear" | "requirements";
         /** @description Some jobs, in the order that was asked for. */
         JobPage: {
             /** @description The jobs of this page. */
@@ -5628,6 +5905,11 @@ export interface components {
             machine?: string;
             /** @description The new gear, which replaces the old one as a whole. */
             gear?: components["schemas"]["Gear"];
+            /**
+             * @description The new requirements, which replace the old ones as a whole. What was answered before keeps
+             *     what it was held against.
+             */
+            requirements?: components["schemas"]["Requirements"];
             /** @description The new tags, which replace the old ones as a whole; `{}` leaves none. */
             tags?: {
                 [key: string]: string;
@@ -5638,7 +5920,10 @@ export interface components {
              */
             clear?: components["schemas"]["JobOptionalField"][];
         };
-        /** @description What is kept with an iteration: a curve, a surface, deviations, an evaluation or a correction. */
+        /**
+         * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches or a
+         *     correction.
+         */
         JobRecord: {
             /**
              * Format: uuid
@@ -5653,14 +5938,19 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
+            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
+            by?: string;
             /**
-             * @description Of deviations, evaluations and corrections: the gear that the job had then. It may be
-             *     changed later, and a `gear` of the request goes before it.
+             * @description Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
+             *     be changed later, and a `gear` of the request goes before it.
              */
             gear?: components["schemas"]["Gear"];
             /**
              * @description The request as it was posted. Where it has no points or nodes of its own, those of the
-             *     iteration were taken.
+             *     iteration were taken. Of an import `file` (its name), `file_sha256`, `file_bytes` and
+             *     `spec`; of an imported evaluation also `gear`, `traces` (all of the file, with the signs of
+             *     DIN) and `evaluation`, with which `POST /v1/gears/evaluate` answers the same; of imported
+             *     pitches likewise what `POST /v1/gears/pitch` takes.
              */
             request: Record<string, never>;
             /**
@@ -5726,6 +6016,78 @@ export interface components {
             second_derivative: components["schemas"]["Worst"];
             /** @description Jump of a principal curvature; left out where there are none. */
             curvature?: components["schemas"]["Worst"];
+        };
+        /**
+         * @description A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
+         *     `[place, µm]`, straight between them, of deviations from the unmodified flank, transverse and
+         *     positive where material stands out. Each trace may be shifted as a whole, since measuring
+         *     machines zero each by itself.
+         * @example {
+         *       "kind": "profile",
+         *       "lower": [
+         *         [
+         *           50.4,
+         *           -8
+         *         ],
+         *         [
+         *           53,
+         *           -4
+         *         ],
+         *         [
+         *           54,
+         *           -14
+         *         ]
+         *       ],
+         *       "profile_axis": "diameter",
+         *       "upper": [
+         *         [
+         *           50.4,
+         *           2
+         *         ],
+         *         [
+         *           53.5,
+         *           2
+         *         ],
+         *         [
+         *           54,
+         *           -4
+         *         ]
+         *       ]
+         *     }
+         */
+        KBand: {
+            /** @description Of which traces it is. */
+            kind: components["schemas"]["TraceKind"];
+            /** @description Of which flank; of both where it is left out. */
+            flank?: components["schemas"]["FlankSide"];
+            /** @description What places of profiles are. Default `roll_length`. Those of helices are z in mm. */
+            profile_axis?: components["schemas"]["ProfileAxis"];
+            /** @description At least two points, places ascending; beyond its ends it says nothing. */
+            upper: number[][];
+            /** @description The same; nowhere above the upper line. */
+            lower: number[][];
+        };
+        /** @description A trace in a band. */
+        KBandFinding: {
+            /** @description Which of the bands of `evaluation`, from 0. */
+            band: number;
+            /**
+             * @description Whether some shift of the whole trace takes all its samples into the band; left out where it
+             *     would, but more than 1/20 of the band in one stretch is without samples.
+             */
+            within?: boolean;
+            /**
+             * Format: double
+             * @description How far the trace can be shifted within the band; below 0 by how much it is too high for it.
+             */
+            room_um: number;
+            /**
+             * Format: double
+             * @description What takes the trace to the middle of that, positive towards where material stands out.
+             */
+            shift_um: number;
+            /** @description Where the trace is nearest to the upper and to the lower line: roll lengths, or z of helices. */
+            nearest_mm: number[];
         };
         /** @description A correction and its answer. */
         KeptCorrection: {
@@ -6076,6 +6438,8 @@ export interface components {
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
+            /** @description What its flanks must be like. */
+            requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
                 [key: string]: string;
@@ -6130,6 +6494,14 @@ export interface components {
              *     infinite.
              */
             condition?: number;
+            /** @description Slopes, crownings and twist by that fit; absent where it tells none. */
+            figures?: components["schemas"]["ShortFigures"];
+            /**
+             * Format: int32
+             * @description The class of ISO 1328-1, 1 to 11, that the evaluation found that was kept last; absent where
+             *     it found none, or something beyond 11.
+             */
+            class?: number;
         };
         /**
          * @description Huber's is convex; the others give far nodes no weight at all and may have several local
@@ -6580,6 +6952,8 @@ export interface components {
             machine?: string;
             /** @description What corrections and evaluations of the job's iterations refer to. */
             gear?: components["schemas"]["Gear"];
+            /** @description What its flanks must be like. */
+            requirements?: components["schemas"]["Requirements"];
             /** @description At most 50, for finding the job again. */
             tags?: {
                 [key: string]: string;
@@ -7151,7 +7525,8 @@ export interface components {
          *     order of counting; `null` where a tooth was not measured.
          */
         PitchRequest: {
-            gear: components["schemas"]["Gear"];
+            /** @description May be left out where the pitches belong to a job that has it. */
+            gear?: components["schemas"]["Gear"];
             left?: components["schemas"]["PitchMeasured"];
             right?: components["schemas"]["PitchMeasured"];
             /**
@@ -7920,7 +8295,7 @@ export interface components {
          * @description What a record is.
          * @enum {string}
          */
-        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "correction";
+        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction";
         /** @description Some records of an iteration, oldest first. */
         RecordPage: {
             /** @description The records of this page. */
@@ -7943,6 +8318,8 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
+            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
+            by?: string;
         };
         /** @description A fit request without nodes: the stored ones are fitted again. */
         RefitRequest: {
@@ -8212,6 +8589,60 @@ export interface components {
              *     `representative_misaligned` says that much of the error stays.
              */
             alignment: number;
+        };
+        /**
+         * @description What the flanks of a job must be like. Evaluations of its iterations are held against it unless
+         *     they bring limits or bands of their own; what was answered keeps what it was held against.
+         * @example {
+         *       "k_bands": [
+         *         {
+         *           "kind": "helix",
+         *           "lower": [
+         *             [
+         *               0,
+         *               -10
+         *             ],
+         *             [
+         *               7.5,
+         *               -3
+         *             ],
+         *             [
+         *               15,
+         *               -10
+         *             ]
+         *           ],
+         *           "upper": [
+         *             [
+         *               0,
+         *               2
+         *             ],
+         *             [
+         *               15,
+         *               2
+         *             ]
+         *           ]
+         *         }
+         *       ],
+         *       "tolerance_limits": {
+         *         "class": 6,
+         *         "left": {
+         *           "helix_slope_um": [
+         *             -6,
+         *             2
+         *           ]
+         *         },
+         *         "profile_crowning_um": [
+         *           2,
+         *           8
+         *         ]
+         *       }
+         *     }
+         */
+        Requirements: {
+            /** @description Class and limits of figures. */
+            tolerance_limits?: components["schemas"]["ToleranceLimits"];
+            /** @description Bands that traces must lie in; at most 20. */
+            k_bands?: components["schemas"]["KBand"][];
         };
         /** @description The scale of residuals, found anew in each iteration; default `mad_0_6745`. */
         ResidualScale: {
@@ -8746,6 +9177,36 @@ export interface components {
             increment?: number;
             /** @description Whether the setting stays as it is; without the others then. */
             fixed?: boolean;
+        };
+        /** @description Figures of a flank without what is known of their errors, in µm. */
+        ShortFigures: {
+            /**
+             * Format: double
+             * @description Positive where material grows towards the tip.
+             */
+            profile_slope_um?: number;
+            /**
+             * Format: double
+             * @description Positive where the helix deviates towards the right hand.
+             */
+            helix_slope_um?: number;
+            /**
+             * Format: double
+             * @description Positive where material stands out half-way between root and tip.
+             */
+            profile_crowning_um?: number;
+            /**
+             * Format: double
+             * @description Positive where material stands out half-way between the ends.
+             */
+            helix_crowning_um?: number;
+            /**
+             * Format: double
+             * @description 4 c_uv, in the sign of helix slopes.
+             */
+            twist_um?: number;
+            /** @description Whether all of them lie within their limits; absent where none has some. */
+            within?: boolean;
         };
         /**
          * @description Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
@@ -9567,20 +10028,26 @@ export interface components {
             type: "tip_relief";
         };
         /**
-         * @description What figures must lie within, `[low, high]` in µm and in the sign in which they are answered.
-         *     Each figure that has limits is answered with its conformity.
+         * @description What figures must lie within, `[low, high]` in µm and in the sign in which they are
+         *     answered. Each figure that has limits is answered with whether it lies within, and with its
+         *     conformity where it has an interval.
          */
         ToleranceLimits: {
             /**
              * Format: int32
-             * @description Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes that no limits are given
-             *     for here (the standard has none of crownings and twist). Over a part of the evaluation range
-             *     or of the face width a slope has that share of them.
+             * @description Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes, and of traces the
+             *     forms and totals, that no limits are given for here (the standard has none of crownings
+             *     and twist). Over a part of the evaluation range or of the face width a slope has that
+             *     share of them.
              */
             class?: number;
+            /** @description Of left flanks: each limit here goes before the one for both. */
+            left?: components["schemas"]["FlankLimits"];
+            /** @description Of right flanks, likewise. */
+            right?: components["schemas"]["FlankLimits"];
             /**
-             * @description Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces have their
-             *     share of it.
+             * @description Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces
+             *     have their share of it.
              */
             profile_slope_um?: number[];
             /** @description Of f_Hβ, likewise. */
@@ -9591,6 +10058,14 @@ export interface components {
             helix_crowning_um?: number[];
             /** @description Of the twist of surfaces. */
             twist_um?: number[];
+            /** @description Of f_fα of traces. */
+            profile_form_um?: number[];
+            /** @description Of f_fβ of traces. */
+            helix_form_um?: number[];
+            /** @description Of F_α of traces. */
+            profile_total_um?: number[];
+            /** @description Of F_β of traces. */
+            helix_total_um?: number[];
         };
         /**
          * @description Which tolerances decide the class.
@@ -9868,6 +10343,8 @@ export interface components {
              * @description The fit that stood from then on.
              */
             fit_id: string;
+            /** @description Who chose it: the actor of the caller; absent where no key was asked for. */
+            by?: string;
             /** @description Why it was chosen, as it was posted. */
             reason?: string;
             /**
@@ -9879,6 +10356,8 @@ export interface components {
         /** @description That something was decided. */
         TracedDecision: {
             decision: components["schemas"]["DecisionName"];
+            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            by?: string;
             /** @description Why it was decided so, as it was posted. */
             reason?: string;
             /**
@@ -9896,6 +10375,11 @@ export interface components {
             id: string;
             /** @description Whether this fit stands. */
             chosen: boolean;
+            /**
+             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
+             *     for.
+             */
+            chosen_by?: string;
             /**
              * Format: double
              * @description The λ* of the fit; left out without regularisation.
@@ -9939,10 +10423,17 @@ export interface components {
              */
             max_abs?: number;
             /**
+             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
+             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+             */
+            figures?: components["schemas"]["FitFigures"];
+            /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
+            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
             /** @description In the order of the fit's answer; none where the job was purged. */
@@ -9976,6 +10467,10 @@ export interface components {
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
+            /** @description What they were measured with. */
+            instrument?: string;
+            /** @description Who measured them. */
+            operator?: string;
             /**
              * Format: date-time
              * @description When it was stored.
@@ -13460,6 +13955,8 @@ export interface operations {
                 machine?: string;
                 /** @description The whole part number. */
                 part_number?: string;
+                /** @description The class that the evaluation found that was kept last. */
+                class?: number;
                 /** @description The name of a tag, whatever its value, or `name:value`. */
                 tag?: string;
                 /** @description Changed at this time (`changed_at`) or later. */
@@ -14971,6 +15468,256 @@ export interface operations {
                 };
             };
             /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_iterations: {
+        parameters: {
+            query?: {
+                /** @description Most items on a page. */
+                limit?: number;
+                /** @description `next_cursor` of the page before. */
+                cursor?: string;
+            };
+            header?: never;
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Some iterations, and where the next page begins. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["IterationPage"];
+                };
+            };
+            /** @description No API key was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The limit or the cursor is not one. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18702,7 +19449,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The gears, and what they lack. */
+            /** @description The gears and what they lack, traces and values. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20147,7 +20894,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Slopes, forms and totals in the order of the traces, means, twists and classes. */
+            /** @description Slopes, forms and totals in the order of the traces, means, twists and classes. As quality data a characteristic for each figure, in µm. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20156,6 +20903,7 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["GearEvaluation"];
+                    "application/x-q-das-dfq": string;
                 };
             };
             /** @description The body or its compression cannot be read; `detail` says where. */
@@ -20436,7 +21184,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Single, cumulative and sector pitch deviations, run-out and classes. */
+            /** @description Single, cumulative and sector pitch deviations, run-out and classes. As quality data a characteristic for each figure, in µm. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20445,6 +21193,7 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["PitchEvaluation"];
+                    "application/x-q-das-dfq": string;
                 };
             };
             /** @description The body or its compression cannot be read; `detail` says where. */
@@ -21688,6 +22437,372 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["JobRecord"];
+                    "application/x-q-das-dfq": string;
+                };
+            };
+            /** @description The body or its compression cannot be read; `detail` says where. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body did not arrive in time. */
+            408: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_timeout",
+                     *       "detail": "The body did not arrive within 30 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 408,
+                     *       "title": "The request body took too long",
+                     *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The first request with this idempotency key is still running. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is too large (counted after decompression). */
+            413: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_too_large",
+                     *       "detail": "The body has more than 268435456 bytes.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 413,
+                     *       "title": "The request body is too large",
+                     *       "type": "urn:flankfit:problem:body_too_large"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The media type or the compression is not supported. */
+            415: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unsupported_media_type",
+                     *       "detail": "The media type is text/plain; send application/json.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 415,
+                     *       "title": "The media type is not supported",
+                     *       "type": "urn:flankfit:problem:unsupported_media_type"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_iteration_pitch: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The same key and body answers the first response again. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+                /** @description The iteration, by its number within the job: 1, 2, 3 … */
+                number: number;
+            };
+            cookie?: never;
+        };
+        /** @description Where the flanks are; the gear is that of the job where the request has none. */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["PitchRequest"];
+            };
+        };
+        responses: {
+            /** @description What `POST /v1/gears/pitch` answers, kept. */
+            201: {
+                headers: {
+                    /** @description `true` where this is the first answer to the same key, given again. */
+                    "Idempotency-Replayed"?: string;
+                    /** @description Where the record is. */
+                    Location?: string;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobRecord"];
+                    "application/x-q-das-dfq": string;
                 };
             };
             /** @description The body or its compression cannot be read; `detail` says where. */
@@ -24016,7 +25131,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The record. */
+            /** @description The record. As quality data, which evaluations and pitches have, a characteristic for each figure, in µm. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24025,6 +25140,7 @@ export interface operations {
                 };
                 content: {
                     "application/json": components["schemas"]["JobRecord"];
+                    "application/x-q-das-dfq": string;
                 };
             };
             /** @description No API key was sent, or one that cannot be used. */

@@ -13,6 +13,7 @@ import { Failure } from "./states.js";
 import { notify } from "./toast.js";
 
 /** @typedef {import("../api/client.js").Schema<"EvaluateGear">} EvaluateGear */
+/** @typedef {import("../api/client.js").Schema<"JobRecord">} JobRecord */
 /** @typedef {import("../api/client.js").Schema<"EvaluationSettings">} EvaluationSettings */
 
 export const CLASSES = Array.from({ length: 11 }, (_, i) => String(i + 1));
@@ -71,7 +72,7 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
       attempt.done();
       forget();
       notify(t.done);
-      onDone(data.id);
+      onDone(/** @type {JobRecord} */ (data).id);
     } catch (failed) {
       setError(failed);
     } finally {

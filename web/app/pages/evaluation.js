@@ -69,10 +69,10 @@ function Evaluations({ job, number, news }) {
             lines: 12,
             children: (data) =>
               h(Evaluation, {
-                key: data.id,
+                key: id,
                 job,
                 number,
-                record: data,
+                record: /** @type {JobRecord} */ (data),
                 choice,
                 onDone: (next) => {
                   setQuery({ record: next }, { step: true });

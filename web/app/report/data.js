@@ -90,12 +90,13 @@ async function tell(job, traced, own, signal) {
 
 /** @param {Job} job @param {number} number @param {string} record_id @param {AbortSignal} signal @returns {Promise<Evaluated>} */
 async function evaluatedOf(job, number, record_id, signal) {
-  const { data: record } = await answer(
+  const { data } = await answer(
     api.GET("/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", {
       signal,
       params: { path: { job_id: job.id, number, record_id } },
     }),
   );
+  const record = /** @type {JobRecord} */ (data);
   const result = /** @type {GearEvaluation} */ (/** @type {unknown} */ (record.result));
   const request = /** @type {Partial<EvaluateGear>} */ (record.request);
   const gear = request.gear ?? record.gear ?? job.gear ?? undefined;

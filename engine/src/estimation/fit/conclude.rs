@@ -93,6 +93,7 @@ pub(super) fn conclude_with(
     let perturbation = solved.perturbation(spectrum.condition, applied.after.take(), &mut warnings);
     let correct_digits = solved.correct_digits(&applied, &mut warnings);
     let (covariance, predictions) = solved.forms(&applied, &mut warnings);
+    let sums = solved.sums(&applied);
     let influence = solved.influence(&applied, &mut warnings);
     let shape = solved.shape(&applied, &mut warnings);
     let estimable = solved.estimable(&applied);
@@ -115,6 +116,7 @@ pub(super) fn conclude_with(
         constraints: applied.constraints,
         covariance,
         predictions,
+        sums,
         influence,
         selection: None,
         shape,

@@ -182,7 +182,7 @@ impl Forms<'_> {
         Some([self.least_squares(&estimated.form) + sigma * aside, sigma * deviation])
     }
 
-    fn along<'a>(&'a self, form: &'a Form) -> LinearForm<'a> {
+    pub(super) fn along<'a>(&'a self, form: &'a Form) -> LinearForm<'a> {
         // what standardised columns leave unpenalised is the rest of the form
         let (constant, variance) = match &self.columns.constant {
             None => (0.0, 0.0),

@@ -16,6 +16,7 @@ mod predict;
 mod run;
 mod serial_correlation;
 mod shape;
+mod sums;
 
 pub(crate) use conclude::report;
 pub use cost::is_short;

@@ -20,6 +20,7 @@ use super::{
     selection::Selection,
     shape::Shape,
     spectrum::SpectrumReport,
+    sums::WeightedSum,
     term::Coefficient,
     warning::Warning,
 };
@@ -70,6 +71,9 @@ pub struct FitResult {
     pub covariance: Option<Covariance>,
     /// Present when heights were asked for at places.
     pub predictions: Option<Predictions>,
+    /// Present when sums were asked for and the nodes determine the coefficients; a sum that double
+    /// precision does not hold is `None`.
+    pub sums: Option<Vec<Option<WeightedSum>>>,
     /// Present when `influence` was included and the nodes determine the coefficients.
     pub influence: Option<Influence>,
     /// Present when the model was chosen out of several.

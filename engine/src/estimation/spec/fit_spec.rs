@@ -14,6 +14,7 @@ use super::{
     prior::{Earlier, Prior},
     regularization::Regularization,
     select::Select,
+    sums::WeightedSums,
 };
 
 /// Level of confidence intervals where none is given.
@@ -75,6 +76,8 @@ pub struct FitSpec {
     pub constraints: Vec<Constraint>,
     /// Heights and bands at places of the domain.
     pub predict: Option<Predict>,
+    /// Sums over the fitted curve or surface.
+    pub sums: Option<WeightedSums>,
     /// Which of several models is fitted, in place of `model` alone.
     pub select: Option<Select>,
     /// Which nodes blocked cross-validation leaves out together.
@@ -105,6 +108,7 @@ impl FitSpec {
             prior: None,
             constraints: Vec::new(),
             predict: None,
+            sums: None,
             select: None,
             folds: None,
             include: Include::default(),

@@ -20,6 +20,7 @@ mod representative;
 mod scheme;
 mod select;
 mod shrinkage;
+mod sums;
 mod tikhonov;
 
 pub use constraint::{Constraint, ConstraintKind};
@@ -41,4 +42,5 @@ pub use representative::{Piece, PieceOf, Representative};
 pub use scheme::Scheme;
 pub use select::{Candidates, ModelCriterion, Select, TermSearch};
 pub use shrinkage::{Attraction, JamesStein, ShrinkageFactor};
+pub use sums::WeightedSums;
 pub use tikhonov::{HIGHEST_ORDER, Tikhonov};

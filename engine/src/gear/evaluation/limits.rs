@@ -8,7 +8,7 @@ use crate::{
     },
     fault::Faults,
     gear::{
-        Kind,
+        Gear, Kind, Side,
         tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Rounding, Tolerances},
     },
 };
@@ -16,7 +16,8 @@ use crate::{
 /// Limits of the figures, µm, in the sign that they are answered in; ascending.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToleranceLimits {
-    /// The class of ISO 1328-1 whose tolerances bound the slopes that no limits are given for.
+    /// The class of ISO 1328-1 whose tolerances bound slopes, forms and totals that no limits are
+    /// given for.
     pub class: Option<u8>,
     /// Of f_Hα.
     pub profile_slope: Option<[f64; 2]>,
@@ -28,6 +29,69 @@ pub struct ToleranceLimits {
     pub helix_crowning: Option<[f64; 2]>,
     /// Of the twist of a surface.
     pub twist: Option<[f64; 2]>,
+    /// Of f_fα.
+    pub profile_form: Option<[f64; 2]>,
+    /// Of f_fβ.
+    pub helix_form: Option<[f64; 2]>,
+    /// Of F_α.
+    pub profile_total: Option<[f64; 2]>,
+    /// Of F_β.
+    pub helix_total: Option<[f64; 2]>,
+}
+
+/// Limits of the figures of left and right flanks.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct SidedLimits {
+    /// Of left flanks.
+    pub left: ToleranceLimits,
+    /// Of right flanks.
+    pub right: ToleranceLimits,
+}
+
+impl From<ToleranceLimits> for SidedLimits {
+    /// The same of both flanks.
+    fn from(limits: ToleranceLimits) -> Self {
+        SidedLimits { left: limits, right: limits }
+    }
+}
+
+impl SidedLimits {
+    /// Those of a flank.
+    pub fn of(&self, side: Side) -> &ToleranceLimits {
+        match side {
+            Side::Left => &self.left,
+            Side::Right => &self.right,
+        }
+    }
+
+    /// What is wrong with them, each fault once.
+    pub(super) fn check(
+        &self,
+        tolerances: &Result<Tolerances, OutOfScope>,
+        helix: bool,
+    ) -> Faults<ToleranceField, ToleranceReason> {
+        let left = self.left.check(tolerances, helix);
+        if left.is_empty() { self.right.check(tolerances, helix) } else { left }
+    }
+}
+
+/// The limits that a trace was held against, µm; `None` where there are none, or where the trace
+/// does not tell enough to be held against them.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TraceLimits {
+    /// Of f_H.
+    pub slope: Option<[f64; 2]>,
+    /// Of f_f.
+    pub form: Option<[f64; 2]>,
+    /// Of F.
+    pub total: Option<[f64; 2]>,
+    /// Of C.
+    pub crowning: Option<[f64; 2]>,
+}
+
+/// Whether a figure lies within its limits, as it was estimated.
+pub fn within(value: f64, limits: Option<[f64; 2]>) -> Option<bool> {
+    limits.map(|[low, high]| low <= value && value <= high)
 }
 
 /// A figure's confidence interval, and whether it conforms.
@@ -66,6 +130,10 @@ impl ToleranceLimits {
             (ToleranceField::ProfileCrowning, self.profile_crowning),
             (ToleranceField::HelixCrowning, self.helix_crowning),
             (ToleranceField::Twist, self.twist),
+            (ToleranceField::ProfileForm, self.profile_form),
+            (ToleranceField::HelixForm, self.helix_form),
+            (ToleranceField::ProfileTotal, self.profile_total),
+            (ToleranceField::HelixTotal, self.helix_total),
         ];
         for (field, limits) in told {
             if let Some([low, high]) = limits.filter(|[low, high]| !(low < high)) {
@@ -88,6 +156,12 @@ impl ToleranceLimits {
         faults
     }
 
+    /// Why the class gives no limits on this gear, where one is asked for and gives none.
+    pub fn class_refused(&self, gear: &Gear, helix: bool) -> Option<ToleranceReason> {
+        let faults = self.check(&Tolerances::new(gear), helix);
+        faults.list().iter().find(|fault| fault.field == ToleranceField::Class).map(|fault| fault.reason.clone())
+    }
+
     /// Limits of a slope that were told.
     pub(super) fn slope(&self, kind: Kind) -> Option<[f64; 2]> {
         match kind {
@@ -102,11 +176,34 @@ impl ToleranceLimits {
             Kind::Profile => Characteristic::ProfileSlope,
             Kind::Helix => Characteristic::HelixSlope,
         };
-        let tolerance = match rounding {
+        self.of_class(characteristic, tolerances, rounding).map(|tolerance| [-tolerance, tolerance])
+    }
+
+    fn of_class(&self, characteristic: Characteristic, tolerances: &Tolerances, rounding: Rounding) -> Option<f64> {
+        match rounding {
             Rounding::Rounded => tolerances.rounded(characteristic, self.class?),
             Rounding::Unrounded => tolerances.unrounded(characteristic, self.class?),
+        }
+    }
+
+    /// Limits of a trace: as they were told, else those of the class.
+    pub(super) fn of_trace(&self, kind: Kind, tolerances: Option<&Tolerances>, rounding: Rounding) -> TraceLimits {
+        let [form, total] = match kind {
+            Kind::Profile => [self.profile_form, self.profile_total],
+            Kind::Helix => [self.helix_form, self.helix_total],
         };
-        tolerance.map(|tolerance| [-tolerance, tolerance])
+        let [form_of, total_of] = match kind {
+            Kind::Profile => [Characteristic::ProfileForm, Characteristic::ProfileTotal],
+            Kind::Helix => [Characteristic::HelixForm, Characteristic::HelixTotal],
+        };
+        // neither is ever below 0
+        let of_class = |of| self.of_class(of, tolerances?, rounding).map(|tolerance| [0.0, tolerance]);
+        TraceLimits {
+            slope: self.slope(kind).or_else(|| self.slope_of_class(kind, tolerances?, rounding)),
+            form: form.or_else(|| of_class(form_of)),
+            total: total.or_else(|| of_class(total_of)),
+            crowning: self.crowning(kind),
+        }
     }
 
     /// Limits of a crowning.

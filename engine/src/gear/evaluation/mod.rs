@@ -6,6 +6,7 @@
 //! [`crate::gear::trace::Direction`], answered so). Surfaces are fits of [`crate::estimation`].
 //! Conventions of sign stand in [`settings`].
 
+pub mod band;
 mod classes;
 mod contradiction;
 mod coverage;
@@ -37,7 +38,7 @@ use classes::Classified;
 pub use design::design;
 use fault::{MOST_SAMPLES, SettingFaults, SettingField, SettingReason, TraceFaults, TraceField, TraceReason};
 pub use flank_traces::{FlankTraces, flank_traces};
-pub use limits::{Inference, ToleranceLimits};
+pub use limits::{Inference, SidedLimits, ToleranceLimits, TraceLimits, within};
 pub use outliers::THRESHOLD as OUTLIER_THRESHOLD;
 pub use samples::Samples;
 use settings::{Outliers, Settings, Window};
@@ -90,10 +91,14 @@ pub struct Evaluated {
     pub values: Option<Values>,
     /// `None` where there is no tolerance, or where the trace does not cover the evaluation range.
     pub classes: Option<Classes>,
+    /// What it was held against.
+    pub limits: TraceLimits,
     /// The slope's interval and conformity; `None` where its standard error is not known.
     pub slope: Option<Inference>,
     /// The same of the crowning.
     pub crowning: Option<Inference>,
+    /// Against each of the bands that are its, by their numbers.
+    pub bands: Vec<(usize, band::Found)>,
     /// What stands out of its neighbours as dust does; `None` where nothing does.
     pub suspects: Option<Suspects>,
 }
@@ -179,7 +184,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             }
             _ => None,
         };
-        let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values, assessable, of_class));
+        let limits = subject.limits(assessable, of_class);
+        let [slope, crowning] = values.map_or([None; 2], |values| subject.inferences(&values, &limits));
         traces.push(Evaluated {
             slope,
             crowning,
@@ -192,6 +198,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             samples,
             values,
             classes,
+            limits,
+            bands: band::all(&subject, suspects.as_ref()),
             suspects,
         });
     }
@@ -209,12 +217,9 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             .collect(),
         None => posted.to_vec(),
     };
-    let limits = trace_surface::SurfaceLimits::new(
-        settings,
-        [profile.as_ref(), helix.as_ref()],
-        tolerances.as_ref().ok(),
-        &foreign,
-    );
+    let windows = [profile.as_ref(), helix.as_ref()];
+    let limits = [Side::Left, Side::Right]
+        .map(|side| trace_surface::SurfaceLimits::new(settings, side, windows, tolerances.as_ref().ok(), &foreign));
     let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &limits);
     warnings.extend(more);
     let classified = traces.iter().filter_map(|t| t.classes);

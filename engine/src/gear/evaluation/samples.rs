@@ -45,7 +45,7 @@ pub(super) struct Taken {
 
 /// The defined samples in ascending order, and how many there were.
 pub(super) fn defined(subject: &Subject) -> (Vec<Sample>, Samples) {
-    let (trace, window, scale) = (subject.trace, subject.window, subject.scale());
+    let (trace, window, scale) = (subject.trace, subject.window, subject.to_material());
     let mut samples =
         Samples { posted: trace.at.len(), undefined: 0, used: 0, undefined_in_range: 0, excluded: 0, zone: 0 };
     let (middle, half) = (0.5 * (window.low + window.high), 0.5 * window.length());

@@ -7,8 +7,9 @@ use super::super::{
     trace::{Direction, Kind},
 };
 use super::{
+    band::Band,
     fault::{SettingFaults, SettingField, SettingReason},
-    limits::ToleranceLimits,
+    limits::SidedLimits,
 };
 use crate::estimation::spec::DEFAULT_LEVEL;
 
@@ -202,7 +203,9 @@ pub struct Settings {
     /// Level of confidence intervals, between 0.5 and 1.
     pub level: f64,
     /// What figures are told to conform to.
-    pub limits: ToleranceLimits,
+    pub limits: SidedLimits,
+    /// Bands that traces must lie in (K-charts).
+    pub bands: Vec<Band>,
 }
 
 impl Default for Settings {
@@ -217,7 +220,8 @@ impl Default for Settings {
             outliers: Outliers::default(),
             traces_share_zero: false,
             level: DEFAULT_LEVEL,
-            limits: ToleranceLimits::default(),
+            limits: SidedLimits::default(),
+            bands: Vec::new(),
         }
     }
 }

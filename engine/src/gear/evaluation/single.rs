@@ -89,7 +89,7 @@ impl Subject<'_> {
         };
         let [form, form_plus_material] = peak_to_valley(taken, window.plus_material.in_form(), about);
         let [total, total_plus_material] = peak_to_valley(taken, window.plus_material.in_total(), |_, d| d);
-        let as_given = 1.0 / self.scale();
+        let as_given = 1.0 / self.to_material();
         Values {
             line: [-1.0, 1.0].map(|u| as_given * mean.line(u)),
             parabola: [-1.0, 0.0, 1.0].map(|u| as_given * mean.parabola(u)),

@@ -1,7 +1,7 @@
 //! A trace that is to be evaluated.
 
 use super::{
-    limits::Inference,
+    limits::{Inference, TraceLimits},
     noise::EstimatedVariance,
     settings::{Settings, Window},
     values::{Assessable, Values},
@@ -21,35 +21,39 @@ pub(super) struct Subject<'a> {
 }
 
 impl Subject<'_> {
-    /// By what deviations as they were given are multiplied: material positive, transverse.
-    pub(super) fn scale(&self) -> f64 {
-        self.settings.given.to_material(self.trace.kind, self.trace.side)
-            * match self.settings.direction {
+    /// What the trace is held against, by the tolerances of a class where they speak about it.
+    /// Where the range is not measured to its ends nothing conforms, and over a hole a form may be
+    /// anything.
+    pub(super) fn limits(&self, assessable: Assessable, tolerances: Option<&Tolerances>) -> TraceLimits {
+        let settings = self.settings;
+        let limits = settings.limits.of(self.trace.side).of_trace(self.trace.kind, tolerances, settings.rounding);
+        match assessable {
+            Assessable::Everything => limits,
+            Assessable::Slope => TraceLimits { form: None, total: None, ..limits },
+            Assessable::Figures | Assessable::Nothing => TraceLimits::default(),
+        }
+    }
+
+    /// Intervals of slope and crowning, and whether they conform.
+    pub(super) fn inferences(&self, values: &Values, limits: &TraceLimits) -> [Option<Inference>; 2] {
+        let inference = |value: f64, std_error: Option<f64>, limits: Option<[f64; 2]>| {
+            let variance = EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom? };
+            Some(Inference::new(&variance.about(value), self.settings.level, limits))
+        };
+        [
+            inference(values.slope, values.slope_std_error, limits.slope),
+            inference(values.crowning, values.crowning_std_error, limits.crowning),
+        ]
+    }
+
+    /// What a posted deviation is multiplied with to be one of material, transverse.
+    pub(super) fn to_material(&self) -> f64 {
+        let settings = self.settings;
+        settings.given.to_material(self.trace.kind, self.trace.side)
+            * match settings.direction {
                 Direction::Transverse => 1.0,
                 Direction::Normal => 1.0 / self.gear.base_helix_angle().cos(),
             }
-    }
-
-    /// Intervals of slope and crowning, and whether they conform; by the tolerances of a class
-    /// where they speak about the trace.
-    pub(super) fn inferences(
-        &self,
-        values: &Values,
-        assessable: Assessable,
-        tolerances: Option<&Tolerances>,
-    ) -> [Option<Inference>; 2] {
-        let (settings, kind) = (self.settings, self.trace.kind);
-        let of_class = || settings.limits.slope_of_class(kind, tolerances?, settings.rounding);
-        let inference = |value: f64, std_error: Option<f64>, limits: Option<[f64; 2]>| {
-            let variance = EstimatedVariance { value: std_error?.powi(2), freedom: values.freedom? };
-            // where the range is not measured to its ends nothing conforms
-            let limits = limits.filter(|_| matches!(assessable, Assessable::Slope | Assessable::Everything));
-            Some(Inference::new(&variance.about(value), settings.level, limits))
-        };
-        [
-            inference(values.slope, values.slope_std_error, settings.limits.slope(kind).or_else(of_class)),
-            inference(values.crowning, values.crowning_std_error, settings.limits.crowning(kind)),
-        ]
     }
 
     /// A warning about this trace.

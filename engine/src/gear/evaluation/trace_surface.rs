@@ -90,14 +90,15 @@ impl SurfaceLimits {
     /// `foreign` says whose slopes are extended beyond what tolerances speak of.
     pub(super) fn new(
         settings: &Settings,
+        side: Side,
         windows: [Option<&Window>; 2],
         tolerances: Option<&Tolerances>,
         foreign: &[Option<Warning>; 2],
     ) -> Self {
         let slope = [Kind::Profile, Kind::Helix].map(|kind| {
             let k = usize::from(kind == Kind::Helix);
-            let of_class = || settings.limits.slope_of_class(kind, tolerances?, settings.rounding);
-            let limits = settings.limits.slope(kind).or_else(|| of_class().filter(|_| foreign[k].is_none()));
+            let of_class = || settings.limits.of(side).slope_of_class(kind, tolerances?, settings.rounding);
+            let limits = settings.limits.of(side).slope(kind).or_else(|| of_class().filter(|_| foreign[k].is_none()));
             let reference = windows[k]?.reference;
             limits.map(|limits| limits.map(|limit| limit / reference))
         });
@@ -187,7 +188,7 @@ struct Found {
 
 impl FlankTraces {
     /// `None` where a single trace is all there is: what it tells is its own.
-    fn surface(&self, gear: &Gear, settings: &Settings, limits: &SurfaceLimits) -> Option<Found> {
+    fn surface(&self, gear: &Gear, settings: &Settings, limits: &[SurfaceLimits; 2]) -> Option<Found> {
         if self.each.len() < 2 {
             return None;
         }
@@ -202,9 +203,10 @@ impl FlankTraces {
         let figure = |term: usize, factor: f64| {
             let value = factor * found.coefficients[term]?;
             let about = variances.and_then(|all| all[term]).map(|one| one.about(value / factor).scaled(factor));
-            let inference =
-                |about: Inferred| Inference::new(&about, settings.level, limits.of(term, &frame, &settings.limits));
+            let limits = limits[usize::from(self.side == Side::Right)].of(term, &frame, settings.limits.of(self.side));
+            let inference = |about: Inferred| Inference::new(&about, settings.level, limits);
             Some(Figure {
+                limits,
                 value,
                 std_error: about.map(|about| about.std_error),
                 bias_bound: 0.0,
@@ -288,7 +290,7 @@ pub(super) fn surfaces(
     gear: &Gear,
     posted: &[Posted],
     settings: &Settings,
-    limits: &SurfaceLimits,
+    limits: &[SurfaceLimits; 2],
 ) -> (Vec<TraceSurface>, Vec<Warning>) {
     let flanks = flank_traces(gear, posted, settings);
     let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings, limits)).collect();

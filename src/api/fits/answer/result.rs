@@ -50,7 +50,7 @@ answer! {
         result: FitResult {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
             lambda_curve, ridge_trace, matrix_b, matrix_b_factors, representative, estimable, filtering, prior,
-            constraints, covariance, predictions, influence, selection, shape: _, errors,
+            constraints, covariance, predictions, sums: _, influence, selection, shape: _, errors,
             variance, positions, numerics, warnings,
         },
         shape, input_sha256, spec,

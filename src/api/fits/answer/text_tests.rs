@@ -286,6 +286,21 @@ impl Maker {
         }
     }
 
+    fn spectrum(&mut self) -> SpectrumReport {
+        SpectrumReport {
+            eigenvalues: self.numbers(),
+            condition: self.maybe(),
+            log10_condition: self.maybe(),
+            log10_determinant: self.maybe(),
+            rank: self.below(40),
+            regularized: RegularizedSpectrum {
+                eigenvalues: self.numbers(),
+                condition: self.maybe(),
+                log10_determinant: self.maybe(),
+            },
+        }
+    }
+
     fn result(&mut self) -> FitResult {
         FitResult {
             coefficients: self.list(|m| Coefficient {
@@ -304,18 +319,7 @@ impl Maker {
             }),
             // That of a request or of the nodes, which are finite.
             domain: self.there().then(|| Domain { u: Some([0.5, 1e300]), v: self.there().then_some([-1e-5, 0.0]) }),
-            spectrum: SpectrumReport {
-                eigenvalues: self.numbers(),
-                condition: self.maybe(),
-                log10_condition: self.maybe(),
-                log10_determinant: self.maybe(),
-                rank: self.below(40),
-                regularized: RegularizedSpectrum {
-                    eigenvalues: self.numbers(),
-                    condition: self.maybe(),
-                    log10_determinant: self.maybe(),
-                },
-            },
+            spectrum: self.spectrum(),
             regularization: RegularizationReport {
                 kind: [
                     RegularizationKind::None,
@@ -409,6 +413,7 @@ impl Maker {
             constraints: self.there().then(|| self.constraints()),
             covariance: self.there().then(|| Covariance { coefficients: self.rows(), least_squares: self.rows() }),
             predictions: self.there().then(|| self.predictions()),
+            sums: None,
             shape: None,
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],

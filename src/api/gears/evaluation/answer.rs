@@ -3,7 +3,9 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{conformity::ConformityBody, figures::TraceFiguresBody, request::EvaluationSettingsBody};
+use super::{
+    band::KBandFindingBody, conformity::ConformityBody, figures::TraceFiguresBody, request::EvaluationSettingsBody,
+};
 use crate::api::{
     gears::{notice::NoticeBody, trace::KindName},
     measurand::side::SideName,
@@ -63,13 +65,23 @@ pub struct EvaluatedTraceBody {
     /// both ends of the range.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub slope_conformity: Option<ConformityBody>,
+    /// Whether the slope itself lies within its limits (`tolerance_limits`); there where it has
+    /// some and the samples reach both ends of the range.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub slope_within: Option<bool>,
     /// f_fα or f_fβ: peak to valley about the mean curve. Like the total it has no interval: the
     /// greatest of many deviations is raised by their noise and no sum of them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_um: Option<f64>,
+    /// As that of the slope; over a hole it cannot be told.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub form_within: Option<bool>,
     /// F_α or F_β: peak to valley about the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub total_um: Option<f64>,
+    /// As that of the form.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub total_within: Option<bool>,
     /// Of the mean parabola over its chord; positive where material stands out in the middle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub crowning_um: Option<f64>,
@@ -98,6 +110,12 @@ pub struct EvaluatedTraceBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 3, max_items = 3)]
     pub mean_parabola_um: Option<[f64; 3]>,
+    /// As that of the slope.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub crowning_within: Option<bool>,
+    /// The bands that the trace must lie in (`k_bands`), and whether it does.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub k_bands: Vec<KBandFindingBody>,
     /// By how much material beyond the evaluation range raised the form.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub form_plus_material_um: Option<f64>,

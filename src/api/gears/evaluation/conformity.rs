@@ -3,55 +3,169 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
+use crate::api::faults::Faults;
 use flankfit_engine::{
     estimation::inference::{Conformity, Decision},
-    gear::evaluation::ToleranceLimits,
+    gear::{
+        Side,
+        evaluation::{SidedLimits, ToleranceLimits, fault::ToleranceReason},
+        tolerance::{COARSEST, FINEST},
+    },
 };
 
-/// What figures must lie within, `[low, high]` in µm and in the sign in which they are answered.
-/// Each figure that has limits is answered with its conformity.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
-#[serde(deny_unknown_fields)]
-#[schema(as = ToleranceLimits)]
-pub struct ToleranceLimitsBody {
-    /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes that no limits are given
-    /// for here (the standard has none of crownings and twist). Over a part of the evaluation range
-    /// or of the face width a slope has that share of them.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(minimum = 1, maximum = 11)]
-    pub class: Option<u8>,
-    /// Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces have their
-    /// share of it.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 2, max_items = 2)]
-    pub profile_slope_um: Option<[f64; 2]>,
-    /// Of f_Hβ, likewise.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 2, max_items = 2)]
-    pub helix_slope_um: Option<[f64; 2]>,
-    /// Of C_α.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 2, max_items = 2)]
-    pub profile_crowning_um: Option<[f64; 2]>,
-    /// Of C_β.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 2, max_items = 2)]
-    pub helix_crowning_um: Option<[f64; 2]>,
-    /// Of the twist of surfaces.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 2, max_items = 2)]
-    pub twist_um: Option<[f64; 2]>,
+/// Declares limits of figures, with more members before them.
+macro_rules! limits {
+    ($(#[$doc:meta])* $name:ident { $($(#[$more_doc:meta])* $more:ident: $of:ty,)* }) => {
+        #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+        #[serde(deny_unknown_fields)]
+        $(#[$doc])*
+        pub struct $name {
+            $($(#[$more_doc])* #[serde(default, skip_serializing_if = "Option::is_none")] pub $more: Option<$of>,)*
+            /// Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces
+            /// have their share of it.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub profile_slope_um: Option<[f64; 2]>,
+            /// Of f_Hβ, likewise.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub helix_slope_um: Option<[f64; 2]>,
+            /// Of C_α.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub profile_crowning_um: Option<[f64; 2]>,
+            /// Of C_β.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub helix_crowning_um: Option<[f64; 2]>,
+            /// Of the twist of surfaces.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub twist_um: Option<[f64; 2]>,
+            /// Of f_fα of traces.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub profile_form_um: Option<[f64; 2]>,
+            /// Of f_fβ of traces.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub helix_form_um: Option<[f64; 2]>,
+            /// Of F_α of traces.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub profile_total_um: Option<[f64; 2]>,
+            /// Of F_β of traces.
+            #[serde(default, skip_serializing_if = "Option::is_none")]
+            #[schema(min_items = 2, max_items = 2)]
+            pub helix_total_um: Option<[f64; 2]>,
+        }
+
+        impl From<$name> for ToleranceLimits {
+            /// Without a class.
+            fn from(limits: $name) -> Self {
+                ToleranceLimits {
+                    class: None,
+                    profile_slope: limits.profile_slope_um,
+                    helix_slope: limits.helix_slope_um,
+                    profile_crowning: limits.profile_crowning_um,
+                    helix_crowning: limits.helix_crowning_um,
+                    twist: limits.twist_um,
+                    profile_form: limits.profile_form_um,
+                    helix_form: limits.helix_form_um,
+                    profile_total: limits.profile_total_um,
+                    helix_total: limits.helix_total_um,
+                }
+            }
+        }
+
+        impl $name {
+            /// Refuses limits that do not ascend.
+            fn check_order(&self, at: &str, faults: &mut Faults) {
+                let told = [
+                    ("profile_slope_um", self.profile_slope_um),
+                    ("helix_slope_um", self.helix_slope_um),
+                    ("profile_crowning_um", self.profile_crowning_um),
+                    ("helix_crowning_um", self.helix_crowning_um),
+                    ("twist_um", self.twist_um),
+                    ("profile_form_um", self.profile_form_um),
+                    ("helix_form_um", self.helix_form_um),
+                    ("profile_total_um", self.profile_total_um),
+                    ("helix_total_um", self.helix_total_um),
+                ];
+                for (name, limits) in told {
+                    if let Some(limits) = limits.filter(|[low, high]| !(low < high)) {
+                        faults.push(format!("{at}/{name}"), ToleranceReason::NotAscending(limits).to_string());
+                    }
+                }
+            }
+        }
+    };
 }
 
-impl From<ToleranceLimitsBody> for ToleranceLimits {
-    fn from(limits: ToleranceLimitsBody) -> Self {
+limits! {
+    /// What figures must lie within, `[low, high]` in µm and in the sign in which they are
+    /// answered. Each figure that has limits is answered with whether it lies within, and with its
+    /// conformity where it has an interval.
+    #[schema(as = ToleranceLimits)]
+    ToleranceLimitsBody {
+        /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes, and of traces the
+        /// forms and totals, that no limits are given for here (the standard has none of crownings
+        /// and twist). Over a part of the evaluation range or of the face width a slope has that
+        /// share of them.
+        #[schema(minimum = 1, maximum = 11)]
+        class: u8,
+        /// Of left flanks: each limit here goes before the one for both.
+        left: FlankLimitsBody,
+        /// Of right flanks, likewise.
+        right: FlankLimitsBody,
+    }
+}
+
+limits! {
+    /// What figures of one flank must lie within, `[low, high]` in µm and in the sign in which they
+    /// are answered.
+    #[schema(as = FlankLimits)]
+    FlankLimitsBody {}
+}
+
+impl ToleranceLimitsBody {
+    /// Those of a flank.
+    pub fn of(&self, side: Side) -> ToleranceLimits {
+        let own: ToleranceLimits = match side {
+            Side::Left => self.left,
+            Side::Right => self.right,
+        }
+        .unwrap_or_default()
+        .into();
+        let both = ToleranceLimits::from(*self);
         ToleranceLimits {
-            class: limits.class,
-            profile_slope: limits.profile_slope_um,
-            helix_slope: limits.helix_slope_um,
-            profile_crowning: limits.profile_crowning_um,
-            helix_crowning: limits.helix_crowning_um,
-            twist: limits.twist_um,
+            class: self.class,
+            profile_slope: own.profile_slope.or(both.profile_slope),
+            helix_slope: own.helix_slope.or(both.helix_slope),
+            profile_crowning: own.profile_crowning.or(both.profile_crowning),
+            helix_crowning: own.helix_crowning.or(both.helix_crowning),
+            twist: own.twist.or(both.twist),
+            profile_form: own.profile_form.or(both.profile_form),
+            helix_form: own.helix_form.or(both.helix_form),
+            profile_total: own.profile_total.or(both.profile_total),
+            helix_total: own.helix_total.or(both.helix_total),
+        }
+    }
+
+    pub fn sided(&self) -> SidedLimits {
+        SidedLimits { left: self.of(Side::Left), right: self.of(Side::Right) }
+    }
+
+    /// Refuses what no gear could mend.
+    pub fn check(&self, at: &str, faults: &mut Faults) {
+        if let Some(class) = self.class.filter(|class| !(FINEST..=COARSEST).contains(class)) {
+            faults.push(format!("{at}/class"), ToleranceReason::NoClass(class).to_string());
+        }
+        self.check_order(at, faults);
+        for (name, own) in [("left", self.left), ("right", self.right)] {
+            if let Some(own) = own {
+                own.check_order(&format!("{at}/{name}"), faults);
+            }
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::{
     answer::*,
+    band::KBandFindingBody,
     request::{EvaluateBody, EvaluationSettingsBody},
 };
 use crate::{
@@ -12,6 +13,7 @@ use crate::{
             gear::GearBody,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
+            requirements::RequirementsBody,
         },
         json::{value::read_json, writer},
         problem::Problem,
@@ -19,17 +21,24 @@ use crate::{
     jobs::Measurand,
 };
 use flankfit_engine::gear::{
-    Gear,
+    Gear, Kind,
     evaluation::{
-        self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist,
+        self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist, Values,
+        within,
     },
     tolerance::Class,
 };
 
 /// Evaluates the traces of a request; `own` is the gear of the job and `of` what the iteration that
-/// they belong to measured. Processor work.
-pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
-    let body: EvaluateBody = read_json(text)?;
+/// they belong to measured. Where the request has no limits or bands, those that the job requires
+/// are taken. Processor work.
+pub fn build(
+    text: &[u8],
+    own: Option<&Gear>,
+    of: Option<&Measurand>,
+    required: Option<RequirementsBody>,
+) -> Result<Built, Problem> {
+    let mut body: EvaluateBody = read_json(text)?;
     let posted = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
     let Some(gear) = posted.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
@@ -45,10 +54,17 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
         .zip(&read.designs)
         .map(|(trace, design)| Posted { trace, design: design.as_deref() })
         .collect();
-    let evaluation = evaluation::evaluate(gear, &posted, &body.evaluation.settings())
-        .map_err(|faults| Problem::invalid(body.placed(&faults)))?;
+    let mut notices = Vec::new();
+    if let Some(required) = required {
+        let helix = read.traces.iter().any(|trace| trace.kind == Kind::Helix);
+        notices = required.fill(&mut body.evaluation, gear, helix);
+    }
+    let settings = body.evaluation.settings_on(gear).map_err(Problem::invalid)?;
+    let evaluation =
+        evaluation::evaluate(gear, &posted, &settings).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     let explicit = body.evaluation.explicit(&evaluation);
     let mut answer = EvaluationBody::new(evaluation, explicit);
+    answer.warnings.extend(notices);
     answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
     let result = writer::whole(&answer).map_err(Problem::not_finite)?;
     Ok(Built { method: "iso_1328_1".to_owned(), result })
@@ -77,7 +93,8 @@ impl EvaluationBody {
 
 impl From<Evaluated> for EvaluatedTraceBody {
     fn from(trace: Evaluated) -> Self {
-        let values = trace.values;
+        let (values, limits) = (trace.values, trace.limits);
+        let held = |of: fn(&Values) -> f64, limits| values.and_then(|values| within(of(&values), limits));
         EvaluatedTraceBody {
             tooth: trace.tooth,
             flank: trace.side.into(),
@@ -87,8 +104,11 @@ impl From<Evaluated> for EvaluatedTraceBody {
             slope_std_error_um: values.and_then(|v| v.slope_std_error),
             slope_interval_um: trace.slope.map(|slope| slope.interval),
             slope_conformity: trace.slope.and_then(|slope| slope.conformity).map(Into::into),
+            slope_within: held(|values| values.slope, limits.slope),
             form_um: values.map(|v| v.form),
+            form_within: held(|values| values.form, limits.form),
             total_um: values.map(|v| v.total),
+            total_within: held(|values| values.total, limits.total),
             crowning_um: values.map(|v| v.crowning + 0.0),
             crowning_std_error_um: values.and_then(|v| v.crowning_std_error),
             crowning_interval_um: trace.crowning.map(|crowning| crowning.interval),
@@ -96,6 +116,8 @@ impl From<Evaluated> for EvaluatedTraceBody {
             range_mm: Some(trace.range),
             mean_line_um: values.map(|v| v.line.map(|height| height + 0.0)),
             mean_parabola_um: values.map(|v| v.parabola.map(|height| height + 0.0)),
+            crowning_within: held(|values| values.crowning, limits.crowning),
+            k_bands: trace.bands.into_iter().map(KBandFindingBody::from).collect(),
             form_plus_material_um: values.map(|v| v.form_plus_material).filter(|raised| *raised > 0.0),
             total_plus_material_um: values.map(|v| v.total_plus_material).filter(|raised| *raised > 0.0),
             class: trace.classes.map(ClassesBody::from),

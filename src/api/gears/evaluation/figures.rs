@@ -8,6 +8,7 @@ use crate::api::fits::answer::parts::IntervalKindName;
 use flankfit_engine::gear::evaluation::{
     TraceFigures,
     flank_surface::{Figure, FlankSurface},
+    within,
 };
 
 /// What the deviations of a flank have in common, in µm over the evaluation range.
@@ -80,6 +81,10 @@ pub struct FigureBody {
     pub interval: Option<[f64; 2]>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval_kind: Option<IntervalKindName>,
+    /// Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
+    /// figure has some.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<bool>,
     /// There where the figure has limits (`tolerance_limits`) and an interval.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity: Option<ConformityBody>,
@@ -87,7 +92,7 @@ pub struct FigureBody {
 
 impl From<Figure> for FigureBody {
     fn from(figure: Figure) -> Self {
-        let Figure { value, std_error, bias_bound, least_squares, inference } = figure;
+        let Figure { value, std_error, bias_bound, least_squares, limits, inference } = figure;
         FigureBody {
             value,
             std_error,
@@ -95,6 +100,7 @@ impl From<Figure> for FigureBody {
             least_squares,
             interval: inference.map(|one| one.interval),
             interval_kind: inference.map(|one| one.kind.into()),
+            within: within(value, limits),
             conformity: inference.and_then(|one| one.conformity).map(Into::into),
         }
     }

@@ -166,6 +166,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     };
     let Numbers { values: deviation, rows, .. } = posted;
     check_rows(rows.as_deref().unwrap_or_default(), z.len(), &mut faults);
+    limits.check("/tolerance_limits", &mut faults);
     faults.into_result(()).map_err(Problem::invalid)?;
     let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
     let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
@@ -184,7 +185,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
         given: given.map_or(DeviationSign::Material, Into::into),
         sign: sign.map_or(SlopeSign::Din, Into::into),
-        limits: limits.into(),
+        limits: limits.of(side.into()),
         spec,
     };
     let include = settings.spec.include;

@@ -1,6 +1,7 @@
 //! Evaluation by ISO 1328-1: traces, pitch and the surface of a flank.
 
 pub mod answer;
+pub mod band;
 pub mod conformity;
 mod evaluate;
 pub mod figures;

@@ -3,7 +3,10 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::conformity::ToleranceLimitsBody;
+use super::{
+    band::{self, KBandBody},
+    conformity::ToleranceLimitsBody,
+};
 use crate::api::{
     faults::{Faults, Field},
     gears::{
@@ -112,6 +115,10 @@ pub struct EvaluationSettingsBody {
     pub level: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_limits: Option<ToleranceLimitsBody>,
+    /// Bands that traces must lie in; at most 20.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(max_items = 20)]
+    pub k_bands: Option<Vec<KBandBody>>,
 }
 
 /// Declares an enum of the wire that stands for one of the domain.
@@ -269,7 +276,15 @@ impl EvaluationSettingsBody {
         }
     }
 
-    /// The settings.
+    /// Refuses limits and bands that are none on any gear.
+    fn check(&self, faults: &mut Faults) {
+        if let Some(limits) = &self.tolerance_limits {
+            limits.check("/evaluation/tolerance_limits", faults);
+        }
+        band::check_all(self.k_bands.as_deref().unwrap_or_default(), "/evaluation/k_bands", faults);
+    }
+
+    /// The settings, without bands, whose places need the gear.
     pub fn settings(&self) -> Settings {
         let sign = self.sign.unwrap_or(SignName::Din);
         let given = self.deviation_sign.unwrap_or(sign.of_deviations()).into();
@@ -301,8 +316,15 @@ impl EvaluationSettingsBody {
             outliers: self.outliers.map_or(Outliers::Keep, Into::into),
             traces_share_zero: self.traces_share_zero(),
             level: self.level.unwrap_or(DEFAULT_LEVEL),
-            limits: self.tolerance_limits.unwrap_or_default().into(),
+            limits: self.tolerance_limits.unwrap_or_default().sided(),
+            bands: Vec::new(),
         }
+    }
+
+    /// The same with the bands on a gear.
+    pub fn settings_on(&self, gear: &Gear) -> Result<Settings, Faults> {
+        let bands = band::on_all(self.k_bands.as_deref().unwrap_or_default(), gear, "/evaluation/k_bands")?;
+        Ok(Settings { bands, ..self.settings() })
     }
 
     /// Whether all traces count from one zero.
@@ -338,6 +360,7 @@ impl EvaluateBody {
         let modifications = modification::read(gear, &self.modifications, self.modification_range)
             .map_err(|more| faults.append(more))
             .unwrap_or_default();
+        self.evaluation.check(&mut faults);
         let mut designs: Vec<Option<Vec<f64>>> = self.traces.iter().map(|trace| trace.design_um.clone()).collect();
         faults.into_result(())?;
         let mut faults = Faults::default();

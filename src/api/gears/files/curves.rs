@@ -16,6 +16,7 @@ use crate::api::{
         },
         gear::GearBody,
         notice::NoticeBody,
+        requirements::RequirementsBody,
         trace::TraceBody,
     },
     problem::Problem,
@@ -29,7 +30,12 @@ use flankfit_engine::{
 };
 
 /// Reads the traces of a file of curves.
-pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&Gear>) -> Result<FileRead, Problem> {
+pub(in crate::api) fn read(
+    curves: &Curves,
+    spec: &ImportSpecBody,
+    own: Option<&Gear>,
+    required: Option<RequirementsBody>,
+) -> Result<FileRead, Problem> {
     let asked = spec.evaluation.as_ref().and_then(|evaluation| evaluation.direction);
     if curves.header.rules().section == Some(SectionPlane::Axial) && asked.is_none() {
         let detail = "deviations of axial sections (code 183) are not known to be along any direction; say it as \
@@ -64,7 +70,11 @@ pub(in crate::api) fn read(curves: &Curves, spec: &ImportSpecBody, own: Option<&
     }
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
     let pitch = pitch::read(curves, &gear, &mut warnings);
-    let settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
+    let mut settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
+    if let Some(required) = required {
+        let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);
+        warnings.extend(required.fill(&mut settings, &gear, helix));
+    }
     let evaluation = evaluated(&gear, &traces, &settings, &mut warnings);
     let nodes = nodes_of(&gear, &traces, &settings);
     let evaluation = evaluation.map(|mut found| {
@@ -128,13 +138,14 @@ fn evaluated(
     if traces.is_empty() {
         return None;
     }
-    match evaluation::evaluate(gear, &posted(traces), &settings.settings()) {
+    let found = settings.settings_on(gear);
+    let found = found.and_then(|on| evaluation::evaluate(gear, &posted(traces), &on).map_err(Faults::from));
+    match found {
         Ok(found) => {
             let explicit = settings.explicit(&found);
             Some(EvaluationBody::new(found, explicit))
         }
         Err(faults) => {
-            let faults = Faults::from(faults);
             let why: Vec<String> =
                 faults.list().iter().map(|fault| format!("{}: {}", fault.pointer, fault.detail)).collect();
             warnings.push(NoticeBody::new("not_evaluated", &why.join("; ")));

@@ -60,7 +60,7 @@ pub fn is_quality_data(kind: RecordKind) -> bool {
 
 /// Evaluates the traces of a request and writes what it finds. Processor work.
 pub fn of_traces(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
-    let found = evaluation::build(text, None, None)?.result;
+    let found = evaluation::build(text, None, None, None)?.result;
     write(&of_request(text), RecordKind::Evaluation, &found, None, now)
 }
 

@@ -48,25 +48,27 @@ impl From<FigureRow> for Figures {
     }
 }
 
-/// When something was said, and why.
+/// When something was said, by whom and why.
 #[derive(FromRow)]
 pub struct ReasonRow {
     reason: Option<String>,
+    actor: Option<String>,
     created_at: Moment,
 }
 
 impl From<ReasonRow> for Event {
-    fn from(ReasonRow { reason, created_at }: ReasonRow) -> Self {
-        Event { reason, created_at: created_at.0 }
+    fn from(ReasonRow { reason, actor, created_at }: ReasonRow) -> Self {
+        Event { reason, by: actor.map(Into::into), created_at: created_at.0 }
     }
 }
 
 #[derive(FromRow)]
 pub struct FitRow {
     id: Uuid,
-    reason: Option<String>,
-    created_at: Moment,
+    #[sqlx(flatten)]
+    event: ReasonRow,
     chosen: bool,
+    flank_figures: Option<String>,
     spec: Document,
     result: Document,
 }
@@ -84,8 +86,8 @@ impl From<FitRow> for FitRecord {
             id: row.id,
             spec: row.spec.into(),
             result: row.result.into(),
-            reason: row.reason,
-            created_at: row.created_at.0,
+            flank: row.flank_figures.map(Into::into),
+            event: row.event.into(),
             chosen: row.chosen,
         }
     }
@@ -97,13 +99,22 @@ pub struct FitSummaryRow {
     #[sqlx(flatten)]
     event: ReasonRow,
     chosen: bool,
+    chosen_by: Option<String>,
+    flank_figures: Option<String>,
     #[sqlx(flatten)]
     figures: FigureRow,
 }
 
 impl From<FitSummaryRow> for FitSummary {
     fn from(row: FitSummaryRow) -> Self {
-        FitSummary { id: row.id, chosen: row.chosen, figures: row.figures.into(), event: row.event.into() }
+        FitSummary {
+            id: row.id,
+            chosen: row.chosen,
+            chosen_by: row.chosen_by.map(Into::into),
+            figures: row.figures.into(),
+            flank: row.flank_figures.map(Into::into),
+            event: row.event.into(),
+        }
     }
 }
 

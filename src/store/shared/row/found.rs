@@ -68,6 +68,7 @@ struct FoundFit {
     figures: FigureRow,
     spec: Document,
     result: Document,
+    flank_figures: Option<String>,
 }
 
 /// A fit with what the trace tells of it, where columns of their own have what is in its result as
@@ -91,8 +92,8 @@ impl FoundRow for FoundFitTold {
         if has_told && !is_told() {
             return [0; 32];
         }
-        let FoundFit { id, event, figures, spec, result } = fit;
-        fit_digest(id, &event.into(), &figures.into(), &spec.0, &result.0)
+        let FoundFit { id, event, figures, spec, result, flank_figures } = fit;
+        fit_digest(id, &event.into(), &figures.into(), &spec.0, &result.0, flank_figures.as_deref())
     }
 }
 

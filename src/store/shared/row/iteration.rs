@@ -3,10 +3,11 @@
 use sqlx::FromRow;
 use uuid::Uuid;
 
+use super::fit::FitSummaryRow;
 use crate::{
     jobs::{
-        DecisionEvent, FitSummary, Iteration, Measurand, MeasurementDetails, RepositoryError, TracedIteration,
-        has_no_tooth,
+        Decision, DecisionEvent, FitSummary, Iteration, ListedIteration, Measurand, MeasurementDetails,
+        RepositoryError, TracedIteration, has_no_tooth,
     },
     store::shared::columns::{Flank, Integer, Moment, NodesColumn},
 };
@@ -84,6 +85,8 @@ pub struct TracedIterationRow {
     #[sqlx(flatten)]
     measurand: MeasurandRow,
     measured_at: Option<Moment>,
+    instrument: Option<String>,
+    operator: Option<String>,
     created_at: Moment,
 }
 
@@ -95,12 +98,48 @@ impl From<TracedIterationRow> for TracedIteration {
             number: row.number.0,
             measurand: row.measurand.into(),
             measured_at: row.measured_at.map(|at| at.0),
+            instrument: row.instrument,
+            operator: row.operator,
             created_at: row.created_at.0,
             fits: Vec::new(),
             choices: Vec::new(),
             decisions: Vec::new(),
             records: Vec::new(),
             earlier: Default::default(),
+        }
+    }
+}
+
+/// Its columns have names of their own where those of the fit have the same.
+#[derive(FromRow)]
+pub struct ListedIterationRow {
+    iteration_id: Uuid,
+    number: Integer<u32>,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    measured_at: Option<Moment>,
+    instrument: Option<String>,
+    operator: Option<String>,
+    stored_at: Moment,
+    decision: Option<Decision>,
+    decided_by: Option<String>,
+    #[sqlx(flatten)]
+    fit: FitSummaryRow,
+}
+
+impl From<ListedIterationRow> for ListedIteration {
+    fn from(row: ListedIterationRow) -> Self {
+        ListedIteration {
+            id: row.iteration_id,
+            number: row.number.0,
+            measurand: row.measurand.into(),
+            measured_at: row.measured_at.map(|at| at.0),
+            instrument: row.instrument,
+            operator: row.operator,
+            created_at: row.stored_at.0,
+            decision: row.decision,
+            decided_by: row.decided_by.map(Into::into),
+            fit: row.fit.into(),
         }
     }
 }

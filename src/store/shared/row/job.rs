@@ -11,7 +11,7 @@ use crate::{
 /// The columns of [`JobRow`].
 macro_rules! job_columns {
     () => {
-        "id, name, part_number, serial_number, machine, gear, tags, version, created_at, updated_at, purged_at"
+        "id, name, part_number, serial_number, machine, gear, requirements, tags, version, created_at, updated_at, purged_at"
     };
 }
 pub(in crate::store) use job_columns;
@@ -24,6 +24,7 @@ pub struct JobRow {
     serial_number: Option<String>,
     machine: Option<String>,
     gear: Option<String>,
+    requirements: Option<String>,
     tags: Tags,
     version: Integer<u64>,
     created_at: Moment,
@@ -40,6 +41,7 @@ impl From<JobRow> for Job {
             serial_number: row.serial_number,
             machine: row.machine,
             gear: row.gear.map(Into::into),
+            requirements: row.requirements.map(Into::into),
             tags: row.tags.0,
             version: row.version.0,
             created_at: row.created_at.0,

@@ -23,6 +23,8 @@ pub struct ListedJobRow {
     decision: Option<Decision>,
     rms: Option<f64>,
     condition: Option<f64>,
+    flank_figures: Option<String>,
+    class: Option<Integer<u8>>,
     sort_name: String,
 }
 
@@ -38,6 +40,8 @@ impl From<ListedJobRow> for (ListedJob, String) {
             decision: row.decision,
             rms: row.rms,
             condition: row.condition,
+            flank: row.flank_figures.map(Into::into),
+            class: row.class.map(|class| class.0),
         };
         (job, row.sort_name)
     }

@@ -18,7 +18,7 @@ pub(in crate::store) use audit::entry_columns;
 pub use audit::{EntryRow, HeadRow, entries};
 pub use fit::{ChoiceRow, DecisionRow, FitRow, FitSummaryRow, Latest, TracedFitRow};
 pub use found::{FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow};
-pub use iteration::{IterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
+pub use iteration::{IterationRow, ListedIterationRow, MeasurandRow, MeasuredTooth, NodesRow, TracedIterationRow};
 pub use job::{AnswerRow, JobRow};
 pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};
 pub use listing::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, counts};

@@ -5,7 +5,7 @@ use uuid::Uuid;
 
 use crate::{
     jobs::{Record, RecordDraft, RecordKind, RecordSummary},
-    store::shared::columns::{Document, Moment},
+    store::shared::columns::{Document, Integer, Moment},
 };
 
 #[derive(FromRow)]
@@ -14,11 +14,12 @@ pub struct RecordSummaryRow {
     kind: RecordKind,
     method: String,
     created_at: Moment,
+    actor: Option<String>,
 }
 
 impl From<RecordSummaryRow> for RecordSummary {
-    fn from(RecordSummaryRow { id, kind, method, created_at }: RecordSummaryRow) -> Self {
-        RecordSummary { id, kind, method, created_at: created_at.0 }
+    fn from(RecordSummaryRow { id, kind, method, created_at, actor }: RecordSummaryRow) -> Self {
+        RecordSummary { id, kind, method, created_at: created_at.0, by: actor.map(Into::into) }
     }
 }
 
@@ -29,6 +30,7 @@ pub struct RecordRow {
     request: Document,
     result: Document,
     gear: Option<String>,
+    class: Option<Integer<u8>>,
 }
 
 impl RecordRow {
@@ -39,10 +41,11 @@ impl RecordRow {
 }
 
 impl From<RecordRow> for Record {
-    fn from(RecordRow { summary, request, result, gear }: RecordRow) -> Self {
-        let RecordSummaryRow { id, kind, method, created_at } = summary;
+    fn from(RecordRow { summary, request, result, gear, class }: RecordRow) -> Self {
+        let RecordSummaryRow { id, kind, method, created_at, actor } = summary;
         let gear = gear.map(Into::into);
-        let draft = RecordDraft { kind, method, request: request.into(), result: result.into(), gear };
-        Record { id, created_at: created_at.0, draft }
+        let (request, result, class) = (request.into(), result.into(), class.map(|class| class.0));
+        let draft = RecordDraft { kind, method, request, result, gear, class };
+        Record { id, created_at: created_at.0, by: actor.map(Into::into), draft }
     }
 }

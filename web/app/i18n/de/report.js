@@ -119,6 +119,7 @@ export default {
   record_surface: "Fläche",
   record_deviations: "Abweichungen",
   record_evaluation: "Auswertung von Kurven",
+  record_pitch: "Auswertung von Teilungen",
   record_correction: "Korrektur",
   earlierEntries: "Von langen Listen sind die letzten hundert Einträge genannt.",
   earlierFit: "eine nicht aufgeführte Anpassung",

@@ -25,6 +25,7 @@ export default {
   surface: "Fläche",
   deviations: "Abweichungen",
   evaluation: "Auswertung",
+  pitch: "Teilungen",
   correction: "Korrektur",
   left: "linke Flanke",
   right: "rechte Flanke",

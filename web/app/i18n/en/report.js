@@ -118,6 +118,7 @@ export default {
   record_surface: "surface",
   record_deviations: "deviations",
   record_evaluation: "evaluation of traces",
+  record_pitch: "evaluation of pitches",
   record_correction: "correction",
   earlierEntries: "Of long lists the last hundred entries are told.",
   earlierFit: "a fit that is not listed",

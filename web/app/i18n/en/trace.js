@@ -24,6 +24,7 @@ export default {
   surface: "Surface",
   deviations: "Deviations",
   evaluation: "Evaluation",
+  pitch: "Pitches",
   correction: "Correction",
   left: "left flank",
   right: "right flank",

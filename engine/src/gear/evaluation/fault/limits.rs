@@ -20,6 +20,14 @@ pub enum ToleranceField {
     HelixCrowning,
     /// Of the twist.
     Twist,
+    /// Of f_fα.
+    ProfileForm,
+    /// Of f_fβ.
+    HelixForm,
+    /// Of F_α.
+    ProfileTotal,
+    /// Of F_β.
+    HelixTotal,
 }
 
 /// Why limits are refused.

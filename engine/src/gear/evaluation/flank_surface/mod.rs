@@ -22,6 +22,7 @@ mod errors;
 mod figures;
 mod nodes;
 mod own_zeros;
+mod projected;
 mod settings;
 
 use super::{
@@ -31,7 +32,7 @@ use super::{
 use crate::{
     estimation::{
         self, FitError, FitSpec, Unconverged,
-        result::{Coefficient, FitResult, TermKey},
+        result::{FitResult, TermKey, WeightedSum},
         spec::{Degree, Include, Model, PolynomialBasis, Terms},
     },
     fault::Faults,
@@ -44,6 +45,7 @@ pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figure
 use nodes::Trimmed;
 pub use nodes::{FlankNodes, NodeCounts};
 pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
+pub use projected::FittedFlank;
 pub use settings::{Border, SurfaceSettings};
 
 /// A figure in µm.
@@ -57,6 +59,8 @@ pub struct Figure {
     pub bias_bound: f64,
     /// Without regularisation.
     pub least_squares: f64,
+    /// What it must lie within, where there are limits.
+    pub limits: Option<[f64; 2]>,
     /// Its interval and conformity; `None` where the noise is not known.
     pub inference: Option<Inference>,
 }
@@ -127,7 +131,7 @@ pub fn flank_surface(
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
-            .map(|coefficient| Figure::new(coefficient, factor, limits))
+            .map(|coefficient| Figure::new(&coefficient.into(), factor, limits))
             .ok_or(FitError::NotConverged(Unconverged::SecondOrder))
     };
     Ok(FlankSurface {
@@ -168,8 +172,9 @@ fn slope_limits(
 }
 
 impl Figure {
-    fn new(coefficient: &Coefficient, factor: f64, limits: Option<[f64; 2]>) -> Self {
-        let inference = coefficient.interval.map(|interval| {
+    /// `factor` times an estimate.
+    fn new(estimate: &WeightedSum, factor: f64, limits: Option<[f64; 2]>) -> Self {
+        let inference = estimate.interval.map(|interval| {
             let [a, b] = interval.ends.map(|end| factor * end);
             Inference {
                 interval: [a.min(b), a.max(b)],
@@ -178,10 +183,11 @@ impl Figure {
             }
         });
         Figure {
-            value: factor * coefficient.value,
-            std_error: coefficient.std_error.map(|e| e * factor.abs()),
-            bias_bound: coefficient.bias_bound * factor.abs(),
-            least_squares: factor * coefficient.least_squares,
+            value: factor * estimate.value,
+            std_error: estimate.std_error.map(|e| e * factor.abs()),
+            bias_bound: estimate.bias_bound * factor.abs(),
+            least_squares: factor * estimate.least_squares,
+            limits,
             inference,
         }
     }

@@ -1,0 +1,169 @@
+//! Bands of K-charts on the wire.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    gears::trace::KindName,
+    measurand::{profile_axis::ProfileAxisName, side::SideName},
+};
+use flankfit_engine::gear::{
+    Gear, Kind, ProfileAxis,
+    evaluation::band::{Band, Found},
+    trace::MOST_DEVIATION,
+};
+
+/// Most bands of a request or of a job.
+pub const MOST_BANDS: usize = 20;
+/// Most points of a line.
+pub const MOST_POINTS: usize = 1000;
+
+/// A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
+/// `[place, µm]`, straight between them, of deviations from the unmodified flank, transverse and
+/// positive where material stands out. Each trace may be shifted as a whole, since measuring
+/// machines zero each by itself.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = KBand, example = json!({"kind": "profile", "profile_axis": "diameter",
+    "upper": [[50.4, 2], [53.5, 2], [54.0, -4]], "lower": [[50.4, -8], [53.0, -4], [54.0, -14]]}))]
+pub struct KBandBody {
+    /// Of which traces it is.
+    pub kind: KindName,
+    /// Of which flank; of both where it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// What places of profiles are. Default `roll_length`. Those of helices are z in mm.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_axis: Option<ProfileAxisName>,
+    /// At least two points, places ascending; beyond its ends it says nothing.
+    #[schema(min_items = 2, max_items = 1000)]
+    pub upper: Vec<[f64; 2]>,
+    /// The same; nowhere above the upper line.
+    #[schema(min_items = 2, max_items = 1000)]
+    pub lower: Vec<[f64; 2]>,
+}
+
+/// A trace in a band.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = KBandFinding)]
+pub struct KBandFindingBody {
+    /// Which of the bands of `evaluation`, from 0.
+    pub band: usize,
+    /// Whether some shift of the whole trace takes all its samples into the band; left out where it
+    /// would, but more than 1/20 of the band in one stretch is without samples.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<bool>,
+    /// How far the trace can be shifted within the band; below 0 by how much it is too high for it.
+    pub room_um: f64,
+    /// What takes the trace to the middle of that, positive towards where material stands out.
+    pub shift_um: f64,
+    /// Where the trace is nearest to the upper and to the lower line: roll lengths, or z of helices.
+    #[schema(min_items = 2, max_items = 2)]
+    pub nearest_mm: [f64; 2],
+}
+
+impl From<(usize, Found)> for KBandFindingBody {
+    fn from((band, found): (usize, Found)) -> Self {
+        KBandFindingBody {
+            band,
+            within: found.within,
+            room_um: found.room,
+            shift_um: found.shift + 0.0,
+            nearest_mm: found.nearest,
+        }
+    }
+}
+
+/// Refuses bands that are none on any gear.
+pub fn check_all(bands: &[KBandBody], at: &str, faults: &mut Faults) {
+    if bands.len() > MOST_BANDS {
+        faults.push(at, format!("{} bands; at most {MOST_BANDS} are taken", bands.len()));
+        return;
+    }
+    for (k, band) in bands.iter().enumerate() {
+        band.check(&format!("{at}/{k}"), faults);
+    }
+}
+
+/// The bands on a gear.
+pub fn on_all(bands: &[KBandBody], gear: &Gear, at: &str) -> Result<Vec<Band>, Faults> {
+    let mut faults = Faults::default();
+    let each = bands.iter().enumerate();
+    let on =
+        |(k, band): (usize, &KBandBody)| band.on(gear, &format!("{at}/{k}")).map_err(|more| faults.append(more)).ok();
+    let bands = each.filter_map(on).collect();
+    faults.into_result(bands)
+}
+
+impl KBandBody {
+    fn check(&self, at: &str, faults: &mut Faults) {
+        if self.kind == KindName::Helix && self.profile_axis.is_some() {
+            faults.push(format!("{at}/profile_axis"), "places of helices are z in mm; leave it out");
+        }
+        let before = faults.count();
+        for (name, line) in [("upper", &self.upper), ("lower", &self.lower)] {
+            check_line(line, &format!("{at}/{name}"), faults);
+        }
+        if faults.count() == before
+            && let Some(place) = self.crossing()
+        {
+            faults.push(format!("{at}/lower"), format!("it is above the upper line at {place}"));
+        }
+    }
+
+    /// Where the lower line is above the upper one; a difference of lines is greatest at a point.
+    fn crossing(&self) -> Option<f64> {
+        let points = self.upper.iter().chain(&self.lower).map(|point| point[0]);
+        let above = |at: f64| Some(height(&self.lower, at)? > height(&self.upper, at)?);
+        points.into_iter().find(|at| above(*at) == Some(true))
+    }
+
+    /// The band on a gear; places where no involute is are faults.
+    pub fn on(&self, gear: &Gear, at: &str) -> Result<Band, Faults> {
+        let axis = self.profile_axis.unwrap_or_default();
+        let mut faults = Faults::default();
+        let mut line = |name: &str, points: &[[f64; 2]]| -> Vec<[f64; 2]> {
+            let point = |(k, [x, y]): (usize, &[f64; 2])| match self.kind {
+                KindName::Helix => Some([*x, *y]),
+                KindName::Profile => {
+                    let found = ProfileAxis::from(axis).roll_length(gear, axis.value(*x));
+                    if found.is_none() {
+                        let why = format!("there is no involute at {x}, which is a {}", axis.name().replace('_', " "));
+                        faults.push(format!("{at}/{name}/{k}/0"), why);
+                    }
+                    Some([found?, *y])
+                }
+            };
+            points.iter().enumerate().filter_map(point).collect()
+        };
+        let (upper, lower) = (line("upper", &self.upper), line("lower", &self.lower));
+        let band = Band { kind: Kind::from(self.kind), side: self.flank.map(Into::into), upper, lower };
+        faults.into_result(band)
+    }
+}
+
+fn check_line(line: &[[f64; 2]], at: &str, faults: &mut Faults) {
+    if !(2..=MOST_POINTS).contains(&line.len()) {
+        faults.push(at, format!("{} points; a line has 2 to {MOST_POINTS}", line.len()));
+        return;
+    }
+    for (k, pair) in line.windows(2).enumerate() {
+        if pair[0][0] >= pair[1][0] {
+            faults.push(format!("{at}/{}/0", k + 1), format!("{} does not ascend after {}", pair[1][0], pair[0][0]));
+        }
+    }
+    for (k, point) in line.iter().enumerate() {
+        for (c, value) in point.iter().enumerate().filter(|(_, value)| value.abs() > MOST_DEVIATION) {
+            faults.push(format!("{at}/{k}/{c}"), format!("{value} is beyond {MOST_DEVIATION}"));
+        }
+    }
+}
+
+/// The height of a line; `None` beyond its ends.
+fn height(line: &[[f64; 2]], at: f64) -> Option<f64> {
+    line.windows(2).find(|pair| (pair[0][0]..=pair[1][0]).contains(&at)).map(|pair| {
+        let [[x, y], [next_x, next_y]] = [pair[0], pair[1]];
+        y + (next_y - y) * ((at - x) / (next_x - x))
+    })
+}

@@ -1,0 +1,88 @@
+//! Iterations of a job as they are listed.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+use uuid::Uuid;
+
+use super::{
+    iteration_requests::DecisionName,
+    iterations::{FitSummaryBody, fit_summary, measurand},
+};
+use crate::{
+    api::{
+        json::{
+            text::Moment,
+            writer::{Json, Object},
+        },
+        measurand::axes::MeasurandBody,
+    },
+    jobs::{List, ListedIteration, Page},
+};
+
+/// An iteration with the fit that stands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = IterationSummary)]
+pub struct ListedIterationBody {
+    /// 1, 2, 3 … within the job.
+    pub number: u32,
+    /// UUIDv7.
+    pub id: Uuid,
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub measurand: MeasurandBody,
+    /// When the nodes were measured, as it was posted.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, format = DateTime)]
+    pub measured_at: Option<Moment>,
+    /// What they were measured with.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub instrument: Option<String>,
+    /// Who measured them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub operator: Option<String>,
+    /// When it was stored.
+    #[schema(value_type = String, format = DateTime)]
+    pub created_at: Moment,
+    /// The latest decision; absent before the first.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decision: Option<DecisionName>,
+    /// Who decided so: the actor of the caller; absent where no key was asked for.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub decided_by: Option<String>,
+    /// The fit that stands.
+    pub chosen_fit: FitSummaryBody,
+}
+
+/// Some iterations of a job, by number.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = IterationPage)]
+pub struct IterationPageBody {
+    /// The iterations of this page.
+    pub items: Vec<ListedIterationBody>,
+    /// Where the next page begins; absent on the last one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub next_cursor: Option<String>,
+}
+
+/// A page of iterations.
+pub fn page(page: &Page<ListedIteration>) -> Vec<u8> {
+    let mut json = Json::with_capacity(64 + 1024 * page.items.len());
+    json.object()
+        .list("items", &page.items, iteration)
+        .maybe("next_cursor", page.next.map(|next| next.encode(List::Iterations)))
+        .end();
+    json.into_bytes()
+}
+
+fn iteration(object: &mut Object<'_>, iteration: &ListedIteration) {
+    object.field("number", &iteration.number).field("id", &iteration.id);
+    measurand(object, &iteration.measurand);
+    object
+        .maybe("measured_at", iteration.measured_at.map(Moment))
+        .maybe("instrument", iteration.instrument.as_deref())
+        .maybe("operator", iteration.operator.as_deref())
+        .field("created_at", &Moment(iteration.created_at))
+        .maybe("decision", iteration.decision.map(|decision| decision.name()))
+        .maybe("decided_by", iteration.decided_by.as_deref())
+        .object("chosen_fit", |object| fit_summary(object, &iteration.fit));
+}

@@ -1,0 +1,53 @@
+//! What is said of an iteration: which fit stands, and what is done with the gear.
+
+use std::sync::Arc;
+
+use jiff::Timestamp;
+use uuid::Uuid;
+
+/// When something was said of an iteration, by whom and why.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Event {
+    pub reason: Option<String>,
+    /// The actor, where one is known.
+    pub by: Option<Arc<str>>,
+    pub created_at: Timestamp,
+}
+
+/// That from now on a certain fit stands.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Choice {
+    pub fit_id: Uuid,
+    pub event: Event,
+}
+
+/// That something was decided.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct DecisionEvent {
+    pub decision: Decision,
+    pub event: Event,
+}
+
+/// What is done with the gear after an iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    Accept,
+    Remachine,
+    Reject,
+}
+
+impl Decision {
+    /// The contract's name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Decision::Accept => "accept",
+            Decision::Remachine => "remachine",
+            Decision::Reject => "reject",
+        }
+    }
+
+    /// The decision of that name.
+    pub fn named(name: &str) -> Option<Self> {
+        [Decision::Accept, Decision::Remachine, Decision::Reject].into_iter().find(|decision| decision.name() == name)
+    }
+}

@@ -1,0 +1,245 @@
+//! Slopes, crownings and twist of the fits of a job's iterations.
+
+use serde_json::{Value, json};
+
+use super::{spur, taken};
+use crate::{
+    harness::{Answer, TestApp, send},
+    shapes::examples,
+};
+
+const FIGURES: [&str; 5] =
+    ["profile_slope_um", "helix_slope_um", "profile_crowning_um", "helix_crowning_um", "twist_um"];
+
+fn number(value: &Value) -> f64 {
+    value.as_f64().unwrap_or_else(|| panic!("{value}"))
+}
+
+/// Roll lengths, z and µm of material over a flank.
+fn grid() -> (Vec<f64>, Vec<f64>, Vec<Vec<f64>>) {
+    let profile: Vec<f64> = (0..9).map(|i| 5.0 + 0.7 * f64::from(i)).collect();
+    let z: Vec<f64> = (0..7).map(|j| 1.0 + 2.0 * f64::from(j)).collect();
+    let height = |p: &f64, z: &f64| {
+        let (u, v) = ((p - 7.8) / 2.8, (z - 7.0) / 6.0);
+        3.0 * u - 2.0 * v - 1.5 * u * u - 2.5 * v * v + 0.8 * u * v + 0.2 * (17.0 * p + 5.0 * z).sin()
+    };
+    let rows = profile.iter().map(|p| z.iter().map(|z| height(p, z)).collect()).collect();
+    (profile, z, rows)
+}
+
+fn axes() -> Value {
+    json!({"u": {"quantity": "roll_length", "unit": "mm"}, "v": {"quantity": "face_width", "unit": "mm"},
+           "z": {"quantity": "deviation", "unit": "um"}})
+}
+
+/// An iteration of the right flank, of second order without regularisation.
+fn iteration() -> Value {
+    let (u, v, z) = grid();
+    json!({"nodes": {"type": "grid", "u": u, "v": v, "z": z}, "flank": "right", "tooth": "1", "axes": axes(),
+           "model": {"type": "polynomial", "degree": 2, "terms": "total"}, "regularization": {"type": "none"}})
+}
+
+async fn job(app: &TestApp, body: Value) -> String {
+    let made = send(app.post("/v1/jobs", body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    made.header("location").to_owned()
+}
+
+async fn posted(app: &TestApp, path: &str, body: &Value) -> Answer {
+    let made = send(app.post(path, body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    made
+}
+
+async fn get(app: &TestApp, path: &str) -> Value {
+    let found = send(app.get(path)).await;
+    assert_eq!(found.status, 200, "{}", found.text);
+    found.json()
+}
+
+/// What the surface of the same deviations says, fitted by another way.
+async fn surface(app: &TestApp, limits: &Value) -> Value {
+    let (profile, z, rows) = grid();
+    let request = json!({"gear": spur(), "flank": "right", "profile": profile, "z_mm": z, "deviation_um": rows,
+        "tolerance_limits": limits});
+    taken(app, "/v1/gears/flank-surface", &request).await
+}
+
+#[track_caller]
+fn alike(found: &Value, want: &Value) {
+    for name in FIGURES {
+        let (found, want) = (&found[name], &want[name]);
+        for field in ["value", "std_error", "least_squares"] {
+            assert!((number(&found[field]) - number(&want[field])).abs() < 1e-6, "{name} {field}: {found} {want}");
+        }
+        for end in [0, 1] {
+            assert!((number(&found["interval"][end]) - number(&want["interval"][end])).abs() < 1e-6, "{name}: {found}");
+        }
+        assert_eq!((&found["within"], &found["interval_kind"]), (&want["within"], &want["interval_kind"]), "{name}");
+        assert_eq!(found["conformity"]["decision"], want["conformity"]["decision"], "{name}: {found} {want}");
+    }
+}
+
+#[tokio::test]
+async fn fits_tell_the_figures_of_their_flank_by_what_the_job_requires_then() {
+    let app = TestApp::start().await;
+    let limits = json!({"class": 6, "profile_crowning_um": [0.0, 5.0], "right": {"twist_um": [20.0, 30.0]}});
+    let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": {"tolerance_limits": limits}})).await;
+    let made = posted(&app, &format!("{job}/iterations"), &iteration()).await;
+    let figures = made.json()["fits"][0]["figures"].clone();
+    let want = surface(&app, &limits).await;
+    alike(&figures, &want);
+    assert_eq!(figures["warnings"], json!([]));
+    assert_eq!(figures["profile_slope_um"]["within"], json!(true));
+    assert_eq!(figures["twist_um"]["conformity"]["decision"], "does_not_conform");
+    assert_eq!(
+        (&figures["roll_length_range_mm"], &figures["z_range_mm"]),
+        (&want["roll_length_range_mm"], &want["z_range_mm"])
+    );
+
+    // told wherever the fit is, in the same words
+    let place = format!("{job}/iterations/1");
+    let id = made.json()["fits"][0]["id"].as_str().unwrap().to_owned();
+    assert_eq!(get(&app, &format!("{place}/fits/{id}")).await["figures"], figures);
+    assert_eq!(get(&app, &place).await["fits"][0]["figures"], figures);
+    assert_eq!(get(&app, &format!("{place}/fits")).await["items"][0]["figures"], figures);
+    assert_eq!(get(&app, &format!("{job}/trace")).await["iterations"][0]["fits"][0]["figures"], figures);
+    assert_eq!(get(&app, &format!("{job}/iterations")).await["items"][0]["chosen_fit"]["figures"], figures);
+
+    // a requirement that is changed later leaves them; another fit is held against it
+    let other = json!({"profile_slope_um": [-1.0, 1.0]});
+    let patch = json!({"requirements": {"tolerance_limits": other}});
+    assert_eq!(send(app.client.patch(app.url(&job)).json(&patch)).await.status, 200);
+    assert_eq!(get(&app, &format!("{place}/fits/{id}")).await["figures"], figures);
+    let refit = json!({"model": {"type": "polynomial", "degree": 2, "terms": "total", "basis": "chebyshev"},
+        "regularization": {"type": "none"}});
+    let later = posted(&app, &format!("{place}/fits"), &refit).await.json()["figures"].clone();
+    alike(&later, &surface(&app, &other).await);
+    assert_eq!(later["profile_slope_um"]["within"], json!(false));
+    // and a replay is the fit itself
+    let replay = send(app.post(&format!("{place}/fits/{id}/replay"), "{}")).await;
+    assert_eq!(replay.json(), json!({"identical": true}));
+}
+
+#[tokio::test]
+async fn units_and_signs_of_the_axes_make_no_difference() {
+    let app = TestApp::start().await;
+    let job = job(&app, json!({"name": "w", "gear": spur()})).await;
+    let mut body = iteration();
+    let base = 26.0 * 20f64.to_radians().cos();
+    let (u, v, z) = grid();
+    body["nodes"]["u"] = json!(u.iter().map(|roll| (roll / base).to_degrees()).collect::<Vec<f64>>());
+    body["nodes"]["v"] = json!(v.iter().map(|z| 1e3 * z).collect::<Vec<f64>>());
+    body["nodes"]["z"] =
+        json!(z.iter().map(|row| row.iter().map(|z| -1e-3 * z).collect::<Vec<f64>>()).collect::<Vec<_>>());
+    body["axes"] = json!({"u": {"quantity": "roll_length", "unit": "deg"}, "v": {"quantity": "face_width", "unit": "um"},
+        "z": {"quantity": "deviation", "unit": "mm", "positive": "material_in"}});
+    let made = posted(&app, &format!("{job}/iterations"), &body).await.json();
+    alike(&made["fits"][0]["figures"], &surface(&app, &json!({})).await);
+}
+
+#[tokio::test]
+async fn what_cannot_be_told_is_left_out_and_it_is_said_why() {
+    let app = TestApp::start().await;
+    let with_gear = job(&app, json!({"name": "w", "gear": spur()})).await;
+    let without = job(&app, json!({"name": "w"})).await;
+    let case = async |job: &str, change: &dyn Fn(&mut Value)| {
+        let mut body = iteration();
+        change(&mut body);
+        posted(&app, &format!("{job}/iterations"), &body).await.json()["fits"][0].get("figures").cloned()
+    };
+    let why = |figures: Option<Value>| {
+        let figures = figures.unwrap();
+        assert!(FIGURES.iter().all(|name| figures.get(*name).is_none()), "{figures}");
+        figures["warnings"][0]["code"].as_str().unwrap().to_owned()
+    };
+    assert_eq!(why(case(&without, &|_| {}).await), "no_gear");
+    assert_eq!(why(case(&with_gear, &|body| body["model"]["degree"] = json!(1)).await), "not_second_order");
+    let spline = |body: &mut Value| body["model"] = json!({"type": "b_spline", "degree": 2, "spans": [3, 2]});
+    assert_eq!(why(case(&with_gear, &spline).await), "not_second_order");
+    let own = |body: &mut Value| body["axes"]["z"]["trace_lengths"] = json!([30, 33]);
+    assert_eq!(why(case(&with_gear, &own).await), "traces_with_own_zeros");
+    let inch = |body: &mut Value| body["axes"]["z"]["unit"] = json!("inch");
+    assert_eq!(why(case(&with_gear, &inch).await), "axes_unknown");
+    let below = |body: &mut Value| body["axes"]["u"]["quantity"] = json!("diameter");
+    assert_eq!(why(case(&with_gear, &below).await), "no_involute");
+    // a flank that nobody names is a left one
+    let assumed = case(&with_gear, &|body| drop(body.as_object_mut().unwrap().remove("flank"))).await.unwrap();
+    assert_eq!(assumed["warnings"][0]["code"], "flank_assumed");
+    assert!(assumed.get("twist_um").is_some());
+    // axes that are not told promise nothing
+    let silent = case(&with_gear, &|body| drop(body.as_object_mut().unwrap().remove("axes"))).await;
+    assert_eq!(silent, None);
+}
+
+#[tokio::test]
+async fn streams_that_are_finished_tell_them_too() {
+    let app = TestApp::start().await;
+    let job = job(&app, json!({"name": "w", "gear": spur()})).await;
+    let mut spec = iteration();
+    let nodes = spec.as_object_mut().unwrap().remove("nodes").unwrap();
+    let stream = posted(&app, &format!("{job}/streams"), &spec).await.header("location").to_owned();
+    let block = json!({"sequence": 1, "nodes": nodes});
+    assert_eq!(send(app.post(&format!("{stream}/nodes"), block.to_string())).await.status, 200);
+    let made = posted(&app, &format!("{stream}/finish"), &json!({})).await.json();
+    alike(&made["fits"][0]["figures"], &surface(&app, &json!({})).await);
+}
+
+#[tokio::test]
+async fn iterations_are_listed_in_pages() {
+    let app = TestApp::start().await;
+    let job = job(&app, json!({"name": "w", "gear": spur()})).await;
+    for k in 0..5 {
+        let mut body = iteration();
+        body["instrument"] = json!(format!("P{k}"));
+        posted(&app, &format!("{job}/iterations"), &body).await;
+    }
+    let decided = json!({"decision": "remachine", "reason": "slope"});
+    assert_eq!(send(app.client.patch(app.url(&format!("{job}/iterations/2"))).json(&decided)).await.status, 200);
+    let (mut found, mut path) = (Vec::new(), format!("{job}/iterations?limit=2"));
+    loop {
+        let page = get(&app, &path).await;
+        found.extend(page["items"].as_array().unwrap().clone());
+        let Some(cursor) = page["next_cursor"].as_str() else { break };
+        path = format!("{job}/iterations?limit=2&cursor={cursor}");
+    }
+    assert_eq!(found.len(), 5);
+    for (k, item) in found.iter().enumerate() {
+        assert_eq!((&item["number"], &item["instrument"]), (&json!(k + 1), &json!(format!("P{k}"))));
+        assert_eq!((&item["flank"], &item["tooth"], &item["axes"]), (&json!("right"), &json!("1"), &axes()));
+        let fit = &get(&app, &format!("{job}/iterations/{}", k + 1)).await["fits"][0];
+        assert_eq!(&item["chosen_fit"], fit);
+        assert_eq!(item.get("decision"), (k == 1).then_some(&json!("remachine")));
+    }
+    let missing = send(app.get("/v1/jobs/00000000-0000-7000-8000-000000000000/iterations")).await;
+    missing.problem(404, "not_found");
+    let odd = send(app.get(&format!("{job}/iterations?limit=0"))).await;
+    assert_eq!(odd.pointers(), ["/limit"]);
+}
+
+/// The list of jobs has them short, by the fit that stands of the last iteration, and the class of
+/// the last evaluation.
+#[tokio::test]
+async fn listed_jobs_have_figures_and_class() {
+    let app = TestApp::start().await;
+    let requirements = json!({"tolerance_limits": {"twist_um": [-50.0, 50.0], "profile_slope_um": [-1.0, 1.0]}});
+    let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": requirements})).await;
+    let listed = async |query: &str| get(&app, &format!("/v1/jobs{query}")).await["items"].clone();
+    assert_eq!((listed("").await[0].get("figures"), listed("").await[0].get("class")), (None, None));
+    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
+    let told = listed("").await[0]["figures"].clone();
+    for name in FIGURES {
+        assert_eq!(told[name], figures[name]["value"], "{name}");
+    }
+    assert_eq!(told["within"], json!(false), "the profile slope is beyond its limits");
+    let mut evaluation = examples("create_iteration_evaluation")[0].1.clone();
+    evaluation["traces"][0]["flank"] = json!("right");
+    let kept = posted(&app, &format!("{job}/iterations/1/evaluations"), &evaluation).await.json();
+    let class = kept["result"]["class"].as_u64().unwrap();
+    assert_eq!(listed("").await[0]["class"], json!(class));
+    assert_eq!(listed(&format!("?class={class}")).await.as_array().unwrap().len(), 1);
+    assert_eq!(listed(&format!("?class={}", 12 - class)).await.as_array().unwrap().len(), usize::from(class == 6));
+    for odd in ["0", "12", "x", "5.5", ""] {
+        assert_eq!(send(app.get(&format!("/v1/jobs?class={odd}"))).await.pointers(), ["/class"], "{odd}");
+    }
+}
