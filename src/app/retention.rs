@@ -237,6 +237,7 @@ mod tests {
                 serial_number: None,
                 machine: None,
                 gear: None,
+                requirements: None,
                 tags: Default::default(),
             };
             self.service.for_retention(&key).create_job(draft, None).await.unwrap()

@@ -160,6 +160,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
             _ => ExpectedSize::Within((0..6).map(|_| number(random, wildness).abs()).collect()),
         },
         noise_sigma: some(random).then(|| number(random, wildness).abs() + f64::MIN_POSITIVE),
+        sums: None,
         level: [0.95, 0.51, 0.999_999][random.below(3)],
         predict: predict(nodes),
         select: None,

@@ -192,11 +192,11 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
     store.insert_record(job.id, 1, Arc::new(record.clone()), None).await.unwrap();
 
     let found = store.iteration(job.id, 1).await.unwrap();
-    let told = |fits: &[FitSummary]| -> Vec<(Option<Arc<str>>, Option<Arc<str>>)> {
-        fits.iter().map(|fit| (fit.event.by.clone(), fit.chosen_by.clone())).collect()
+    let told = |fits: &[FitSummary]| -> Vec<[Option<Arc<str>>; 2]> {
+        fits.iter().map(|fit| [fit.event.by.clone(), fit.chosen_by.clone()]).collect()
     };
     let key = |name: &str| Some(Arc::from(name));
-    assert_eq!(told(&found.fits), [(key("key-a"), key("key-a")), (key("key-b"), None), (None, None)]);
+    assert_eq!(told(&found.fits), [[key("key-a"), key("key-a")], [key("key-b"), None], [None, None]]);
     for by in [Some("key-c"), None] {
         let choice = Choice { fit_id: if by.is_some() { refit.id } else { nobodys.id }, event: event(by) };
         store.choose(job.id, 1, choice, Precondition::None).await.unwrap();
@@ -208,7 +208,7 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
         assert_eq!(found.fits.iter().map(|fit| fit.chosen_by.clone()).collect::<Vec<_>>(), expected);
     }
     let page = store.fits(job.id, 1, WHOLE).await.unwrap();
-    assert_eq!(told(&page.items), [(key("key-a"), None), (key("key-b"), None), (None, None)]);
+    assert_eq!(told(&page.items), [[key("key-a"), None], [key("key-b"), None], [None, None]]);
     assert_eq!(store.fit(job.id, 1, refit.id).await.unwrap().event, refit.event);
     assert_eq!(store.fit(job.id, 1, nobodys.id).await.unwrap().event.by, None);
     assert_eq!(store.record(job.id, 1, record.id).await.unwrap(), record);

@@ -31,7 +31,7 @@ impl Solved<'_> {
         let sum = |weights: &Vec<f64>| {
             let mut row = vec![Dd::ZERO; n];
             for (at, &weight) in rows.iter().zip(weights) {
-                row.iter_mut().zip(at).for_each(|(to, &x)| *to = *to + x.mul_f64(weight));
+                row.iter_mut().zip(at).for_each(|(to, &x)| *to += x.mul_f64(weight));
             }
             let found = forms.of_row(row);
             let sum = WeightedSum {
