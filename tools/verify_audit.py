@@ -1,13 +1,11 @@
 #!/usr/bin/env python3
 """Verifies a chain of the audit: entries as GET /v1/jobs/{job_id}/audit answers them (pages one after the other).
 
-    tools/verify_audit.py [--against SEALS] TENANT JOB_ID page1.json page2.json …
-                                                       (JOB_ID "" for the chain of the tenant itself)
-
 Prints the number of entries and the head, or the first number at fault. SEALS is a file of seals, kept elsewhere, as
 --audit-seal-file has them; what it has of the chain must agree. docs/audit.md has the layout. (Signatures are checked
 by `flankfit audit verify`.)
 """
+import argparse
 import hashlib
 import json
 import sys
@@ -97,11 +95,18 @@ def verify(tenant, job, entries, seals=()):
 
 
 if __name__ == "__main__":
-    arguments, seals = sys.argv[1:], []
-    if arguments[:1] == ["--against"]:
-        seals = [json.loads(line) for line in open(arguments[1])]
-        arguments = arguments[2:]
-    pages = [json.load(open(name)) for name in arguments[2:]]
-    found = verify(arguments[0], arguments[1], [entry for page in pages for entry in page["items"]], seals)
+    lines = __doc__.split("\n", 2)
+    reader = argparse.ArgumentParser(description=lines[0], epilog=lines[2], formatter_class=argparse.RawTextHelpFormatter)
+    reader.add_argument("--against", metavar="SEALS", help="a file of seals, kept elsewhere")
+    reader.add_argument("tenant", metavar="TENANT")
+    reader.add_argument("job", metavar="JOB_ID", help='"" for the chain of the tenant itself')
+    reader.add_argument("pages", metavar="PAGE", nargs="*", help="a page of entries as it was answered")
+    arguments = reader.parse_args()
+    try:
+        seals = [json.loads(line) for line in open(arguments.against)] if arguments.against else []
+        entries = [entry for name in arguments.pages for entry in json.load(open(name))["items"]]
+        found = verify(arguments.tenant, arguments.job, entries, seals)
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        reader.exit(2, f"not found out: {type(error).__name__}: {error}\n")
     print(found)
     sys.exit(not found.startswith("intact"))

@@ -177,8 +177,8 @@ impl ProblemCode {
         match self {
             Self::MalformedBody => (400, "urn:flankfit:problem:malformed_body", "The request body cannot be read"),
             Self::MalformedRequest => (400, "urn:flankfit:problem:malformed_request", "The request cannot be read"),
-            Self::Unauthorized => (401, "urn:flankfit:problem:unauthorized", "An API key is needed"),
-            Self::InvalidKey => (401, "urn:flankfit:problem:invalid_key", "The API key cannot be used"),
+            Self::Unauthorized => (401, "urn:flankfit:problem:unauthorized", "An API key or a token is needed"),
+            Self::InvalidKey => (401, "urn:flankfit:problem:invalid_key", "The API key or token cannot be used"),
             Self::Forbidden => (403, "urn:flankfit:problem:forbidden", "The caller may not do this"),
             Self::CrossSite => (403, "urn:flankfit:problem:cross_site", "A web page of another site may not do this"),
             Self::NotFound => (404, "urn:flankfit:problem:not_found", "There is nothing here"),

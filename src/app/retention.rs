@@ -17,7 +17,7 @@ use uuid::Uuid;
 use crate::{
     api::jobs::purge::told,
     config::RetentionSettings,
-    jobs::{JobService, RETENTION, RepositoryError, Turn, archive::Key},
+    jobs::{JobService, RepositoryError, Turn, actor, archive::Key},
 };
 
 /// Jobs that are looked up at a time.
@@ -122,7 +122,7 @@ impl Retention {
         let kept = folder.join(format!("{}-{}.jsonl.zst", key.job, told(&archived.sha256)));
         let name = kept.clone();
         on_disk(move || keep(&file, &partial, &folder, &name, &archived.sha256)).await.map_err(failed)?;
-        match jobs.purge(key.job, RETENTION.to_owned(), archived.sha256, None).await {
+        match jobs.purge(key.job, actor::RETENTION.to_owned(), archived.sha256, None).await {
             Ok(_) => Ok(Done::Purged),
             Err(RepositoryError::ArchiveDiffers | RepositoryError::HasTasks(_) | RepositoryError::NotFound(_)) => {
                 // the archive is of a job that has gone on

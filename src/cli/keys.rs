@@ -12,7 +12,7 @@ use crate::{
     config::{MigrateMode, PostgresArguments, ServeSettings},
     jobs::{
         Caller, JobService, KeyDraft, OrderedIds, PlantDraft, RepositoryError, Resource, Role, Secret, SystemClock,
-        Tenant,
+        Tenant, actor,
     },
 };
 
@@ -73,6 +73,10 @@ pub fn run(arguments: &KeysArguments) -> Result<(), CommandError> {
     if arguments.name.trim().is_empty() || arguments.name.chars().count() > 200 {
         return Err("--name takes 1 to 200 characters".into());
     }
+    if let Some(found) = arguments.name.chars().find(|c| actor::misleads(*c)) {
+        let found = u32::from(found);
+        return Err(format!("--name holds U+{found:04X}, which is not shown or moves what is; leave it out").into());
+    }
     let settings = ServeSettings {
         database_url: arguments.database_url.clone(),
         postgres: PostgresArguments {
@@ -105,8 +109,11 @@ async fn create(
     tenant: Tenant,
     arguments: &CreateArguments,
 ) -> Result<Secret, CommandError> {
-    let keys =
-        service.keys_of(&Caller { tenant: tenant.clone(), actor: "keys create".into(), origin: Default::default() });
+    let keys = service.keys_of(&Caller {
+        tenant: tenant.clone(),
+        actor: actor::ON_THE_DATABASE.into(),
+        origin: Default::default(),
+    });
     let draft = KeyDraft {
         name: arguments.name.clone(),
         role: Some(arguments.role),

@@ -14,7 +14,7 @@ use super::server::PeerNames;
 use crate::{
     api::problem::{Problem, ProblemCode},
     config::{Authentication, Digest, KeysRole, ServeSettings},
-    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, secret},
+    jobs::{Caller, JobService, KnownKey, KnownKeys, RepositoryError, Role, Scopes, actor, secret},
     oidc::{self, Token, TokenError, Tokens},
     pool::Party,
     telemetry,
@@ -282,7 +282,7 @@ impl From<KeysRole> for Role {
 /// A key of the settings as the log names it: by the beginning of its digest, which tells nothing
 /// of the key.
 fn name_of_key(Digest(digest): &Digest) -> String {
-    digest.iter().take(6).fold("key-".to_owned(), |name, byte| name + &format!("{byte:02x}"))
+    digest.iter().take(6).fold(actor::OF_KEYS.to_owned(), |name, byte| name + &format!("{byte:02x}"))
 }
 
 /// Where a key or a token was.

@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{Answer, KeyClaim, Keyed, KeyedRequest, Lease, Stored},
+    jobs::{Answer, KeyClaim, KeyHeld, Keyed, KeyedRequest, Lease, RepositoryError, Stored},
 };
 
 /// Says that an answer is given again.
@@ -109,13 +109,7 @@ where
     F: Future<Output = Result<Answer, Problem>>,
 {
     let IdempotencyKey(Some(key)) = key else { return work(state, payload, None).await.map(respond) };
-    let Some(claim) = state.keys.claim(state.jobs.tenant(), &key, &scope) else {
-        return Err(Problem::new(
-            ProblemCode::IdempotencyKeyInUse,
-            "The first request with this Idempotency-Key is still running; ask again for its answer.",
-        )
-        .retry_after(1));
-    };
+    let claim = claimed(&state, &key, &scope).await?;
     if let Some(kept) = state.jobs.answer(&key, &scope).await? {
         let limit = state.settings.body_limit;
         let again = state.pool.run(move || multipart::digest(payload, limit)).await??;
@@ -133,6 +127,32 @@ where
             }
         }
         outcome => outcome.map(respond),
+    }
+}
+
+/// Takes the key. An operation that was cancelled may not have come to its end here yet; it has the
+/// key no longer, since nothing is stored for it any more.
+async fn claimed(state: &CallerState, key: &str, scope: &str) -> Result<KeyClaim, Problem> {
+    let tenant = state.jobs.tenant();
+    let in_use = |_held: KeyHeld| {
+        let detail = "The first request with this Idempotency-Key is still running; ask again for its answer.";
+        Problem::new(ProblemCode::IdempotencyKeyInUse, detail).retry_after(1)
+    };
+    match state.keys.claim(tenant, key, scope, state.lease) {
+        Ok(claim) => Ok(claim),
+        Err(KeyHeld { lease: Some(lease) }) if is_over(state, lease).await? => {
+            state.keys.take_over(tenant, key, scope, state.lease, lease).map_err(in_use)
+        }
+        Err(held) => Err(in_use(held)),
+    }
+}
+
+/// Whether an operation has come to its end, or is forgotten.
+async fn is_over(state: &CallerState, lease: Lease) -> Result<bool, Problem> {
+    match state.jobs.task(lease.task).await {
+        Ok(task) => Ok(task.state.is_end()),
+        Err(RepositoryError::NotFound(_)) => Ok(true),
+        Err(error) => Err(error.into()),
     }
 }
 

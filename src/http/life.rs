@@ -1,23 +1,25 @@
 //! Old jobs: archived, and purged.
 
-use std::{fs::File, io, io::Read as _, sync::LazyLock};
+use std::{
+    fmt::{self, Display, Formatter},
+    io,
+    sync::LazyLock,
+    time::Duration,
+};
 
 use axum::{
-    body::{Body, Bytes},
     http::{HeaderName, HeaderValue, header},
     response::Response,
 };
-use futures_util::{StreamExt as _, stream};
-use tempfile::{SpooledData, SpooledTempFile, spooled_tempfile_in};
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
     body::Payload,
     caller_state::CallerState,
-    chunked::PIECE,
     compute::read_small_json,
     extract::PathOf,
+    growing::{self, Growing},
     idempotency::{IdempotencyKey, idempotent},
     state::AppState,
 };
@@ -27,15 +29,16 @@ use crate::{
         json::{value::read_json, writer::text_of},
         problem::Problem,
     },
-    jobs::{Answer, NewPurge, Stored},
+    jobs::{Answer, NewPurge, RepositoryError, Stored},
+    pool::computing,
 };
 
 /// Tells the digest of an archive.
 pub static ARCHIVE_SHA256: HeaderName = HeaderName::from_static("archive-sha256");
 /// The media type of archives: frames of zstd.
 pub const ARCHIVE: &str = "application/zstd";
-/// Longer archives are not held in memory, but in a file without a name.
-const IN_MEMORY: usize = 1 << 20;
+/// An archive that takes longer is sent as it is written.
+const PATIENCE: Duration = Duration::from_secs(30);
 
 static MEDIA: LazyLock<HeaderValue> = LazyLock::new(|| HeaderValue::from_static(ARCHIVE));
 
@@ -47,49 +50,51 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// audit.
 ///
 /// JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
-/// them. The same bytes for as long as nothing changes. Nothing is stored.
+/// them. The same bytes for as long as nothing changes. Nothing is stored. One that takes long is
+/// sent as it is written, without `archive-sha256` and length; a file that ends before its last
+/// line was cut off.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
     responses((status = 200, description = "The archive, to be saved.", content((String = "application/zstd")),
-        headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits."))))
+        headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits; not of one \
+            that takes long."))))
 )]
 async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Response, Problem> {
-    let spool = spooled_tempfile_in(IN_MEMORY, state.settings.retention.spool_dir());
-    let (spool, archived) = state.jobs.archive(job, spool).await?;
-    let mut response = Response::new(sent(spool).map_err(|error| Problem::internal(&error))?);
+    // what there is to refuse is refused before the answer begins
+    state.jobs.job(job).await?;
+    let (own, spool) = (state.jobs.clone(), Growing::new(state.settings.retention.spool_dir()));
+    let to = spool.clone();
+    let write = async move { own.archive(job, to).await.map(|(_, archived)| archived).map_err(Unwritten) };
+    let patience = PATIENCE.min(state.settings.request_timeout() / 2);
+    let growing::Sent { body, written } = growing::send(spool, write, patience).await.map_err(|error| error.0)?;
+    let mut response = Response::new(body);
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, MEDIA.clone());
-    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(archived.bytes));
     if let Ok(name) = HeaderValue::from_str(&format!("attachment; filename=\"job-{job}.jsonl.zst\"")) {
         headers.insert(header::CONTENT_DISPOSITION, name);
     }
+    let Some(archived) = written else { return Ok(response) };
+    headers.insert(header::CONTENT_LENGTH, HeaderValue::from(archived.bytes));
     if let Ok(digest) = HeaderValue::from_str(&told(&archived.sha256)) {
         headers.insert(&ARCHIVE_SHA256, digest);
     }
     Ok(response)
 }
 
-/// What was spooled, from its beginning; a piece at a time where it is in a file.
-fn sent(spool: SpooledTempFile) -> io::Result<Body> {
-    let mut file = match spool.into_inner() {
-        SpooledData::InMemory(bytes) => return Ok(Body::from(bytes.into_inner())),
-        SpooledData::OnDisk(file) => file,
-    };
-    io::Seek::rewind(&mut file)?;
-    let pieces = stream::try_unfold(file, |file| async move {
-        let reading = tokio::task::spawn_blocking(move || piece(file)).await;
-        let (piece, file) = reading.map_err(io::Error::other)??;
-        Ok::<_, io::Error>((!piece.is_empty()).then(|| (Bytes::from(piece), file)))
-    });
-    Ok(Body::from_stream(pieces.fuse()))
+/// Why an archive was not written.
+struct Unwritten(RepositoryError);
+
+impl Display for Unwritten {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        self.0.fmt(f)
+    }
 }
 
-fn piece(mut file: File) -> io::Result<(Vec<u8>, File)> {
-    let mut piece = vec![0; PIECE];
-    let read = file.read(&mut piece)?;
-    piece.truncate(read);
-    Ok((piece, file))
+impl From<io::Error> for Unwritten {
+    fn from(error: io::Error) -> Self {
+        Unwritten(RepositoryError::Failed(error.to_string()))
+    }
 }
 
 /// Takes nodes, results, texts and names of a job away, for good.
@@ -122,6 +127,10 @@ async fn purge_job(
         let body = read_small_json(&state, payload, limit, read).await?;
         let (reason, archive_sha256) = body.checked().map_err(Problem::invalid)?;
         let keyed = key.map(|key| key.answered_by(purged));
+        if state.jobs.job(job).await?.purged_at.is_none() {
+            // it is archived once more
+            state.pool.run(computing).await?;
+        }
         let new = state.jobs.purge(job, reason, archive_sha256, keyed).await?;
         Ok(purged(&new, Stored { number: 0, version: 0 }))
     })

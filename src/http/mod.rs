@@ -22,6 +22,7 @@ pub mod fits;
 mod form;
 mod gear_records;
 mod gears;
+mod growing;
 mod headers;
 pub mod idempotency;
 mod imports;

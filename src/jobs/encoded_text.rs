@@ -6,6 +6,8 @@ use serde::Deserialize;
 use serde_json::value::RawValue;
 use zstd::bulk::Compressor;
 
+use super::frames;
+
 /// Longer texts are compressed.
 pub const LONG: usize = 8 << 10;
 /// Fast: whoever posts a fit waits for it.
@@ -43,7 +45,7 @@ impl EncodedText {
     /// The text of [`Self::bytes`]; an error is told of other bytes.
     pub fn read(bytes: &[u8]) -> io::Result<String> {
         let text = match bytes.starts_with(&FRAME) {
-            true => zstd::stream::decode_all(bytes)?,
+            true => frames::unpacked(bytes, frames::LONGEST)?,
             false => bytes.to_vec(),
         };
         String::from_utf8(text).map_err(|_| io::Error::new(io::ErrorKind::InvalidData, "not in UTF-8"))
@@ -179,6 +181,9 @@ mod tests {
         assert!(EncodedText::from("x".repeat(LONG + 1)).frame().is_some());
         assert!(EncodedText::read(&[0xff]).is_err());
         assert!(EncodedText::read(&FRAME).is_err());
+        // a head that tells of more than any text has, and nothing behind it
+        let endless = [&FRAME[..], &[0xe0], &(1_u64 << 40).to_le_bytes()].concat();
+        assert!(EncodedText::read(&endless).is_err_and(|error| error.to_string().contains("1099511627776 bytes")));
     }
 
     #[test]

@@ -53,6 +53,10 @@ pub enum EventKind {
         id: Uuid,
         state: TaskState,
     },
+    /// The job was purged: what it held is in its archive alone.
+    Purged {
+        reason: String,
+    },
 }
 
 /// What happened to a stream.

@@ -24,6 +24,7 @@ mod encoded_text;
 mod event;
 mod fit;
 mod follow;
+pub mod frames;
 mod gear;
 mod idempotency;
 mod iteration;
@@ -55,7 +56,7 @@ mod wake;
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
 pub use callers::{
     ApiKey, Caller, Credentials, KeyDraft, KeyId, KeyPatch, Keys, KnownKey, KnownKeys, NewKey, NewPlant, Owned, Plant,
-    PlantDraft, PlantPatch, Role, Rotation, San, Scope, Scopes, Secret, Tenant, TenantKeys, secret,
+    PlantDraft, PlantPatch, Role, Rotation, San, Scope, Scopes, Secret, Tenant, TenantKeys, actor, secret,
 };
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
@@ -63,7 +64,7 @@ pub use encoded_text::{EncodedResult, EncodedText, Told};
 pub use event::{EventKind, JobEvent, JobNotifier, StreamEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
-pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, Keyed, KeyedRequest, Receipt, RunningKeys};
+pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, KeyHeld, Keyed, KeyedRequest, Receipt, RunningKeys};
 pub use iteration::{
     Earlier, FitSummary, Iteration, ListedIteration, MAX_LISTED, NewIteration, NewRun, Trace, TracedFit,
     TracedIteration,
@@ -77,7 +78,6 @@ pub use outcome::{Precondition, RepositoryError, RepositoryFuture, Resource, Sto
 pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
 pub use purge::{NewPurge, Purge, Seen};
-pub use purges::RETENTION;
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Repository, Store, Turn, Upkeep, Wakes};

@@ -26,6 +26,7 @@ pub struct Seen {
 pub struct NewPurge {
     pub job: Uuid,
     pub purge: Purge,
-    /// What the job was archived as: it must not have gone on since.
-    pub seen: Seen,
+    /// What the job was archived as: it must not have gone on since. None where its archive is not
+    /// the one that was named: then the store says why, purged meanwhile or changed.
+    pub seen: Option<Seen>,
 }

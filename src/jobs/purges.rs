@@ -8,16 +8,13 @@ use uuid::Uuid;
 use super::{
     archive::{self, Archived, Key},
     audit::{Chain, Verdict},
-    callers::Caller,
+    callers::{Caller, actor},
     idempotency::Keyed,
     outcome::RepositoryError,
     purge::{NewPurge, Purge, Seen},
     repository::Turn,
     service::{JobService, Jobs},
 };
-
-/// Who purges what is old, and why.
-pub const RETENTION: &str = "retention";
 
 impl Jobs {
     /// Writes the archive of a job.
@@ -39,10 +36,10 @@ impl Jobs {
         archive_sha256: [u8; 32],
         keyed: Option<Keyed<NewPurge>>,
     ) -> Result<Arc<NewPurge>, RepositoryError> {
-        // of one that is purged the store says when and why
+        // of one that is purged, before or meanwhile, the store says when and why
         let seen = match self.repository.job(job).await?.purged_at {
             None => self.seen_in(job, archive_sha256).await?,
-            Some(_) => Seen::default(),
+            Some(_) => None,
         };
         let purge = Purge { at: self.now(), reason, archive_sha256 };
         let new = Arc::new(NewPurge { job, purge, seen });
@@ -59,16 +56,16 @@ impl Jobs {
         Ok(purged)
     }
 
-    /// How far the job had come in that archive, which is the one that it has now.
-    async fn seen_in(&self, job: Uuid, archive_sha256: [u8; 32]) -> Result<Seen, RepositoryError> {
+    /// How far the job had come in that archive, if it is the one that it has now.
+    async fn seen_in(&self, job: Uuid, archive_sha256: [u8; 32]) -> Result<Option<Seen>, RepositoryError> {
         let (_, Archived { sha256, seen, .. }) = self.archive(job, std::io::sink()).await?;
         if sha256 != archive_sha256 {
-            return Err(RepositoryError::ArchiveDiffers);
+            return Ok(None);
         }
         // what was changed behind the store's back would never be found again
         match self.repository.verify_audit(Chain::Job(job)).await? {
             Verdict::Broken { number, .. } => Err(RepositoryError::AuditBroken(number)),
-            Verdict::Intact { .. } => Ok(seen),
+            Verdict::Intact { .. } => Ok(Some(seen)),
         }
     }
 }
@@ -86,6 +83,6 @@ impl JobService {
 
     /// The jobs of a tenant, for who purges what is old.
     pub fn for_retention(self: &Arc<Self>, key: &Key) -> Jobs {
-        self.of(&Caller { tenant: key.tenant.clone(), actor: RETENTION.into(), origin: Default::default() })
+        self.of(&Caller { tenant: key.tenant.clone(), actor: actor::RETENTION.into(), origin: Default::default() })
     }
 }

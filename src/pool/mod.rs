@@ -28,7 +28,7 @@ use tokio::sync::oneshot;
 use crate::telemetry;
 use turns::{NoPlace, Turns};
 
-pub use flankfit_engine::numerics::cancel::{Handle, checkpoint};
+pub use flankfit_engine::numerics::cancel::{Handle, checkpoint, computing};
 pub use turns::Party;
 
 /// Work with the handle under which it runs.

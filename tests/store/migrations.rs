@@ -35,6 +35,7 @@ const RELEASED: &[(i64, &str)] = &[
     (21, "de5f82c269483001d8a133026bc85e15"),
     (22, "13681a59398690e2ea8d841d69b243b0"),
     (23, "4c3dacc20a62849e7c90fa422585be10"),
+    (24, "bcf13c03f7e620ce0e2f5dd69b6f8f9d"),
 ];
 
 fn hex(bytes: &[u8]) -> String {
@@ -281,4 +282,29 @@ async fn what_cannot_be_opened_is_explained() {
     assert!(foreign.contains("is not an SQLite database"), "{foreign}");
     assert!(matches!(StoreSettings::of_url("sqlite::memory:"), Err(OpenError::InMemory)));
     assert!(matches!(StoreSettings::of_url("postgres://host/db"), Err(OpenError::Url { .. })));
+}
+
+/// Events from before stay as they are, and a purge can be told among them.
+#[tokio::test]
+async fn older_events_are_joined_by_that_of_a_purge() {
+    let place = Place::new();
+    let mut old = SqliteConnectOptions::new().filename(place.file()).create_if_missing(true).connect().await.unwrap();
+    migrations().run_to(23, &mut old).await.unwrap();
+    let job = place.job("from before");
+    let at = "2026-01-02T03:04:05.000006Z";
+    let insert =
+        "INSERT INTO jobs (seq, id, name, tags, version, created_at, updated_at) VALUES (1, ?, 'w', '{}', 1, ?, ?)";
+    sqlx::query(insert).bind(job.id).bind(at).bind(at).execute(&mut old).await.unwrap();
+    let event = "INSERT INTO events (job, number, kind, created_at) VALUES (1, ?, ?, ?)";
+    sqlx::query(event).bind(1).bind("operation").bind(at).execute(&mut old).await.unwrap();
+    assert!(sqlx::query(event).bind(2).bind("purged").bind(at).execute(&mut old).await.is_err());
+    migrations().run(&mut old).await.unwrap();
+    assert!(sqlx::query(event).bind(2).bind("other").bind(at).execute(&mut old).await.is_err());
+    let purge = "INSERT INTO purges (job, at, reason, archive_sha256) VALUES (1, ?, 'old', zeroblob(32))";
+    sqlx::query(purge).bind(at).execute(&mut old).await.unwrap();
+    let told: Vec<(i64, String)> =
+        sqlx::query_as("SELECT number, kind FROM events ORDER BY number").fetch_all(&mut old).await.unwrap();
+    assert_eq!(told, [(1, "operation".to_owned()), (2, "purged".to_owned())]);
+    let sound: String = sqlx::query_scalar("PRAGMA integrity_check").fetch_one(&mut old).await.unwrap();
+    assert_eq!(sound, "ok");
 }

@@ -303,7 +303,7 @@ pub async fn archived(store: &Arc<dyn Store>, tenant: &str, job: Uuid) -> (Vec<u
 /// A purge of a job by its archive.
 pub fn purge_of(place: &Values, job: Uuid, told: &Archived) -> Arc<NewPurge> {
     let purge = Purge { at: place.now(), reason: "old".to_owned(), archive_sha256: told.sha256 };
-    Arc::new(NewPurge { job, purge, seen: told.seen })
+    Arc::new(NewPurge { job, purge, seen: Some(told.seen) })
 }
 
 /// A small grid with a missing node.

@@ -38,7 +38,7 @@ pub struct JobEventBody {
     pub chosen: Option<bool>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
-    /// Of a decision, a choice or a new fit, as it was posted.
+    /// Of a decision, a choice, a new fit or a purge, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
     /// Of the stream that something happened to.
@@ -70,6 +70,8 @@ pub enum EventName {
     Decision,
     Stream,
     Operation,
+    /// The job was purged: its numbers stay, and whatever needs the rest is 410 from now on.
+    Purged,
 }
 
 impl EventName {
@@ -80,6 +82,7 @@ impl EventName {
             EventName::Decision => "decision",
             EventName::Stream => "stream",
             EventName::Operation => "operation",
+            EventName::Purged => "purged",
         }
     }
 }
@@ -160,6 +163,10 @@ impl From<JobEvent> for JobEventBody {
                 body.kind = EventName::Operation;
                 body.operation_id = Some(id);
                 body.operation_state = Some(state.into());
+            }
+            EventKind::Purged { reason } => {
+                body.kind = EventName::Purged;
+                body.reason = Some(reason);
             }
         }
         body

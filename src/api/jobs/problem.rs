@@ -3,6 +3,7 @@
 use crate::{
     api::{
         faults::Faults,
+        json::text::Moment,
         problem::{Problem, ProblemCode},
     },
     jobs::{RepositoryError, Resource},
@@ -118,14 +119,15 @@ fn of_purge(error: RepositoryError) -> Problem {
         RepositoryError::Purged { at, reason } => Problem::new(
             ProblemCode::Purged,
             format!(
-                "The job was purged on {at} ({}); what it held is in its archive alone, and it takes nothing more.",
+                "The job was purged at {} ({}); what it held is in its archive alone, and it takes nothing more.",
+                Moment(at),
                 reason.trim_end_matches('.')
             ),
         ),
         RepositoryError::ArchiveDiffers => Problem::invalid(Faults::one(
             "/archive_sha256",
-            "is not the digest of the job's archive as it stands now: archive the job again, keep that file, and \
-             send its digest",
+            "the digest is not that of the job's archive as it stands now; archive the job again, keep that file, and \
+             send its `archive-sha256`",
         )),
         RepositoryError::HasTasks(count) => Problem::new(
             ProblemCode::Conflict,

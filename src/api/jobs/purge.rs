@@ -32,7 +32,12 @@ pub struct PurgeRequestBody {
 impl PurgeRequestBody {
     /// Reason and digest.
     pub fn checked(self) -> Result<(String, [u8; 32]), Faults> {
-        let told = || Faults::one("/archive_sha256", "is not SHA-256 in 64 hexadecimal digits");
+        let told = || {
+            Faults::one(
+                "/archive_sha256",
+                "expected SHA-256 in 64 hexadecimal digits: `archive-sha256` of the job's archive",
+            )
+        };
         Ok((self.reason.into(), digest(&self.archive_sha256).ok_or_else(told)?))
     }
 }

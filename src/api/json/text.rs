@@ -1,10 +1,15 @@
 //! Texts and times in requests, checked where they are read: what passes is stored and answered as
 //! it is.
 
-use std::collections::BTreeMap;
+use std::{
+    collections::BTreeMap,
+    fmt::{self, Display, Formatter},
+};
 
 use jiff::{Timestamp, civil::date, fmt::temporal::DateTimePrinter, tz::TimeZone};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de::Error};
+
+use crate::jobs::actor;
 
 /// Characters of a name, a number, an operator …
 pub const SHORT: usize = 200;
@@ -13,8 +18,8 @@ pub const LONG: usize = 4000;
 /// Tags of a job.
 pub const MOST_TAGS: usize = 50;
 
-/// A text of 1 to `MOST` characters that is not only white space. Line breaks and tabs may stand in
-/// long texts only, other control characters in none.
+/// A text of 1 to `MOST` characters that is not only white space. Line breaks, tabs and what sets
+/// the direction of text may stand in long texts only, other control characters in none.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct Text<const MOST: usize>(String);
@@ -61,9 +66,12 @@ impl<'de, const MOST: usize> Deserialize<'de> for Text<MOST> {
 }
 
 /// What to say of a text with a control character (NUL, line break, escape …), which would spoil
-/// lists, tables and logs.
+/// lists, tables and logs, or, in one without `lines`, with one that shows others in another place.
 pub fn control_character(text: &str, lines: bool) -> Option<String> {
-    let wrong = |c: char| c.is_control() && !(lines && matches!(c, '\n' | '\r' | '\t'));
+    let wrong = |c: char| match lines {
+        true => c.is_control() && !matches!(c, '\n' | '\r' | '\t'),
+        false => actor::misleads(c),
+    };
     let (place, found) = text.chars().enumerate().find(|(_, c)| wrong(*c))?;
     Some(format!(
         "character {} of the text is the control character U+{:04X}; leave it out",
@@ -117,6 +125,12 @@ pub struct Moment(pub Timestamp);
 
 static PRINTER: DateTimePrinter = DateTimePrinter::new().precision(Some(6));
 
+impl Display for Moment {
+    fn fmt(&self, f: &mut Formatter<'_>) -> fmt::Result {
+        f.write_str(&PRINTER.timestamp_to_string(&self.0))
+    }
+}
+
 impl Serialize for Moment {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
         serializer.serialize_str(&PRINTER.timestamp_to_string(&self.0))
@@ -163,6 +177,8 @@ mod tests {
             assert!(read::<Tags>(&format!(r#"{{"a":{wrong}}}"#)).unwrap_err().contains("control"), "{wrong}");
             assert!(read::<Tags>(&format!(r#"{{{wrong}:"a"}}"#)).unwrap_err().contains("control"), "{wrong}");
         }
+        assert!(read::<ShortText>(r#""a\u202eb""#).unwrap_err().contains("character 2 of the text"));
+        assert!(read::<LongText>(r#""a\u200fb""#).is_ok());
         assert!(read::<LongText>(r#""a\u0000b""#).unwrap_err().contains("U+0000"));
         assert_eq!(String::from(read::<LongText>(r#""a\r\n\tb""#).unwrap()), "a\r\n\tb");
     }

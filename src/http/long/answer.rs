@@ -9,7 +9,7 @@ use axum::{
 use super::super::idempotency::respond;
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{TaskAnswer, TaskResult, TaskState},
+    jobs::{TaskAnswer, TaskResult, TaskState, frames},
 };
 
 /// Headers of a request that its handler looks at; the key stands beside them.
@@ -42,9 +42,9 @@ pub fn compressed(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
     zstd::bulk::compress(bytes, LEVEL).map_err(Problem::internal)
 }
 
-/// Bytes as they were. Processor work.
-pub fn decompressed(bytes: &[u8]) -> Result<Vec<u8>, Problem> {
-    zstd::stream::decode_all(bytes).map_err(Problem::internal)
+/// Bytes as they were, no more than so many. Processor work.
+pub fn decompressed(bytes: &[u8], most: u64) -> Result<Vec<u8>, Problem> {
+    frames::unpacked(bytes, most).map_err(Problem::internal)
 }
 
 /// What a handler has answered, read to its end.
@@ -73,10 +73,14 @@ impl Answered {
 
     /// As it is kept, in no more than so many bytes. Processor work.
     pub fn kept(self, most: u64) -> TaskAnswer {
+        let refused = |detail: String| Answered::from(Problem::new(ProblemCode::BodyTooLarge, detail)).kept(u64::MAX);
+        if self.body.len() as u64 > frames::LONGEST {
+            let (length, longest) = (self.body.len(), frames::LONGEST);
+            return refused(format!("The answer has {length} bytes, of which {longest} are kept."));
+        }
         let body = compressed(&self.body).unwrap_or_default();
         if body.len() as u64 > most {
-            let detail = format!("The answer takes {} bytes, of which {most} are kept for a tenant.", body.len());
-            return Answered::from(Problem::new(ProblemCode::BodyTooLarge, detail)).kept(u64::MAX);
+            return refused(format!("The answer takes {} bytes, of which {most} are kept for a tenant.", body.len()));
         }
         let headers = written(&self.headers, &OF_ANSWER);
         TaskAnswer { status: self.status.as_u16(), headers, body }
@@ -94,7 +98,7 @@ impl From<Problem> for Answered {
 
 /// The problem that a failed task was answered with. Processor work.
 pub fn problem(answer: &TaskAnswer) -> Option<Problem> {
-    serde_json::from_slice(&decompressed(&answer.body).ok()?).ok()
+    serde_json::from_slice(&decompressed(&answer.body, frames::LONGEST).ok()?).ok()
 }
 
 /// The answer that the plain request would have had. Processor work.
@@ -110,7 +114,7 @@ pub fn response(result: TaskResult) -> Result<Response, Problem> {
         // with the id of the request that asks for it
         return Ok(problem.into_response());
     }
-    let mut response = (status, decompressed(&answer.body)?).into_response();
+    let mut response = (status, decompressed(&answer.body, frames::LONGEST)?).into_response();
     *response.headers_mut() = headers(&answer.headers);
     Ok(response)
 }

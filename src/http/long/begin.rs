@@ -97,8 +97,13 @@ async fn begin(
 struct Target {
     /// Method and path, as handlers write the scopes of keys.
     scope: String,
+    /// Whose events tell of it.
     job: Option<Uuid>,
 }
+
+/// No event of its job tells that a purge waits: that would change the archive whose digest it
+/// names.
+const UNTOLD: &str = "/v1/jobs/{job_id}/purge";
 
 impl Target {
     async fn of(parts: &mut Parts) -> Result<Self, Problem> {
@@ -111,7 +116,7 @@ impl Target {
             let number = value.parse::<u64>().ok().map(|number| number.to_string());
             let value = id.map(|id| id.to_string()).or(number).unwrap_or_else(|| value.to_owned());
             scope = scope.replace(&format!("{{{name}}}"), &value);
-            job = job.or(id.filter(|_| name == "job_id"));
+            job = job.or(id.filter(|_| name == "job_id" && path != UNTOLD));
         }
         Ok(Target { scope, job })
     }

@@ -18,7 +18,11 @@ use super::{
     },
     answer::{self, Answered},
 };
-use crate::{api::problem::Problem, jobs::ClaimedTask, pool::Handle};
+use crate::{
+    api::problem::Problem,
+    jobs::{ClaimedTask, frames},
+    pool::Handle,
+};
 
 /// What the handler of a task's request answers, read to its end.
 pub async fn answer(state: &AppState, handlers: &Router, task: ClaimedTask) -> Answered {
@@ -30,8 +34,9 @@ pub async fn answer(state: &AppState, handlers: &Router, task: ClaimedTask) -> A
 
 async fn respond(state: &AppState, handlers: &Router, task: ClaimedTask) -> Result<Response, Problem> {
     let ClaimedTask { lease, caller, scopes, request: path, key, headers, body, .. } = task;
-    // unpacking is no part of what is told about
-    let body = state.pool.run_with(Handle::new(), move || answer::decompressed(&body)).await??;
+    // unpacking is no part of what is told about; what was taken may be longer than is taken now
+    let most = frames::LONGEST.max(state.settings.body_limit as u64);
+    let body = state.pool.run_with(Handle::new(), move || answer::decompressed(&body, most)).await??;
     let mut request =
         Request::builder().method(Method::POST).uri(path).body(Body::from(body)).map_err(Problem::internal)?;
     *request.headers_mut() = answer::headers(&headers);

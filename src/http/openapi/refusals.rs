@@ -18,7 +18,7 @@ pub fn declare(path: &str, operation: &mut Operation) {
     let represented = good.into_iter().any(|(_, r)| matches!(r, RefOr::T(response) if !response.content.is_empty()));
     let known = [
         (versioned && body, "400", "The body or its compression cannot be read; `detail` says where."),
-        (versioned, "401", "No API key was sent, or one that cannot be used."),
+        (versioned, "401", "No API key or token was sent, or one that cannot be used."),
         (versioned, "403", "The caller lacks the scope that `detail` names, or a web page of another site asks."),
         (versioned && path.contains('{'), "404", "There is no such resource."),
         (represented, "406", "The header `Accept` takes none of the media types of the answer."),

@@ -18,6 +18,10 @@ pub enum ArchiveError {
     Cut,
     #[error("line {line} of the file is not as it was written; nothing of it was stored")]
     Damaged { line: u64 },
+    #[error(
+        "line {line} of the file is longer than {longest} bytes, as none of an export is; nothing of it was stored"
+    )]
+    TooLong { line: u64, longest: u64 },
     #[error("job {0} is there already and differs; nothing was stored")]
     Differs(Uuid),
     #[error("job {job} was not stored, the jobs before it were: {error}")]

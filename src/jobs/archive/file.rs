@@ -13,11 +13,13 @@ use super::{
     row::{Row, to_hex},
     section::{Digested, Key, Section},
 };
-use crate::jobs::callers::Tenant;
+use crate::jobs::{callers::Tenant, frames};
 
 const FIRST: &str = "{\"flankfit\":\"export\",\"version\":1}\n";
-/// No line of an export is longer: results are bounded by what a request may be.
-const LONGEST: u64 = 1 << 30;
+/// No line is longer: what is kept is bounded by what a request may be.
+const LONGEST: u64 = frames::LONGEST;
+/// What is written here is not read back further, 8 MiB, to be unpacked.
+const WINDOW_LOG: u32 = 23;
 
 /// Writes a file.
 pub struct ArchiveWriter<W: Write> {
@@ -57,8 +59,11 @@ impl<W: Write> ArchiveWriter<W> {
         Ok(writer)
     }
 
-    /// Writes a line of a section.
+    /// Writes a line of a section; what could not be read again is not written.
     pub fn line(&mut self, line: &str) -> io::Result<()> {
+        if line.len() as u64 > LONGEST {
+            return Err(io::Error::other(format!("a row of {} bytes is longer than a line may be", line.len())));
+        }
         self.digest.update(line.as_bytes());
         self.to.write_all(line.as_bytes())
     }
@@ -93,15 +98,24 @@ pub struct ArchiveReader<R: Read> {
     sections: u64,
     lines: u64,
     section: Option<Section>,
+    /// Of a line.
+    longest: u64,
 }
 
 impl<R: Read> ArchiveReader<R> {
     pub fn begin(from: R) -> Result<Self, ArchiveError> {
-        let from = BufReader::new(Decoder::new(from)?);
-        let mut reader = ArchiveReader { from, digest: Sha256::new(), sections: 0, lines: 0, section: None };
+        Self::within(from, LONGEST)
+    }
+
+    /// Of a file of which no line is longer.
+    fn within(from: R, longest: u64) -> Result<Self, ArchiveError> {
+        let mut decoder = Decoder::new(from)?;
+        decoder.window_log_max(WINDOW_LOG)?;
+        let from = BufReader::new(decoder);
+        let mut reader = ArchiveReader { from, digest: Sha256::new(), sections: 0, lines: 0, section: None, longest };
         match reader.next_line() {
             Ok(first) if first == FIRST => Ok(reader),
-            Err(ArchiveError::Cut) => Err(ArchiveError::Cut),
+            Err(error @ (ArchiveError::Cut | ArchiveError::TooLong { .. })) => Err(error),
             _ => Err(ArchiveError::Foreign),
         }
     }
@@ -109,8 +123,12 @@ impl<R: Read> ArchiveReader<R> {
     fn next_line(&mut self) -> Result<String, ArchiveError> {
         let mut line = String::new();
         self.lines += 1;
-        let read = (&mut self.from).take(LONGEST).read_line(&mut line);
+        // one more than it may be tells that it is longer
+        let read = (&mut self.from).take(self.longest + 1).read_line(&mut line);
         match read {
+            Ok(bytes) if bytes as u64 > self.longest => {
+                return Err(ArchiveError::TooLong { line: self.lines, longest: self.longest });
+            }
             Ok(_) if line.ends_with('\n') => {}
             Err(error) if error.kind() == io::ErrorKind::InvalidData => return Err(self.damaged()),
             Ok(_) => return Err(ArchiveError::Cut),
@@ -167,5 +185,52 @@ impl<R: Read> ArchiveReader<R> {
             }
             _ => Err(self.damaged()),
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::Write as _;
+
+    use super::*;
+
+    fn packed(text: &[u8], window_log: u32) -> Vec<u8> {
+        let mut to = Encoder::new(Vec::new(), 1).unwrap();
+        to.window_log(window_log).unwrap();
+        to.write_all(text).unwrap();
+        to.finish().unwrap()
+    }
+
+    /// A line that would fill the memory is told by its number, and no more of it is read.
+    #[test]
+    fn a_line_without_an_end_is_told_by_its_number() {
+        let section = "{\"section\":{\"tenant\":\"default\",\"job\":\"0190b0de-0000-7000-8000-000000000000\"}}\n";
+        let hostile = [FIRST.as_bytes(), section.as_bytes(), &b" ".repeat(8 << 20)].concat();
+        let file = packed(&hostile, 20);
+        assert!(file.len() < 4096, "{}", file.len());
+        let mut reader = ArchiveReader::within(&file[..], 1 << 20).unwrap();
+        assert!(matches!(reader.next_part(), Ok(Some(Listed::Section(_)))));
+        let refused = reader.next_part().unwrap_err();
+        assert!(matches!(refused, ArchiveError::TooLong { line: 3, longest: 1_048_576 }), "{refused}");
+        assert!(refused.to_string().starts_with("line 3 of the file is longer than 1048576 bytes"), "{refused}");
+        let endless = packed(&b"x".repeat(2 << 20), 20);
+        assert!(matches!(ArchiveReader::within(&endless[..], 1 << 20), Err(ArchiveError::TooLong { line: 1, .. })));
+        // as long as it may be
+        let mut whole = ArchiveReader::within(&file[..], 8 << 20).unwrap();
+        assert!(whole.next_part().is_ok());
+        assert!(matches!(whole.next_part(), Err(ArchiveError::Cut)));
+    }
+
+    /// A frame that asks for more memory to be unpacked than this program's do is none of its.
+    #[test]
+    fn a_window_that_is_too_large_is_refused() {
+        let mut noise = 7_u64;
+        let mut text = FIRST.as_bytes().to_vec();
+        while text.len() < 20 << 20 {
+            noise = noise.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            text.extend(noise.to_le_bytes().map(|byte| b' ' + byte % 64));
+        }
+        assert!(matches!(ArchiveReader::begin(&packed(&text, 24)[..]), Err(ArchiveError::Foreign)));
+        assert!(ArchiveReader::begin(&packed(&text, 22)[..]).is_ok());
     }
 }

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use uuid::Uuid;
 
+use super::actor::ANONYMOUS;
 use crate::jobs::origin::Origin;
 
 /// No tenant can be named so.
@@ -48,9 +49,6 @@ impl Tenant {
         self.0.clone()
     }
 }
-
-/// Who acts where nobody is known.
-const ANONYMOUS: &str = "anonymous";
 
 impl Default for Tenant {
     /// The tenant of callers that no tenant is known of, and of jobs from before there were any.

@@ -8,6 +8,7 @@ use std::{
 use jiff::Timestamp;
 
 use super::{
+    actor,
     caller::{Caller, Tenant},
     role::Role,
     scope::Scopes,
@@ -95,7 +96,11 @@ pub struct ApiKey {
 impl ApiKey {
     /// As whom its holder acts.
     pub fn caller(&self) -> Caller {
-        Caller { tenant: self.tenant.clone(), actor: format!("key-{}", self.id).into(), origin: Default::default() }
+        Caller {
+            tenant: self.tenant.clone(),
+            actor: format!("{}{}", actor::OF_KEYS, self.id).into(),
+            origin: Default::default(),
+        }
     }
 
     /// Whether it lets anybody in at this time.

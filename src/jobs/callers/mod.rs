@@ -1,5 +1,6 @@
 //! Who may do what: callers and their tenants, scopes and the roles that are made of them.
 
+pub mod actor;
 mod caller;
 mod desk;
 mod kept;

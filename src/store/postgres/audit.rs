@@ -6,10 +6,10 @@ use uuid::Uuid;
 
 use super::{locate::signed, time::stamp};
 use crate::{
-    jobs::audit::{Entry, Found, Sha256Digest, job_digest, purge_digest},
+    jobs::audit::{Entry, Found, Sha256Digest, job_digest},
     store::shared::{
-        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow,
-        HeadRow, JobRow, NewEntry, Outcome, PurgeRow, RecordRow, figure_columns, job_columns,
+        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
+        FoundStreamRow, HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
     },
 };
 
@@ -131,9 +131,12 @@ async fn own(db: &mut PgConnection, job: Uuid, found: &mut Found) -> Outcome<()>
         .fetch_optional(&mut *db)
         .await?;
     found.job = row.map(|row| job_digest(&row.into()));
-    let purge = sqlx::query("SELECT at, reason, archive_sha256 FROM purges WHERE job = $1");
+    let purge = sqlx::query(
+        "SELECT j.purged_at, p.at, p.reason, p.archive_sha256
+         FROM jobs j LEFT JOIN purges p ON p.job = j.id WHERE j.id = $1",
+    );
     let purge = purge.bind(job).fetch_optional(&mut *db).await?;
-    found.purge = purge.map(|row| PurgeRow::from_row(&row).map_or([0; 32], |row| purge_digest(job, &row.into())));
+    found.purge = purge.and_then(|row| FoundJobPurge::from_row(&row).map_or(Some([0; 32]), |found| found.digest(job)));
     let mut streams = sqlx::query_as::<_, FoundStreamRow>(
         "SELECT id, spec, forgetting_factor, flank, tooth, axes, created_at, iteration IS NULL AS open
          FROM streams WHERE job = $1",

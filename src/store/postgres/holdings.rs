@@ -144,12 +144,13 @@ const STATEMENTS: &[Statements] = &[
 ];
 
 /// The triggers that tell of events, and their tables.
-const TELLING: [(&str, &str); 5] = [
+const TELLING: [(&str, &str); 6] = [
     ("iterations", "events_of_iterations"),
     ("fits", "events_of_fits"),
     ("fit_choices", "events_of_choices"),
     ("decisions", "events_of_decisions"),
     ("streams", "events_of_new_streams"),
+    ("purges", "events_of_purges"),
 ];
 
 /// For a transaction, whatever the session's limits are.

@@ -28,7 +28,7 @@ impl Write<Session> for PurgeJob {
         if open.0 > 0 {
             return Err(RepositoryError::HasTasks(open.0).into());
         }
-        if seen(&mut session.db, new.job).await? != new.seen {
+        if Some(seen(&mut session.db, new.job).await?) != new.seen {
             return Err(RepositoryError::ArchiveDiffers.into());
         }
         // jobs are locked before tenants, by whoever changes both

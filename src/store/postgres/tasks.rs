@@ -5,7 +5,7 @@ use jiff::SignedDuration;
 use sqlx::{PgPool, postgres::types::PgInterval};
 use uuid::Uuid;
 
-use super::{locate::signed, session::Session, time::stamp};
+use super::{gone, locate::signed, session::Session, time::stamp};
 use crate::{
     jobs::{
         Caller, ClaimedTask, Cursor, Lease, Page, PageRequest, RepositoryError, Resource, Task, TaskResult, TaskState,
@@ -93,6 +93,9 @@ impl Write<Session> for InsertTask {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Task> {
         let (InsertTask { task, most }, caller) = (&asked.write, &asked.caller);
         let db = &mut session.db;
+        if let Some(job) = task.job {
+            gone::refuse(db, &caller.tenant, job).await?;
+        }
         let before: Option<Uuid> =
             sqlx::query_scalar("SELECT id FROM operations WHERE tenant = $1 AND key = $2 AND key_scope = $3")
                 .bind(caller.tenant.as_str())

@@ -6,10 +6,10 @@ use uuid::Uuid;
 
 use super::{locate::signed, time};
 use crate::{
-    jobs::audit::{By, Chain, Found, job_digest, purge_digest},
+    jobs::audit::{By, Chain, Found, job_digest},
     store::shared::{
-        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundNodes, FoundRow, FoundStreamRow,
-        Growing, HeadRow, JobRow, NewEntry, Outcome, PurgeRow, RecordRow, figure_columns, job_columns,
+        ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
+        FoundStreamRow, Growing, HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
     },
 };
 
@@ -144,11 +144,11 @@ async fn own(db: &mut SqliteConnection, job: Uuid, found: &mut Found) -> Outcome
         .await?;
     found.job = row.map(|row| job_digest(&row.into()));
     let purge = sqlx::query(
-        "SELECT p.at AS at, p.reason AS reason, p.archive_sha256 AS archive_sha256
-         FROM jobs j JOIN purges p ON p.job = j.seq WHERE j.id = ?",
+        "SELECT j.purged_at AS purged_at, p.at AS at, p.reason AS reason, p.archive_sha256 AS archive_sha256
+         FROM jobs j LEFT JOIN purges p ON p.job = j.seq WHERE j.id = ?",
     );
     let purge = purge.bind(job).fetch_optional(&mut *db).await?;
-    found.purge = purge.map(|row| PurgeRow::from_row(&row).map_or([0; 32], |row| purge_digest(job, &row.into())));
+    found.purge = purge.and_then(|row| FoundJobPurge::from_row(&row).map_or(Some([0; 32]), |found| found.digest(job)));
     let mut streams = sqlx::query_as::<_, FoundStreamRow>(
         "SELECT s.id AS id, s.spec AS spec, s.forgetting_factor AS forgetting_factor, s.flank AS flank,
                 s.tooth AS tooth, s.axes AS axes, s.created_at AS created_at, s.iteration IS NULL AS open

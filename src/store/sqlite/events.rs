@@ -17,12 +17,13 @@ impl Read<SqlitePool> for GetEvents {
                 c.position AS choice, c.reason AS choice_reason,
                 d.decision AS decision, d.reason AS decision_reason,
                 e.stream AS stream_id, e.state AS state, e.sequence AS sequence, e.node_count AS node_count,
-                e.operation AS operation, e.operation_state AS operation_state
+                e.operation AS operation, e.operation_state AS operation_state, p.reason AS purge_reason
          FROM jobs j JOIN events e ON e.job = j.seq
               LEFT JOIN iterations i ON i.seq = e.iteration
               LEFT JOIN fits f ON f.seq = e.fit
               LEFT JOIN fit_choices c ON e.kind = 'fit' AND c.iteration = e.iteration AND c.position = e.position
               LEFT JOIN decisions d ON e.kind = 'decision' AND d.iteration = e.iteration AND d.position = e.position
+              LEFT JOIN purges p ON e.kind = 'purged' AND p.job = e.job
          WHERE j.id = ? AND j.tenant = ? AND e.number > ? ORDER BY e.number LIMIT ?",
         )
         .bind(self.job)

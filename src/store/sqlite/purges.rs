@@ -45,7 +45,7 @@ impl Write<SqliteConnection> for PurgeJob {
         if open.0 > 0 {
             return Err(RepositoryError::HasTasks(open.0).into());
         }
-        if seen(db, seq, new.job).await? != new.seen {
+        if Some(seen(db, seq, new.job).await?) != new.seen {
             return Err(RepositoryError::ArchiveDiffers.into());
         }
         let version = purge(asked, db, (seq, job)).await.map_err(StoreError::too_late)?;

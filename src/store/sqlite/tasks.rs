@@ -3,7 +3,7 @@
 use jiff::Timestamp;
 use sqlx::{SqliteConnection, SqlitePool};
 
-use super::{locate::signed, time};
+use super::{gone, locate::signed, time};
 use crate::{
     jobs::{
         Caller, ClaimedTask, Cursor, Lease, Page, PageRequest, Receipt, RepositoryError, Resource, Task, TaskResult,
@@ -93,6 +93,9 @@ impl Read<SqlitePool> for GetTaskOfKey {
 impl Write<SqliteConnection> for InsertTask {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Task> {
         let (InsertTask { task, most }, caller) = (&asked.write, &asked.caller);
+        if let Some(job) = task.job {
+            gone::refuse(db, &caller.tenant, job).await?;
+        }
         let taken = sqlx::query("SELECT 1 FROM operations WHERE tenant = ? AND key = ? AND key_scope = ?")
             .bind(caller.tenant.as_str())
             .bind(task.key.as_str())

@@ -110,6 +110,13 @@ fn wrong_tokens(issuer: &Issuer, rs: &SigningKey, es: &SigningKey) -> Vec<(Strin
         ("an end in words", claims("exp", json!("tomorrow"))),
         ("not yet", claims("nbf", json!(now() + 60))),
         ("no subject", claims("sub", Value::Null)),
+        // names under which the service itself acts, and such as nobody reads right
+        ("retention's name", claims("sub", json!("retention"))),
+        ("nobody's name", claims("sub", json!("Anonymous"))),
+        ("the name of the database's own", claims("sub", json!("keys create"))),
+        ("the name of a key", claims("sub", json!("key-27042f4e6eca"))),
+        ("a name read backwards", claims("sub", json!("nimda\u{202e}"))),
+        ("a name of two lines", claims("sub", json!("jd\u{2028}admin"))),
         ("no role", claims("role", Value::Null)),
         ("a role of nobody", claims("role", json!("god"))),
         ("root of a tenant", claims("role", json!("root"))),
@@ -166,6 +173,7 @@ async fn what_is_not_to_be_believed_is_refused() {
             assert!(!answer.text.contains(part), "{what}");
         }
         let problem = answer.problem(401, "invalid_key");
+        assert_eq!(problem["title"], "The API key or token cannot be used", "{what}");
         // what has not even the form of a token is taken for a key
         if token.split('.').count() == 3 && token.starts_with("ey") {
             told.push(problem["detail"].as_str().unwrap().to_owned());

@@ -104,7 +104,7 @@ impl TestApp {
         self.stop_server().await;
     }
 
-    async fn stop_server(&mut self) -> TempDir {
+    pub async fn stop_server(&mut self) -> TempDir {
         // Idle connections of the client would be waited for.
         self.client = Client::new();
         self.server.take().unwrap().stop().await

@@ -88,6 +88,23 @@ async fn python_agrees() {
     app.stop().await;
 }
 
+#[test]
+fn the_program_says_how_it_is_used_and_what_it_cannot_read() {
+    let script = Path::new(env!("CARGO_MANIFEST_DIR")).join("tools/verify_audit.py");
+    let run = |arguments: &[&str]| {
+        let output = Command::new("python3").arg(&script).args(arguments).output().unwrap();
+        let said = String::from_utf8([output.stdout, output.stderr].concat()).unwrap();
+        assert!(!said.contains("Traceback"), "{said}");
+        (output.status.code(), said)
+    };
+    let (code, said) = run(&["--help"]);
+    assert!(code == Some(0) && said.contains("--against SEALS") && said.contains("JOB_ID"), "{said}");
+    let (code, said) = run(&["default", "", "/no/such/file"]);
+    assert!(code == Some(2) && said.starts_with("not found out: "), "{said}");
+    assert_eq!(run(&[]).0, Some(2));
+    assert_eq!(run(&["default", ""]), (Some(0), "intact 0 -\n".to_owned()));
+}
+
 /// What a purge took away is no break for it either; what is changed afterwards is.
 #[tokio::test]
 async fn python_agrees_after_a_purge() {

@@ -293,6 +293,35 @@ async fn one_key_is_one_operation() {
     }
 }
 
+/// A cancelled operation has its key no longer, be it that its work has not come to its end yet:
+/// neither here nor for the plain request.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn a_cancelled_operation_frees_its_key() {
+    let app = TestApp::start().await;
+    let job = app.job().await;
+    let path = format!("{job}/iterations");
+    let keyed = |body: &Value| later(&app, &path, body).header("Idempotency-Key", "k");
+    let first = begun(keyed(&trimmed(150))).await;
+    once(&app, &first, |told| told["state"] == "running").await;
+    app.post_keyed(&path, "k", &iteration()).await.problem(409, "idempotency_key_in_use");
+    app.delete(&first).await.expect(204);
+    // at once, with another body
+    let second = begun(keyed(&trimmed(120))).await;
+    assert_ne!(first, second);
+    once(&app, &second, |told| told["state"] == "running").await;
+    app.delete(&second).await.expect(204);
+    let plain = app.post_keyed(&path, "k", &iteration()).await.expect(201);
+    assert_eq!(plain.header("idempotency-replayed"), None);
+    let again = app.post_keyed(&path, "k", &iteration()).await.expect(201);
+    assert_eq!((again.header("idempotency-replayed"), &again.text), (Some("true"), &plain.text));
+    // what was cancelled stores nothing, also later
+    for operation in [first, second] {
+        result(&app, &operation).await.problem(410, "operation_cancelled");
+    }
+    let trace = app.get(&format!("{job}/trace")).await.expect(200).json();
+    assert_eq!(trace["iterations"].as_array().unwrap().len(), 1);
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn a_cancelled_operation_ends_at_once_and_stores_nothing() {
     let app = TestApp::start().await;

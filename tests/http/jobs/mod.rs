@@ -18,6 +18,7 @@ pub mod long;
 mod measurand;
 mod plant;
 mod previews;
+mod purged_later;
 mod purges;
 mod refusals;
 mod replicas;

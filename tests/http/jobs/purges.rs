@@ -12,10 +12,10 @@ use super::{
     long::robust_iteration,
 };
 
-const NOBODY: &str = "/v1/jobs/0190b0de-0000-7000-8000-000000000000";
+pub const NOBODY: &str = "/v1/jobs/0190b0de-0000-7000-8000-000000000000";
 
 /// The archive of a job, and its digest as it is told.
-async fn archived(app: &TestApp, job: &str) -> (Vec<u8>, String) {
+pub async fn archived(app: &TestApp, job: &str) -> (Vec<u8>, String) {
     let response = app.request(Method::POST, &format!("{job}/archive")).send().await.unwrap();
     assert_eq!(response.status(), 200);
     let header = |name: &str| response.headers()[name].to_str().unwrap().to_owned();
@@ -39,7 +39,7 @@ pub async fn purged(app: &TestApp, job: &str) -> Vec<u8> {
     bytes
 }
 
-fn lines(archive: &[u8]) -> String {
+pub fn lines(archive: &[u8]) -> String {
     String::from_utf8(zstd::decode_all(archive).unwrap()).unwrap()
 }
 
@@ -81,20 +81,24 @@ async fn an_archive_is_the_same_file_while_nothing_changes() {
     app.stop().await;
 }
 
-/// One whose archive does not fit into memory is sent from a file.
-#[tokio::test]
-async fn a_long_archive_is_whole() {
-    let mut app = TestApp::start().await;
-    let job = app.job().await;
-    // noise, so that nothing can be compressed
+/// Nodes that cannot be compressed: about 16 bytes of an archive for each.
+pub fn noisy(count: u32) -> Value {
     let mut state = 0x9e37_79b9_7f4a_7c15_u64;
     let mut next = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         (state >> 11) as f64 / (1_u64 << 53) as f64
     };
-    let x: Vec<f64> = (0..150_000).map(f64::from).collect();
+    let x: Vec<f64> = (0..count).map(f64::from).collect();
     let y: Vec<f64> = x.iter().map(|_| next()).collect();
-    let body = json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": {"type": "polynomial", "degree": 2}});
+    json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": {"type": "polynomial", "degree": 2}})
+}
+
+/// One whose archive does not fit into memory is sent from a file.
+#[tokio::test]
+async fn a_long_archive_is_whole() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    let body = noisy(150_000);
     app.post(&format!("{job}/iterations"), &body).await.expect(201);
     let (bytes, told) = archived(&app, &job).await;
     assert!(bytes.len() > 1 << 20, "{}", bytes.len());
@@ -123,7 +127,11 @@ async fn a_purge_takes_the_digest_of_the_archive_as_it_is() {
     app.iteration(&job).await;
     let late = app.post(&place, &body(&told)).await;
     assert_eq!(late.problem(422, "invalid_request"), ["/archive_sha256"]);
-    assert!(late.text.contains("as it stands now"), "{}", late.text);
+    let detail = late.json()["detail"].as_str().unwrap().to_owned();
+    assert!(
+        detail.starts_with("/archive_sha256: the digest is not that of the job's archive as it stands now;"),
+        "{detail}"
+    );
     assert_eq!(app.get(&job).await.expect(200).json().get("purged_at"), None);
 
     // it is done once, whatever becomes of the answer
@@ -170,11 +178,14 @@ async fn filled(app: &TestApp) -> Filled {
     Filled { job, fit: first["fits"][0]["id"].as_str().unwrap().to_owned(), record, stream, finished }
 }
 
+/// The time in a detail is written as times are elsewhere.
 #[track_caller]
-fn is_gone(answer: &Answer, what: &str) {
+pub fn is_gone(answer: &Answer, what: &str) {
     answer.problem(410, "purged");
     let detail = answer.json()["detail"].as_str().unwrap().to_owned();
-    assert!(detail.starts_with("The job was purged on 20") && detail.contains("(agreed)"), "{what}: {detail}");
+    assert!(detail.starts_with("The job was purged at 20") && detail.contains("(agreed)"), "{what}: {detail}");
+    let time = detail.split(' ').nth(5).unwrap();
+    assert!(time.len() == 27 && time.ends_with('Z') && &time[19..20] == ".", "{detail}");
 }
 
 #[tokio::test]

@@ -15,6 +15,7 @@ mod keys;
 mod neighbours;
 mod paging;
 mod pair;
+mod purged_audit;
 mod purges;
 mod recorder;
 mod records;
@@ -125,12 +126,15 @@ conformance! {
         paging:
             lists_that_grow_are_read_without_gaps_or_repeats,
             the_order_is_that_of_storing_not_of_ids;
+        purged_audit:
+            what_was_purged_is_no_break,
+            what_is_changed_after_a_purge_is_found,
+            a_purge_that_was_none_is_found;
         purges:
             a_purged_job_keeps_its_numbers_and_no_more,
             a_purge_takes_the_archive_as_it_is_now,
             a_purge_comes_before_or_after_each_writer,
-            what_was_purged_is_no_break,
-            what_is_changed_after_a_purge_is_found,
+            of_two_purges_one_is_told_of_the_other,
             the_trace_loses_only_what_a_purge_takes,
             jobs_that_nobody_touches_are_due;
         records:

@@ -1,13 +1,13 @@
 //! What only takes space or tells of people is taken away for good, beside a row that says so;
 //! rows, numbers and chains stay, and what is changed afterwards is found as ever.
 
-use std::{collections::BTreeMap, sync::Arc};
+use std::sync::Arc;
 
 use flankfit::jobs::{
-    Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobPatch, Measurand,
-    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RecordSummary, RepositoryError,
+    Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobEvent, JobPatch, Measurand,
+    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RecordSummary, Repository, RepositoryError,
     Resource, Scope, Scopes, Seen, Stored, StreamEvent, Turn,
-    audit::{Action, Chain, Entry, Verdict, What, purge_digest},
+    audit::{Chain, Verdict},
 };
 use jiff::SignedDuration;
 use tokio::task::JoinSet;
@@ -45,7 +45,7 @@ fn iteration(pair: &Pair, job: Uuid, longer: usize) -> Arc<NewIteration> {
 }
 
 /// A job with something of everything, by a caller with a name.
-async fn filled(pair: &Pair) -> Uuid {
+pub async fn filled(pair: &Pair) -> Uuid {
     let place = pair.values.clone();
     let named = Caller { actor: format!("{CANARY} actor").into(), ..caller("default") };
     let store = pair.handles[0].of(&named);
@@ -101,7 +101,7 @@ fn task(pair: &Pair, key: &str, job: Uuid) -> Arc<NewTask> {
 }
 
 /// Purges a job as it is now.
-async fn purged(pair: &Pair, job: Uuid) -> (Arc<NewPurge>, Stored) {
+pub async fn purged(pair: &Pair, job: Uuid) -> (Arc<NewPurge>, Stored) {
     let (_, told) = archived(&pair.handles[1], "default", job).await;
     let purge = purge_of(&pair.values, job, &told);
     let stored = pair.store.purge_job(purge.clone(), None).await.unwrap();
@@ -118,6 +118,32 @@ fn gone<T: std::fmt::Debug>(answer: Result<T, RepositoryError>, purge: &NewPurge
     }
 }
 
+/// Events as they are told once the reasons of what they name are gone.
+fn without_reasons(mut events: Vec<JobEvent>) -> Vec<JobEvent> {
+    for event in &mut events {
+        match &mut event.kind {
+            EventKind::Fit { reason, .. } | EventKind::Decision { reason, .. } => *reason = None,
+            _ => {}
+        }
+    }
+    events
+}
+
+/// After those that there were, without the reasons that were taken away.
+async fn the_last_event_tells_of_it(
+    store: &Arc<dyn Repository>,
+    job: Uuid,
+    before: Vec<JobEvent>,
+    NewPurge { purge, .. }: &NewPurge,
+) {
+    let mut heard = store.events(job, 0, 100).await.unwrap();
+    let last = heard.pop().unwrap();
+    assert_eq!(heard, without_reasons(before));
+    assert_eq!((last.number, last.created_at), (heard.len() as u64 + 1, purge.at));
+    assert_eq!(last.kind, EventKind::Purged { reason: purge.reason.clone() });
+    assert_eq!(store.last_event(job).await.unwrap(), last.number);
+}
+
 pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
     let job = filled(pair).await;
@@ -128,7 +154,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     let record = store.records(job, 1, WHOLE).await.unwrap().items[0].clone();
     let events = store.events(job, 0, 100).await.unwrap();
     let streams: Vec<Uuid> = {
-        let opened = |event: &flankfit::jobs::JobEvent| match event.kind {
+        let opened = |event: &JobEvent| match event.kind {
             EventKind::Stream { id, state: StreamEvent::Open, .. } => Some(id),
             _ => None,
         };
@@ -175,8 +201,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
         assert!(is.choices.iter().all(|choice| choice.event.reason.is_none()));
         assert!(is.decisions.iter().all(|decision| decision.event.reason.is_none()));
     }
-    assert_eq!(store.events(job, 0, 100).await.unwrap().len(), events.len());
-    assert_eq!(store.last_event(job).await.unwrap(), events.len() as u64);
+    the_last_event_tells_of_it(&store, job, events, &purge).await;
 
     // the rest is gone, and nothing comes to it
     gone(store.nodes(job, 1).await, &purge);
@@ -207,6 +232,8 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     gone(store.decide(job, 1, decision, none.clone()).await, &purge);
     gone(store.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, &purge);
     gone(store.insert_stream(Arc::new(place.stream(job)), None).await, &purge);
+    // what is to be done later is refused now
+    gone(store.insert_task(task(pair, "late", job), 1 << 20).await, &purge);
     // kept answers told of it
     for (key, scope) in [("1", "/iterations"), ("2", "/iterations/1/fits"), ("3", "/iterations/1/curves")] {
         assert_eq!(store.answer(key.to_owned(), format!("POST /v1/jobs/{job}{scope}")).await.unwrap(), None);
@@ -251,7 +278,15 @@ pub async fn a_purge_takes_the_archive_as_it_is_now(pair: &mut Pair) {
     assert!(matches!(again, Err(RepositoryError::KeyTaken)), "{again:?}");
     let again = store.purge_job(purge_of(&place, job, &now), None).await;
     assert!(matches!(again, Err(RepositoryError::Purged { .. })), "{again:?}");
-    let nobody = NewPurge { job: place.id(), seen: Seen::default(), ..(*purge_of(&place, job, &now)).clone() };
+    // also of one whose archive was looked for in vain: it was purged meanwhile
+    let missed = NewPurge { seen: None, ..(*purge_of(&place, job, &now)).clone() };
+    let again = store.purge_job(Arc::new(missed.clone()), None).await;
+    assert!(matches!(again, Err(RepositoryError::Purged { .. })), "{again:?}");
+    let other = place.stored_job(&store).await.id;
+    let differs = store.purge_job(Arc::new(NewPurge { job: other, ..missed }), None).await;
+    assert!(matches!(differs, Err(RepositoryError::ArchiveDiffers)), "{differs:?}");
+    let seen = Some(Seen::default());
+    let nobody = NewPurge { job: place.id(), seen, ..(*purge_of(&place, job, &now)).clone() };
     let nothing = store.purge_job(Arc::new(nobody), None).await;
     assert!(matches!(nothing, Err(RepositoryError::NotFound(Resource::Job))), "{nothing:?}");
 }
@@ -300,80 +335,22 @@ pub async fn a_purge_comes_before_or_after_each_writer(pair: &mut Pair) {
     }
 }
 
-async fn entries(pair: &Pair, chain: Chain) -> Vec<Entry> {
-    pair.store.audit(chain, WHOLE).await.unwrap().items
-}
-
-/// The chains tell of it, and hold.
-pub async fn what_was_purged_is_no_break(pair: &mut Pair) {
-    let job = filled(pair).await;
-    let before = entries(pair, Chain::Job(job)).await;
-    let (purge, _) = purged(pair, job).await;
-    let told = entries(pair, Chain::Job(job)).await;
-    let (last, rest) = told.split_last().unwrap();
-    assert_eq!(rest.len(), before.len());
-    for (is, was) in rest.iter().zip(&before) {
-        // without who it was, and with the digest that tells it
-        assert!(is.is_nameless() && was.sha256 == was.digest());
-        assert_eq!(Entry { actor: was.actor.clone(), ..is.clone() }, *was);
-    }
-    assert_eq!((&*last.action, &*last.outcome, &*last.actor), (Action::PurgeJob.name(), "purged", "test"));
-    let names: BTreeMap<&str, _> = last.contents.iter().collect();
-    assert_eq!(names.keys().copied().collect::<Vec<_>>(), ["archive", "entries", "found", "job", "purge", "streams"]);
-    assert_eq!(*names["archive"], purge.purge.archive_sha256);
-    assert_eq!(*names["purge"], purge_digest(job, &purge.purge));
-    let count = told.len() as u64;
-    let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
-    assert_eq!(verdict, Verdict::Intact { entries: count, head: Some(last.sha256) });
-    // the tenant's chain has it as well
-    let own = entries(pair, Chain::Tenant).await;
-    assert_eq!((own.len(), &*own[0].target, &*own[0].action), (1, &*last.target, "job.purge"));
-    assert_eq!(own[0].contents.get(&format!("purge.{job}")), Some(&purge_digest(job, &purge.purge)));
-    assert!(matches!(pair.store.verify_audit(Chain::Tenant).await.unwrap(), Verdict::Intact { entries: 1, .. }));
-}
-
-/// Whoever changes anything of what is left is found; at the purge's number where it was there
-/// before.
-pub async fn what_is_changed_after_a_purge_is_found(pair: &mut Pair) {
-    let job = filled(pair).await;
-    let count = entries(pair, Chain::Job(job)).await.len() as u64 + 1;
-    purged(pair, job).await;
-    let kept =
-        ["iterations", "nodes", "fits", "fit_choices", "decisions", "records", "streams", "jobs", "purges", "audit"];
-    let keep: String =
-        kept.iter().map(|table| format!("CREATE TABLE kept_{table} AS SELECT * FROM {table};")).collect();
-    pair.ground.intrude(keep).await;
-    let cases = [
-        ("iterations", "UPDATE iterations SET operator = 'x' WHERE number = 1", count, What::Content),
-        ("iterations", "UPDATE iterations SET instrument = 'x' WHERE number = 2", count, What::Content),
-        ("nodes", "UPDATE nodes SET count = 7", count, What::Content),
-        ("fits", "UPDATE fits SET rms = 0.5 WHERE lambda_star = 0.75", count, What::Content),
-        ("fits", "UPDATE fits SET spec = result, result = '{}'", count, What::Content),
-        ("fit_choices", "UPDATE fit_choices SET reason = 'x' WHERE position = 2", count, What::Content),
-        ("decisions", "UPDATE decisions SET decision = 'accept'", count, What::Content),
-        ("records", "UPDATE records SET method = 'newton'", count, What::Content),
-        ("streams", "UPDATE streams SET forgetting_factor = 0.5 WHERE iteration IS NULL", count, What::Content),
-        ("jobs", "UPDATE jobs SET name = 'x'", count, What::Content),
-        ("purges", "UPDATE purges SET reason = 'x'", count, What::Content),
-        ("purges", "DELETE FROM purges", count, What::Content),
-        ("audit", "UPDATE audit SET actor = 'x' WHERE number = 2", 2, What::Entry),
-        ("audit", "UPDATE audit SET target = '/x' WHERE number = 3", count, What::Content),
-        ("audit", "UPDATE audit SET sha256 = previous WHERE number = 3", 4, What::Link),
-        ("audit", "UPDATE audit SET peer = 'x' WHERE number = 3", count, What::Content),
-        ("audit", "DELETE FROM audit WHERE number = 3", 3, What::Entry),
-        ("audit", "DELETE FROM audit WHERE action = 'job.purge'", 1, What::Entry),
-    ];
-    for (table, sql, number, what) in cases {
-        pair.ground.intrude(sql.to_owned()).await;
-        let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
-        assert_eq!(verdict, Verdict::Broken { number, what }, "{sql}");
-        if table == "purges" {
-            let verdict = pair.store.verify_audit(Chain::Tenant).await.unwrap();
-            assert_eq!(verdict, Verdict::Broken { number: 1, what: What::Content }, "{sql}");
-        }
-        pair.ground.intrude(pair.ground.again(table)).await;
-        let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
-        assert!(matches!(verdict, Verdict::Intact { entries, .. } if entries == count), "{sql}: {verdict:?}");
+/// Two at once: one is done, the other is told of it, at whichever handle.
+pub async fn of_two_purges_one_is_told_of_the_other(pair: &mut Pair) {
+    let place = pair.values.clone();
+    for _ in 0..8 {
+        let job = place.stored_job(&pair.store).await.id;
+        let (_, told) = archived(&pair.handles[0], "default", job).await;
+        let purges = [0, 1].map(|handle| {
+            let (store, new) = (pair.handles[handle].of(&caller("default")), purge_of(&place, job, &told));
+            tokio::spawn(async move { store.purge_job(new, None).await })
+        });
+        let [one, two] = purges;
+        let outcomes = [one.await.unwrap(), two.await.unwrap()];
+        assert_eq!(outcomes.iter().filter(|outcome| outcome.is_ok()).count(), 1, "{outcomes:?}");
+        let purged = |outcome: &Result<_, _>| matches!(outcome, Err(RepositoryError::Purged { .. }));
+        assert_eq!(outcomes.iter().filter(|outcome| purged(outcome)).count(), 1, "{outcomes:?}");
+        assert_eq!(pair.store.last_event(job).await.unwrap(), 1);
     }
 }
 

@@ -21,6 +21,7 @@ pub fn kinds(events: &[JobEvent]) -> Vec<&'static str> {
             EventKind::Decision { .. } => "decision",
             EventKind::Stream { state, .. } => state.name(),
             EventKind::Task { state, .. } => state.name(),
+            EventKind::Purged { .. } => "purged",
         })
         .collect()
 }

@@ -1211,7 +1211,9 @@ export interface paths {
          * Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
          *     audit.
          * @description JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
-         *     them. The same bytes for as long as nothing changes. Nothing is stored.
+         *     them. The same bytes for as long as nothing changes. Nothing is stored. One that takes long is
+         *     sent as it is written, without `archive-sha256` and length; a file that ends before its last
+         *     line was cut off.
          */
         post: operations["archive_job"];
         delete?: never;
@@ -3558,7 +3560,7 @@ export interface components {
          * @description What an event is about.
          * @enum {string}
          */
-        EventName: "iteration" | "fit" | "decision" | "stream" | "operation";
+        EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "purged";
         /** @description A curve to be written as a file. Lengths are millimetres. */
         ExportCurve: {
             curve: components["schemas"]["Curve"];
@@ -5843,7 +5845,7 @@ export interface components {
             /** @description Of a fit: whether it stands from now on, or was only added. */
             chosen?: boolean;
             decision?: components["schemas"]["DecisionName"];
-            /** @description Of a decision, a choice or a new fit, as it was posted. */
+            /** @description Of a decision, a choice, a new fit or a purge, as it was posted. */
             reason?: string;
             /**
              * Format: uuid
@@ -10699,7 +10701,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -10713,7 +10715,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -11008,7 +11010,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -11022,7 +11024,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -11297,7 +11299,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -11311,7 +11313,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -11586,7 +11588,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -11600,7 +11602,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -11875,7 +11877,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -11889,7 +11891,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -12188,7 +12190,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12202,7 +12204,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -12497,7 +12499,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12511,7 +12513,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -12786,7 +12788,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12800,7 +12802,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -13075,7 +13077,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13089,7 +13091,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -13384,7 +13386,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13398,7 +13400,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -13698,7 +13700,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13712,7 +13714,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -13990,7 +13992,7 @@ export interface operations {
                     "application/json": components["schemas"]["JobPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14004,7 +14006,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -14225,7 +14227,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14239,7 +14241,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -14509,7 +14511,7 @@ export interface operations {
                     "application/json": components["schemas"]["JobSummary"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14523,7 +14525,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -14714,7 +14716,7 @@ export interface operations {
                     "application/json": components["schemas"]["Job"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14728,7 +14730,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -14939,7 +14941,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14953,7 +14955,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -15236,7 +15238,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15250,7 +15252,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -15893,7 +15895,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15907,7 +15909,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -16226,7 +16228,7 @@ export interface operations {
                     "application/json": components["schemas"]["Iteration"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16240,7 +16242,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -16483,7 +16485,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16497,7 +16499,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -16815,7 +16817,7 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16829,7 +16831,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -17067,7 +17069,7 @@ export interface operations {
                     "application/json": components["schemas"]["FitPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17081,7 +17083,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -17349,7 +17351,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17363,7 +17365,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -17687,7 +17689,7 @@ export interface operations {
                     "application/json": components["schemas"]["IterationFit"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17701,7 +17703,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -17965,7 +17967,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17979,7 +17981,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -18298,7 +18300,7 @@ export interface operations {
                     "application/json": components["schemas"]["Replay"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18312,7 +18314,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -18571,7 +18573,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18585,7 +18587,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -18902,7 +18904,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18916,7 +18918,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -19192,7 +19194,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19206,7 +19208,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -19481,7 +19483,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19495,7 +19497,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -19770,7 +19772,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19784,7 +19786,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -20059,7 +20061,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20073,7 +20075,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -20348,7 +20350,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20362,7 +20364,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -20637,7 +20639,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20651,7 +20653,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -20927,7 +20929,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20941,7 +20943,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -21217,7 +21219,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21231,7 +21233,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -21506,7 +21508,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21520,7 +21522,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -21795,7 +21797,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21809,7 +21811,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -22096,7 +22098,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22110,7 +22112,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -22826,7 +22828,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22840,7 +22842,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -23161,7 +23163,7 @@ export interface operations {
                     "text/csv": string;
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23175,7 +23177,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -23441,7 +23443,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23455,7 +23457,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -23826,7 +23828,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23840,7 +23842,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -24190,7 +24192,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24204,7 +24206,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -24575,7 +24577,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24589,7 +24591,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -24911,7 +24913,7 @@ export interface operations {
                     "application/json": components["schemas"]["RecordPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24925,7 +24927,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -25143,7 +25145,7 @@ export interface operations {
                     "application/x-q-das-dfq": string;
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25157,7 +25159,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -25437,7 +25439,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25451,7 +25453,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -25729,7 +25731,7 @@ export interface operations {
                     "application/json": components["schemas"]["Trace"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25743,7 +25745,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -25958,7 +25960,7 @@ export interface operations {
                     "application/json": components["schemas"]["AuditPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25972,7 +25974,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -26182,7 +26184,7 @@ export interface operations {
                     "application/json": components["schemas"]["AuditVerdict"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26196,7 +26198,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -26408,7 +26410,7 @@ export interface operations {
                     "application/json": components["schemas"]["AuditPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26422,7 +26424,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -26613,7 +26615,7 @@ export interface operations {
                     "application/json": components["schemas"]["AuditSealPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26627,7 +26629,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -26846,7 +26848,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26860,7 +26862,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -27105,7 +27107,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27119,7 +27121,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -27436,7 +27438,7 @@ export interface operations {
                     "application/json": components["schemas"]["Stream"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27450,7 +27452,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -27682,7 +27684,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27696,7 +27698,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -27960,7 +27962,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27974,7 +27976,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -28324,7 +28326,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28338,7 +28340,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -28672,7 +28674,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28686,7 +28688,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -28909,7 +28911,7 @@ export interface operations {
             /** @description The archive, to be saved. */
             200: {
                 headers: {
-                    /** @description SHA-256 of the file, in 64 hexadecimal digits. */
+                    /** @description SHA-256 of the file, in 64 hexadecimal digits; not of one that takes long. */
                     "archive-sha256"?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -28919,7 +28921,7 @@ export interface operations {
                     "application/zstd": string;
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28933,7 +28935,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -29126,6 +29128,8 @@ export interface operations {
             header?: {
                 /** @description The same key and body answers the first response again. */
                 "Idempotency-Key"?: string;
+                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                Prefer?: string;
             };
             path: {
                 /** @description The job, by its UUID. */
@@ -29153,6 +29157,25 @@ export interface operations {
                     "application/json": components["schemas"]["Purge"];
                 };
             };
+            /** @description The request has been read and checked, and is answered later. */
+            202: {
+                headers: {
+                    /** @description `true` where this is the first answer to the same key, given again. */
+                    "Idempotency-Replayed"?: string;
+                    /** @description Where the operation is; `…/result` is its answer. */
+                    Location?: string;
+                    /** @description `respond-async`. */
+                    "Preference-Applied"?: string;
+                    /** @description Seconds after which it is worth asking. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Operation"];
+                };
+            };
             /** @description The body or its compression cannot be read; `detail` says where. */
             400: {
                 headers: {
@@ -29174,7 +29197,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29188,7 +29211,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -29505,7 +29528,7 @@ export interface operations {
                     "application/json": components["schemas"]["OperationPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29519,7 +29542,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -29711,7 +29734,7 @@ export interface operations {
                     "application/json": components["schemas"]["Operation"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29725,7 +29748,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -29933,7 +29956,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29947,7 +29970,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -30137,7 +30160,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30151,7 +30174,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -30384,7 +30407,7 @@ export interface operations {
                     "application/json": components["schemas"]["KeyPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30398,7 +30421,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -30619,7 +30642,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30633,7 +30656,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -30908,7 +30931,7 @@ export interface operations {
                     "application/json": components["schemas"]["Key"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30922,7 +30945,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -31130,7 +31153,7 @@ export interface operations {
                 };
                 content?: never;
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31144,7 +31167,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -31364,7 +31387,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31378,7 +31401,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -31728,7 +31751,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31742,7 +31765,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -32033,7 +32056,7 @@ export interface operations {
                     "application/json": components["schemas"]["Whoami"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32047,7 +32070,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -32238,7 +32261,7 @@ export interface operations {
                     "application/json": components["schemas"]["TenantPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32252,7 +32275,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -32473,7 +32496,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32487,7 +32510,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -32762,7 +32785,7 @@ export interface operations {
                     "application/json": components["schemas"]["Tenant"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32776,7 +32799,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -33017,7 +33040,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33031,7 +33054,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */

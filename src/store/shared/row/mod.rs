@@ -22,7 +22,7 @@ pub use iteration::{IterationRow, ListedIterationRow, MeasurandRow, MeasuredToot
 pub use job::{AnswerRow, JobRow};
 pub use key::{KeptKeyRow, KeyRow, KnownKeyRow, PlantRow};
 pub use listing::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, counts};
-pub use purge::{FoundPurge, JobPurge, PurgeRow, purge_name};
+pub use purge::{FoundJobPurge, FoundPurge, JobPurge, PurgeRow, purge_name};
 pub use record::{RecordRow, RecordSummaryRow};
 pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, last_seals, page_of_seals};
 pub use stream::{BlockRow, EventRow, StateRow, StreamRow};

@@ -14,6 +14,30 @@ use crate::{
     },
 };
 
+/// The purge of a job as the audit finds it: with the time that stands in the job's own row, where
+/// every write looks.
+#[derive(FromRow)]
+pub struct FoundJobPurge {
+    purged_at: Option<Moment>,
+    at: Option<Moment>,
+    reason: Option<String>,
+    archive_sha256: Option<Digest>,
+}
+
+impl FoundJobPurge {
+    /// Its digest; one of nothing where the two places do not say the same.
+    pub fn digest(self, job: Uuid) -> Option<Sha256Digest> {
+        let FoundJobPurge { purged_at, at, reason, archive_sha256 } = self;
+        match (purged_at, at, reason, archive_sha256) {
+            (None, None, None, None) => None,
+            (Some(told), Some(at), Some(reason), Some(archive_sha256)) if told.0 == at.0 => {
+                Some(purge_digest(job, &PurgeRow { at, reason, archive_sha256 }.into()))
+            }
+            _ => Some([0; 32]),
+        }
+    }
+}
+
 #[derive(FromRow)]
 pub struct PurgeRow {
     at: Moment,

@@ -100,6 +100,7 @@ pub struct EventRow {
     node_count: Option<Integer<u64>>,
     operation: Option<Uuid>,
     operation_state: Option<TaskState>,
+    purge_reason: Option<String>,
 }
 
 impl TryFrom<EventRow> for JobEvent {
@@ -137,6 +138,7 @@ impl TryFrom<EventRow> for JobEvent {
                 id: row.operation.ok_or_else(damaged)?,
                 state: row.operation_state.ok_or_else(damaged)?,
             },
+            "purged" => EventKind::Purged { reason: row.purge_reason.ok_or_else(damaged)? },
             _ => return Err(damaged()),
         };
         Ok(JobEvent { number: row.number.0, created_at: row.created_at.0, kind })
