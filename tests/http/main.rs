@@ -39,6 +39,7 @@ mod representative;
 mod schema;
 mod selection;
 mod shapes;
+mod slow;
 mod strict;
 mod studies;
 mod wording;
