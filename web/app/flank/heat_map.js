@@ -6,11 +6,12 @@
 
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
-import { Fragment, h, html, useId, useLayoutEffect, useMemo, useRef } from "../../vendor/ui.js";
+import { Fragment, h, html, useId, useMemo, useRef } from "../../vendor/ui.js";
 import { scaleOf, ticksOf } from "../charts/scale.js";
 import { useWidth } from "../charts/chart.js";
 import { contoursOf, levelsOf } from "./contours.js";
-import { heightsOf, imageOf, placeOf, toX, toY } from "./raster.js";
+import { usePainting } from "./painting.js";
+import { heightsOf, placeOf, toX, toY } from "./raster.js";
 import { boxOf, extremesOf, nearestNode, nodeOf } from "./surface.js";
 
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
@@ -51,7 +52,6 @@ export function HeatMap(props) {
   const { name, summary, surface, limit, small = false, height = small ? 96 : 380, flipU = false, density } = props;
   const id = useId();
   const [holder, width] = useWidth();
-  const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
   const margin = small ? NONE : MARGIN;
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
   const box = props.window ?? whole;
@@ -61,14 +61,12 @@ export function HeatMap(props) {
     box,
     flipU,
   };
-  // in a layout effect: a change of its width clears a canvas
-  useLayoutEffect(() => {
-    if (canvas.current)
-      paint(canvas.current, surface, { ...view }, limit, density ?? Math.min(2, globalThis.devicePixelRatio || 1));
-  }, [surface, view.width, view.height, box.u[0], box.u[1], box.v[0], box.v[1], limit, flipU, density]);
-
+  const canvas = usePainting(
+    { surface, view, limit, density: density ?? Math.min(2, globalThis.devicePixelRatio || 1) },
+    [surface, view.width, view.height, box.u[0], box.u[1], box.v[0], box.v[1], limit, flipU, density],
+  );
   const drawing = html`<div class=${`heat-map${small ? " small" : ""}`} ref=${holder}>
-    <canvas ref=${canvas} width=${view.width} height=${view.height} aria-hidden="true"></canvas>
+    <canvas ref=${canvas} aria-hidden="true"></canvas>
     <svg class="chart" width="100%" height=${height} viewBox=${`0 0 ${width} ${height}`} preserveAspectRatio="none"
       role=${props.onAt ? undefined : "img"} aria-hidden=${props.onAt ? "true" : undefined}
       aria-label=${props.onAt ? undefined : `${name}. ${summary}`}>
@@ -80,19 +78,6 @@ export function HeatMap(props) {
     <p class="visually-hidden" id=${id}>${summary}</p>
     ${h(Pointer, { ...props, view, whole, describedBy: id, children: drawing })}
   </div>`;
-}
-
-/**
- * The image of a surface on a canvas.
- * @param {HTMLCanvasElement} canvas @param {FlankSurface} surface @param {import("./raster.js").View} view
- * @param {number} limit @param {number} density
- */
-export function paint(canvas, surface, view, limit, density) {
-  const [width, height] = [Math.round(view.width * density), Math.round(view.height * density)];
-  const pixels = imageOf(heightsOf(surface, { ...view, width, height }), width, limit, 7 * density);
-  canvas.width = width;
-  canvas.height = height;
-  canvas.getContext("2d")?.putImageData(new ImageData(pixels, width, height), 0, 0);
 }
 
 /** @typedef {HeatMapProps & { view: import("./raster.js").View, whole: Box }} Seen */

@@ -2,6 +2,7 @@
 
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
+import { turn } from "../lib/turn.js";
 import { useMemo } from "../../vendor/ui.js";
 import { atNodes, atAllNodes, surfaceOf } from "./layers.js";
 import { scaleFor } from "./scale.js";
@@ -16,8 +17,6 @@ export const LAYERS = /** @type {const} */ (["measured", "fitted", "residual", "
 
 /** What was made of nodes. @type {WeakMap<Nodes, FlankSurface | undefined>} */
 const surfaces = new WeakMap();
-
-const pause = () => new Promise((resolve) => setTimeout(resolve));
 
 /** @param {Nodes} nodes */
 function kept(nodes) {
@@ -34,16 +33,16 @@ export function useNodes(jobId, number) {
     );
     const nodes = /** @type {Nodes} */ (data);
     // many nodes are read, made a surface and drawn in tasks of their own, between which the page answers
-    await pause();
+    await turn();
     const surface = surfaceOf(nodes);
     surfaces.set(nodes, surface);
     if (surface) {
-      await pause();
+      await turn();
       scaleFor(surface);
-      await pause();
+      await turn();
       extremesOf(surface);
     }
-    await pause();
+    await turn();
     return { data: nodes, etag };
   });
 }

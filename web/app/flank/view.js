@@ -3,6 +3,7 @@
 import { Chart } from "../charts/chart.js";
 import { Line, Rule } from "../charts/marks.js";
 import { SelectField } from "../components/form.js";
+import { Later } from "../components/later.js";
 import { Empty } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/flank.js";
@@ -148,8 +149,8 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
           })}
         </div>
       </div>
-      ${h(Section, { kind: "profile", surface, axes, unit, limit, at: node.v, file, domain: (window ?? whole).u })}
-      ${h(Section, { kind: "helix", surface, axes, unit, limit, at: node.u, file, domain: (window ?? whole).v })}
+      ${h(Later, { place: "section-place", children: () => h(Section, { kind: "profile", surface, axes, unit, limit, at: node.v, file, domain: (window ?? whole).u }) })}
+      ${h(Later, { place: "section-place", children: () => h(Section, { kind: "helix", surface, axes, unit, limit, at: node.u, file, domain: (window ?? whole).v }) })}
     </div>
   </div>`;
 }

@@ -1,11 +1,12 @@
 // The flank in space: the surface over the nominal plane, deviations magnified. three.js is loaded
 // when somebody looks; while it turns, a coarser surface is drawn.
 
+import { underway } from "../api/resource.js";
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { niceAbove } from "../lib/colour.js";
 import { query, setQuery } from "../navigation.js";
-import { html, useEffect, useMemo, useRef, useState } from "../../vendor/ui.js";
+import { html, useLayoutEffect, useMemo, useRef, useState } from "../../vendor/ui.js";
 import { useWidth } from "../charts/chart.js";
 import { indicesOf, linesOf, thinnedTo, verticesOf } from "./mesh.js";
 import { boxOf } from "./surface.js";
@@ -51,20 +52,26 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
   const text = query.value.get("camera");
   const camera = useMemo(() => cameraOf(text), [text]);
   const dragged = useRef(/** @type {{ x: number, y: number, from: Camera, now: Camera } | null} */ (null));
-  useEffect(() => {
+  // before the browser paints: see `useResource`
+  useLayoutEffect(() => {
     let wanted = true;
     setReady(false);
     const scaled = magnification * (unit === "µm" ? 1e-3 : 1);
     if (canvas.current) {
-      built(canvas.current, surface, limit, scaled, flipU).then(
-        (made) => {
-          if (!wanted) return made.dispose();
-          scene.current = made;
-          setReady(true);
-          return undefined;
-        },
-        (/** @type {unknown} */ fault) => wanted && setError(fault),
-      );
+      underway.value += 1;
+      built(canvas.current, surface, limit, scaled, flipU)
+        .then(
+          (made) => {
+            if (!wanted) return made.dispose();
+            scene.current = made;
+            setReady(true);
+            return undefined;
+          },
+          (/** @type {unknown} */ fault) => wanted && setError(fault),
+        )
+        .finally(() => {
+          underway.value -= 1;
+        });
     }
     return () => {
       wanted = false;
@@ -72,7 +79,7 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
       scene.current = null;
     };
   }, [surface, limit, magnification, flipU]);
-  useEffect(() => {
+  useLayoutEffect(() => {
     if (ready) scene.current?.draw(camera, width, HEIGHT, false);
   }, [ready, camera, width]);
   const settle = (/** @type {Camera} */ next) =>

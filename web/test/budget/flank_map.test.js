@@ -2,10 +2,10 @@
 
 import assert from "node:assert/strict";
 import { browserTest, inBrowser } from "../browser/harness.js";
-import { median, ROUNDS, slowness } from "./rounds.js";
+import { median, ROUNDS } from "./rounds.js";
 
 const DRAWN_MS = 1000;
-const TASK_MS = 100;
+const TASK_MS = 50;
 
 function nodes() {
   const [rows, columns] = [250, 400];
@@ -57,26 +57,18 @@ function longestTask(tracing) {
   return Math.max(...tasks.map(({ tdur = 0 }) => tdur / 1000));
 }
 
-browserTest(
-  "100,000 nodes are a map within a second, and never block for 100 ms",
-  {},
-  async ({ server, job, call }) => {
-    const { id } = await job();
-    await call("POST", `/v1/jobs/${id}/iterations`, {
-      nodes: nodes(),
-      model: { type: "polynomial", degree: 2 },
-    });
-    /** @type {{ drawn: number, task: number }[]} */
-    const maps = [];
-    for (let round = 0; round < ROUNDS; round += 1)
-      await inBrowser(server, {}, async (world) => void maps.push(await drawing(world, id)));
-    const [drawn, task] = [median(maps.map((map) => map.drawn)), median(maps.map((map) => map.task))];
-    const measured = `drawn after ${drawn.toFixed(0)} ms, longest task ${task.toFixed(0)} ms`;
-    console.log(measured);
-    let slower = 1;
-    await inBrowser(server, {}, async ({ page }) => {
-      slower = await slowness(page);
-    });
-    assert.ok(drawn <= DRAWN_MS * slower && task <= TASK_MS * slower, measured);
-  },
-);
+browserTest("100,000 nodes are a map within a second, and never block for 50 ms", {}, async ({ server, job, call }) => {
+  const { id } = await job();
+  await call("POST", `/v1/jobs/${id}/iterations`, {
+    nodes: nodes(),
+    model: { type: "polynomial", degree: 2 },
+  });
+  /** @type {{ drawn: number, task: number }[]} */
+  const maps = [];
+  for (let round = 0; round < ROUNDS; round += 1)
+    await inBrowser(server, {}, async (world) => void maps.push(await drawing(world, id)));
+  const [drawn, task] = [median(maps.map((map) => map.drawn)), median(maps.map((map) => map.task))];
+  const measured = `drawn after ${drawn.toFixed(0)} ms, longest task ${task.toFixed(0)} ms`;
+  console.log(measured);
+  assert.ok(drawn <= DRAWN_MS && task <= TASK_MS, measured);
+});
