@@ -72,8 +72,7 @@ mod tests {
         }
         let bomb = encoder.finish().unwrap();
         assert!(bomb.len() < 200_000, "{}", bomb.len());
-        let begun = std::time::Instant::now();
-        assert!(unpacked(&bomb, 1 << 20).is_err());
-        assert!(begun.elapsed() < std::time::Duration::from_millis(500), "{:?}", begun.elapsed());
+        let refused = unpacked(&bomb, 1 << 20).unwrap_err();
+        assert!(refused.to_string().contains("1048577 bytes or more"), "no more is unpacked: {refused}");
     }
 }
