@@ -119,6 +119,10 @@ async fn five_iterations_and_a_correction() {
         let coefficient = &result["coefficients"][j];
         assert_eq!(coefficient["interval_kind"], "posterior");
         assert!(value(result, j, "interval_gain") < 1.0 && coefficient["least_squares_interval"].is_array());
+        let [low, high] = [0, 1].map(|end| coefficient["interval"][end].as_f64().unwrap());
+        for name in ["value", "least_squares"] {
+            assert!((low..=high).contains(&value(result, j, name)), "{name}: {coefficient}");
+        }
     }
     assert_eq!(result["bias"]["coefficient_norm_limit_source"], "prior");
     let (alone, together) = (&result["spectrum"]["eigenvalues"], &result["spectrum"]["regularized"]["eigenvalues"]);

@@ -329,24 +329,41 @@ fn a_prior_is_of_the_constant_too() {
 #[test]
 fn the_chain_is_better_than_least_squares_whatever_the_flank_does() {
     for (step, most) in [(0.0, 0.24), (0.1, 0.23), (0.3, 0.33), (0.6, 0.6), (1.0, 0.76), (3.0, 1.05)] {
-        let found = sets(1000, step, |_| true);
+        let found = sets(1000, 6, |_, _, random| step * random.normal());
         assert!(found.ratio <= most && found.least >= 0.92, "{step}: {found:?}");
         assert!(found.alone >= 0.93, "{step}: {found:?}");
     }
 }
 
 /// One of four coefficients moves while the others stand still: its own interval holds too, and
-/// what is answered is still better than least squares on the whole. With one size of the moves for
-/// all the worst would hold in 0.75 to 0.82.
+/// what is answered is still better than least squares on the whole.
 #[test]
 fn the_interval_of_a_coefficient_that_moves_alone_holds() {
     for step in [0.5, 1.0, 2.0, 3.0] {
-        let found = sets(1000, step, |j| j == 2);
-        assert!(found.ratio < 0.9 && found.least >= 0.91 && found.alone >= 0.93, "{step}: {found:?}");
+        let found = sets(1000, 6, |_, j, random| if j == 2 { step * random.normal() } else { 0.0 });
+        assert!(found.ratio < 0.9 && found.least >= 0.92 && found.alone >= 0.93, "{step}: {found:?}");
     }
 }
 
-/// What came of sets of six iterations.
+/// After a quiet history one coefficient, or the whole flank, steps once, at the last move, of
+/// which the moves before tell nothing. 400 sets each: a coverage is uncertain by 0.011, the least
+/// of four by more. With the same size for every move the worst would hold in 0.2 to 0.8, and the
+/// errors be up to six times those of least squares.
+#[test]
+fn intervals_hold_when_the_flank_steps_after_a_quiet_history() {
+    for iterations in [6, 20] {
+        for whole in [false, true] {
+            for step in [1.0, 3.0, 10.0, 30.0] {
+                let last = iterations - 1;
+                let found = sets(400, iterations, |k, j, _| if k == last && (whole || j == 2) { step } else { 0.0 });
+                assert!(found.least >= 0.92, "{iterations}, {whole}, {step}: {found:?}");
+                assert!(found.ratio < 1.6, "{iterations}, {whole}, {step}: {found:?}");
+            }
+        }
+    }
+}
+
+/// What came of sets of iterations.
 #[derive(Debug)]
 struct Sets {
     /// Mean squared error over that of least squares.
@@ -356,8 +373,9 @@ struct Sets {
     alone: f64,
 }
 
-/// Sets between which the coefficients that are `moving` move by `step` standard errors.
-fn sets(sets: usize, step: f64, moving: impl Fn(usize) -> bool) -> Sets {
+/// Sets of so many iterations, before the k-th of which coefficient j moves by `moved(k, j)`
+/// standard errors. Values and least squares always lie in their intervals.
+fn sets(sets: usize, iterations: usize, moved: impl Fn(usize, usize, &mut Random) -> f64) -> Sets {
     let (n, m) = (4, 20);
     let mut random = Random::new(77);
     // columns of length 1 at right angles: standard errors are σ
@@ -368,10 +386,9 @@ fn sets(sets: usize, step: f64, moving: impl Fn(usize) -> bool) -> Sets {
     for _ in 0..sets {
         let mut truth = random.normals(n);
         let mut all = Vec::new();
-        for k in 0..6 {
+        for k in 0..iterations {
             if k > 0 {
-                let moved = truth.iter_mut().enumerate().filter(|(j, _)| moving(*j));
-                moved.for_each(|(_, a)| *a += step * 0.1 * random.normal());
+                truth.iter_mut().enumerate().for_each(|(j, a)| *a += 0.1 * moved(k, j, &mut random));
             }
             let y: Vec<f64> = x.iter().map(|row| dot(row, &truth) + 0.1 * random.normal()).collect();
             all.push(matrix(&x, &y, None));
@@ -381,6 +398,8 @@ fn sets(sets: usize, step: f64, moving: impl Fn(usize) -> bool) -> Sets {
             ours += (c.value - a).powi(2);
             theirs += (c.least_squares - a).powi(2);
             let interval = c.interval.unwrap();
+            let [low, high] = interval.ends;
+            assert!([c.value, c.least_squares].iter().all(|x| low <= *x && *x <= high), "{c:?}");
             for (ends, hits) in [interval.ends, interval.least_squares.unwrap_or(interval.ends)].iter().zip(hits) {
                 *hits += usize::from(ends[0] <= *a && *a <= ends[1]);
             }

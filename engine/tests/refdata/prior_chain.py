@@ -2,6 +2,7 @@
 
 Cubic powers of x over different nodes in each of four iterations; a correction was made after the
 second. Every step is as the definition has it: predict, innovate, update; explicit inverses.
+Intervals by the definition of engine/src/estimation/prior/form_interval.rs.
 """
 import json
 from mpmath import mp, mpf, matrix, log, exp, det, inverse, betainc, sqrt
@@ -41,34 +42,59 @@ shifts = [matrix(N, 1), shift, matrix(N, 1)]
 ratios = [mpf(0)] + [exp(log(mpf("0.01")) + (log(mpf(20)) - log(mpf("0.01"))) * i / 66) for i in range(67)]
 
 
-def run(move):
-    """Posterior, log-likelihoods before and with the last jump, the last distance."""
+def run(move, last=None):
+    """Posterior, log-likelihoods before and with the last jump, the last distance, and what was
+    predicted before it. The last move may be another."""
     a, p = fits[0][0], variance * fits[0][1]
     ln, before, distance = mpf(0), mpf(0), mpf(0)
     for k in range(1, 4):
-        a, p = a + shifts[k - 1], p + move
+        a, p = a + shifts[k - 1], p + (last if last is not None and k == 3 else move)
+        predicted = a, p
         own, cov = fits[k][0], variance * fits[k][1]
         s, e = p + cov, own - a
         distance = (e.T * inverse(s) * e)[0]
         before, ln = ln, ln - (distance + log(det(s))) / 2
         gain = p * inverse(s)
         a, p = a + gain * e, p - gain * p
-    return a, p, before, ln, distance
+    return a, p, before, ln, distance, predicted
 
 
 def tail(f, a, b):
     return betainc(mpf(b) / 2, mpf(a) / 2, 0, b / (b + a * f), regularized=True)
 
 
-def mix(branches):
-    most = max(b[3] for b in branches)
-    weights = [exp(b[3] - most) for b in branches]
+def normed(logarithms):
+    most = max(logarithms)
+    weights = [exp(l - most) for l in logarithms]
     total = sum(weights)
-    weights = [w / total for w in weights]
+    return [w / total for w in weights]
+
+
+def ln_sum(logarithms):
+    most = max(logarithms)
+    return most + log(sum(exp(l - most) for l in logarithms))
+
+
+def median(weights):
+    total = mpf(0)
+    for k, w in enumerate(weights):
+        total += w
+        if total >= mpf(1) / 2:
+            return k
+
+
+def mix(branches, stepped=()):
+    """Moments of the posterior of branches, and of those with a step of probability 0.2."""
+    logarithms = [b[3] for b in branches]
+    if stepped:
+        logarithms = [l + log(mpf(4) / 5) for l in logarithms]
+        earlier = ln_sum([b[2] for b in branches])
+        logarithms += [earlier + b[3] - b[2] + log(mpf(1) / 5 / len(stepped)) for b in stepped]
+    weights = normed(logarithms)
     mean, cov = matrix(N, 1), matrix(N, N)
-    for w, b in zip(weights, branches):
+    for w, b in zip(weights, [*branches, *stepped]):
         mean += w * b[0]
-    for w, b in zip(weights, branches):
+    for w, b in zip(weights, [*branches, *stepped]):
         d = b[0] - mean
         cov += w * (b[1] + d * d.T)
     most = max(b[2] for b in branches)
@@ -84,16 +110,73 @@ def mix(branches):
         "share": [float(1 - cov[j, j] / (variance * ls[j, j])) for j in range(N)],
         "statistic": float(statistic),
         "p": float(p),
-        "weights": weights,
     }
 
 
-estimated = mix([run(q * q * variance * fits[3][1]) for q in ratios])
-estimated["move_ratio"] = float(sqrt(sum(w * q * q for w, q in zip(estimated["weights"], ratios))))
+def student(t):
+    """P(T > t)."""
+    if t < 0:
+        return 1 - student(-t)
+    return betainc(mpf(freedom) / 2, mpf(1) / 2, 0, freedom / (freedom + t * t), regularized=True) / 2
+
+
+def interval(j, branches, value):
+    """That of coefficient j at level 0.95, widened to the value."""
+    unit = sqrt(variance * fits[3][1][j, j])
+    y = fits[3][0][j] / unit
+    before = [log(max(q, mpf("0.01"))) for q in ratios]
+    own = []
+    for q in ratios:
+        m, v, ln = fits[0][0][j] / unit, variance * fits[0][1][j, j] / unit ** 2, mpf(0)
+        for k in range(1, 3):
+            m, v = m + shifts[k - 1][j] / unit, v + q * q
+            seen, spread = fits[k][0][j] / unit, variance * fits[k][1][j, j] / unit ** 2
+            ln -= ((seen - m) ** 2 / (v + spread) + log(v + spread)) / 2
+            m, v = m + v / (v + spread) * (seen - m), v * spread / (v + spread)
+        own.append((ln, m + shifts[2][j] / unit, v + q * q))
+    both = [b[2] + l for b, l in zip(branches, before)]
+    alone = [o[0] + l for o, l in zip(own, before)]
+    rest = [b - a + l for b, a, l in zip(both, alone, before)]
+    odds = mpf(9) * exp(ln_sum(alone) + ln_sum(rest) - ln_sum(both) - ln_sum(before))
+    share = odds / (1 + odds)
+    parts = []
+    for w, u, b, o in zip(normed(both), normed(alone), branches, own):
+        parts.append(((1 - share) * w, b[5][0][j] / unit, b[5][1][j, j] / unit ** 2))
+        parts.append((share * u, o[1], o[2]))
+    _, m, v = parts[median([w for w, _, _ in parts])]
+    parts = [(w * mpf(7) / 10, m, v) for w, m, v in parts]
+    parts += [(mpf(3) / 10 / len(steps), m, v + s * s) for s in steps]
+
+    def mean(c):
+        weights = [w * exp(-(c - m) ** 2 / (1 + v) / 2) / sqrt(1 + v) for w, m, v in parts]
+        return sum(w * (m + v / (1 + v) * (c - m)) for w, (_, m, v) in zip(weights, parts)) / sum(weights)
+
+    def held(c):
+        aside, distance = abs(c - mean(c)), abs(c - y)
+        return student(distance - aside) + student(distance + aside) >= mpf("0.05")
+
+    def end(way):
+        far = next(d for d in (mpf(k) / 4 for k in range(80, -1, -1)) if held(y + way * d))
+        low, high = far, far + mpf(1) / 4
+        for _ in range(60):
+            middle = (low + high) / 2
+            low, high = (middle, high) if held(y + way * middle) else (low, middle)
+        return unit * mean(y + way * low)
+
+    return [float(min(end(-1), value)), float(max(end(1), value))]
+
+
+own = variance * fits[3][1]
+branches = [run(q * q * own) for q in ratios]
+middle = ratios[median(normed([b[2] for b in branches]))]
+steps = [sqrt(mpf(10)) ** k for k in range(7)]
+stepped = [run(middle ** 2 * own, (middle ** 2 + s * s) * own) for s in steps]
+estimated = mix(branches, stepped)
+weights = normed([b[3] for b in branches])
+estimated["move_ratio"] = float(sqrt(sum(w * q * q for w, q in zip(weights, ratios))))
+estimated["intervals"] = [interval(j, branches, mpf(estimated["value_dec"][j])) for j in range(N)]
 deviations = [0.05, 0.08, 0.02, 0.06]
 told = mix([run(matrix([[mpf(d) ** 2 if i == j else mpf(0) for j in range(N)] for i, d in enumerate(deviations)]))])
-for result in (estimated, told):
-    del result["weights"]
 print(json.dumps({
     "source": "nodes and formula of prior_chain.py",
     "licence": "none needed",

@@ -5420,7 +5420,8 @@ export interface components {
          *     estimate), as nothing limits the bias of the regularised one;
          *     `bias_aware`, the shortest interval about a filtered estimate that holds for all
          *     coefficients within the norm limit that was given; `posterior`, Student's t about the mean
-         *     of the posterior, widened for what moves alone where moves are estimated (docs/prior.md).
+         *     of the posterior, or, where moves are estimated, an interval that is shorter where the
+         *     earlier iterations predict well and holds whatever the flank did (docs/prior.md).
          * @enum {string}
          */
         IntervalKind: "student" | "least_squares" | "bias_aware" | "posterior";
@@ -8438,7 +8439,7 @@ export interface components {
              * Format: double
              * @description Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
              *     choice that stands, corrected by simulation for that choice having been made by the same
-             *     nodes. With `min_mse` its mean is 0.7 to 1.5 times the true error in simulations, where
+             *     nodes. With `min_mse` its mean is 0.8 to 1.25 times the true error in simulations, where
              *     that of the uncorrected one is 0.3 to 1.0 times it (docs/choosing-lambda.md). Present
              *     when `predicted_mse` was included; not with `press`, truncated SVD, James–Stein and
              *     attraction.

@@ -6,8 +6,8 @@ use crate::{
     estimation::{
         design::Along,
         error_model::spread::ErrorSpread,
-        inference::{Inferred, LinearForm, Noise, bias_aware, half_width},
-        prior::FormMoves,
+        inference::{CONFORMANCE_PROBABILITY, Inferred, LinearForm, Noise, bias_aware, half_width},
+        prior::FormIntervals,
         problem::LinearProblem,
         regularized::{Form, LinearMap},
         result::Covariance,
@@ -31,7 +31,7 @@ pub(super) struct Forms<'a> {
     /// Whether the estimate is the mean of a posterior, whose bands are about itself.
     pub posterior: bool,
     /// What intervals of a posterior are made of, where moves were estimated.
-    pub moves: Option<&'a FormMoves>,
+    pub posterior_intervals: Option<&'a FormIntervals>,
     /// Standard errors of a robust estimate.
     pub robust: Option<&'a Spread>,
     /// Covariances that do not follow from σ and R alone.
@@ -147,9 +147,7 @@ impl Forms<'_> {
     pub(super) fn interval(&self, estimated: &Estimated, own: f64) -> Option<[f64; 2]> {
         let noise = &self.noise_of(&estimated.form)?;
         if self.posterior {
-            let [middle, deviation] = self.of_posterior(estimated)?;
-            let half = noise.quantile() * deviation.hypot(own);
-            return Some([middle - half, middle + half]);
+            return self.of_posterior(estimated, noise, own);
         }
         if let Some(errors) = self.errors {
             let value = self.least_squares(&estimated.form);
@@ -175,11 +173,34 @@ impl Forms<'_> {
         Some([middle - half, middle + half])
     }
 
-    /// Middle and standard deviation of intervals about a posterior.
-    pub(super) fn of_posterior(&self, estimated: &Estimated) -> Option<[f64; 2]> {
-        let Some(moves) = self.moves else { return Some([estimated.value, estimated.std_error?]) };
-        let (sigma, [aside, deviation]) = (self.noise.as_ref()?.sigma, moves.of(&estimated.form.q));
-        Some([self.least_squares(&estimated.form) + sigma * aside, sigma * deviation])
+    /// The interval about a posterior, widened for a further measurement whose own error is `own`.
+    /// Where moves were estimated it is about least squares with ends of its own, and the distances
+    /// of the ends are combined with the further error each by itself (Zou and Donner, Statistics
+    /// in Medicine 27, 2008); the value that is answered lies within.
+    pub(super) fn of_posterior(&self, estimated: &Estimated, noise: &Noise, own: f64) -> Option<[f64; 2]> {
+        let quantile = noise.quantile();
+        let Some(intervals) = self.posterior_intervals else {
+            let half = quantile * estimated.std_error?.hypot(own);
+            return Some([estimated.value - half, estimated.value + half]);
+        };
+        let middle = self.least_squares(&estimated.form);
+        let [low, high] = intervals.of(&estimated.form.q, noise).map(|end| (noise.sigma * end).hypot(quantile * own));
+        Some([(middle - low).min(estimated.value), (middle + high).max(estimated.value)])
+    }
+
+    /// What is known of the error of a posterior. Decisions ask for the tails of
+    /// [`CONFORMANCE_PROBABILITY`]: an interval that misses by as much on both sides together
+    /// misses by no more on either.
+    pub(super) fn inferred_posterior(&self, estimated: &Estimated) -> Option<Inferred> {
+        let noise = self.noise.as_ref()?;
+        let student = noise.student;
+        let known = |value, std_error| Some(Inferred { value, std_error, bias_bound: 0.0, student });
+        if self.posterior_intervals.is_none() {
+            return known(estimated.value, estimated.std_error?);
+        }
+        let miss = 1.0 - CONFORMANCE_PROBABILITY;
+        let [low, high] = self.of_posterior(estimated, &Noise { miss, ..*noise }, 0.0)?;
+        known(0.5 * (low + high), 0.5 * (high - low) / student.upper_quantile(miss))
     }
 
     pub(super) fn along<'a>(&'a self, form: &'a Form) -> LinearForm<'a> {

@@ -7,7 +7,7 @@ use super::{
     predict::{outside, predictions},
 };
 use crate::estimation::{
-    inference::{Inferred, Noise},
+    inference::Noise,
     prior::PooledNoise,
     regularized::Applied,
     result::{Covariance, Interval, IntervalKind, Predictions, RegularizationKind, Warning},
@@ -62,7 +62,7 @@ impl Solved<'_> {
             further: noise.as_ref().and_then(|noise| self.further(applied, noise)),
             noise,
             posterior: pooled.is_some(),
-            moves: applied.moves(),
+            posterior_intervals: applied.posterior_intervals(),
             robust: self.robust.map(|robust| &robust.estimate.spread),
             errors: self.errors,
             given_limit: intervals::given_limit(&applied.bias).filter(|_| plain),
@@ -146,20 +146,20 @@ impl Solved<'_> {
         }
     }
 
-    /// Student's interval about the posterior, and that about least squares by the nodes alone.
+    /// The interval about the posterior, and that about least squares by the nodes alone.
     fn posterior_intervals(&self, applied: &Applied, noise: &Noise) -> Vec<Option<Interval>> {
         let alone = self.noise(self.spec.level);
         let forms = self.forms_at(applied, self.spec.level);
         let found = forms.coefficients(&applied.estimate.coefficients);
         let of = |(j, one): (usize, &Estimated)| {
-            let [value, std_error] = forms.of_posterior(one)?;
-            let half = noise.quantile() * std_error;
+            let ends = forms.of_posterior(one, noise, 0.0)?;
+            let half = 0.5 * (ends[1] - ends[0]);
             let plain = alone.map(|alone| alone.quantile() * alone.sigma * applied.estimate.leverage[j]);
             let middle = self.least_squares.coefficients[j];
             Some(Interval {
-                ends: [value - half, value + half],
+                ends,
                 kind: IntervalKind::Posterior,
-                about: Inferred { value, std_error, bias_bound: 0.0, student: noise.student },
+                about: forms.inferred_posterior(one)?,
                 least_squares: plain.map(|plain| [middle - plain, middle + plain]),
                 gain: plain.filter(|plain| *plain > 0.0).map(|plain| half / plain),
             })

@@ -186,12 +186,14 @@ fn band(
         .asking(1000)
         .map(|one| {
             if biased {
-                let ([middle, deviation], bias) = match forms.posterior {
-                    true => (forms.of_posterior(one)?, 0.0),
-                    false => ([one.value, one.std_error?], one.bias_bound),
-                };
-                let half = factors.of(noise) * deviation + bias;
-                return Some([middle - half, middle + half]);
+                let factor = factors.of(noise);
+                if forms.posterior {
+                    // the interval that by itself misses as often as this factor does
+                    let miss = 2.0 * noise.student.upper_tail(factor);
+                    return forms.of_posterior(one, &Noise { miss, ..*noise }, 0.0);
+                }
+                let half = factor * one.std_error? + one.bias_bound;
+                return Some([one.value - half, one.value + half]);
             }
             let own = forms.noise_of(&one.form)?;
             let (middle, factor) = (forms.least_squares(&one.form), factors.of(&own));

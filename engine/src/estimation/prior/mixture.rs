@@ -23,13 +23,13 @@ pub(crate) struct Mixture {
     pub prior_mean: DVector<f64>,
     /// Rows C with the prior's covariance `CᵀC`.
     pub prior_root: DMatrix<f64>,
-    /// Of each branch.
-    pub weights: Vec<f64>,
 }
 
 impl Mixture {
-    pub(super) fn new(branches: &[Branch]) -> Self {
-        let weights = weights(branches.iter().map(|branch| branch.ln_all));
+    /// Of branches with the logarithms of their weights.
+    pub(super) fn new<'a>(branches: impl Iterator<Item = (&'a Branch, f64)>) -> Self {
+        let (branches, logarithms): (Vec<&Branch>, Vec<f64>) = branches.unzip();
+        let weights = weights(logarithms.into_iter());
         let (mean, root) = moments(branches.iter().map(|branch| &branch.posterior), &weights);
         let (prior_mean, prior_root) = moments(branches.iter().map(|branch| &branch.prior), &weights);
         let n = mean.len();
@@ -38,13 +38,13 @@ impl Mixture {
             let inverse = branch.posterior.inverse();
             add_square(&mut gain, &inverse, weight);
         }
-        Mixture { mean, root, gain, prior_mean, prior_root, weights }
+        Mixture { mean, root, gain, prior_mean, prior_root }
     }
 
     /// Whether doubles hold it.
     pub(super) fn is_finite(&self) -> bool {
         let all = |mut values: std::slice::Iter<f64>| values.all(|x| x.is_finite());
-        let vectors = [self.mean.as_slice(), self.prior_mean.as_slice(), &self.weights];
+        let vectors = [self.mean.as_slice(), self.prior_mean.as_slice()];
         let matrices = [&self.root, &self.gain, &self.prior_root].map(DMatrix::as_slice);
         !self.mean.is_empty() && vectors.into_iter().chain(matrices).all(|values| all(values.iter()))
     }

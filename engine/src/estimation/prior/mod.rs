@@ -8,12 +8,15 @@
 //! nodes say `U_k U⁻¹ δ = (Q_kᵀY_k − U_k Â)/σ`.
 //!
 //! How far the flank moves nobody knows: the posterior is the mixture over q with the likelihood as
-//! weights, reported by its mean and covariance. A prior that the nodes contradict is let go.
+//! weights, reported by its mean and covariance. A flank that moved little for long may have moved
+//! once since (a new tool, another clamping), of which the moves before say nothing: with the share
+//! [`STEP`] the last move is a step of any size beside. A prior that the nodes contradict is let
+//! go.
 
 mod chain;
 mod conflict;
 mod current;
-mod form_moves;
+mod form_interval;
 mod information;
 mod mixture;
 mod observe;
@@ -24,7 +27,7 @@ use std::sync::Arc;
 use nalgebra::{DMatrix, DVector};
 
 use self::{
-    chain::{Branch, Link, ratios},
+    chain::{Branch, Link, ln_sum, median, ratios, steps, weights},
     information::{Information, Spread},
     observe::Observed,
 };
@@ -40,7 +43,7 @@ use super::{
 use self::reason::PriorReason;
 pub(crate) use self::{
     current::{Current, PooledNoise},
-    form_moves::FormMoves,
+    form_interval::FormIntervals,
     mixture::Mixture,
 };
 
@@ -49,6 +52,9 @@ const JUDGED_FROM: usize = 2;
 
 /// Earlier iterations times the cube of the coefficients: some seconds of work.
 const MOST_WORK: usize = 20_000_000;
+
+/// The probability beforehand that the last move was a step.
+const STEP: f64 = 0.2;
 
 /// What a prior came to.
 pub(crate) struct Outcome {
@@ -59,7 +65,7 @@ pub(crate) struct Outcome {
     /// `None` where the prior was let go.
     pub posterior: Option<Mixture>,
     /// What intervals are made of, where moves were estimated.
-    pub moves: Option<Arc<FormMoves>>,
+    pub intervals: Option<Arc<FormIntervals>>,
 }
 
 /// Refuses what cannot be asked for with a prior, and a prior that does not suit the model.
@@ -164,26 +170,38 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
                     let sizes: Vec<f64> = ratios().collect();
                     let branches: Result<Vec<_>, _> = sizes.iter().map(|&q| follow(&Spread::Even(q))).collect();
                     let branches = branches?;
-                    let moves = FormMoves::new(&links, &branches, &sizes).map(Arc::new);
-                    (noise, branches, links.len() >= JUDGED_FROM, Some((sizes, moves)))
+                    let intervals = Arc::new(FormIntervals::new(&links, &branches, &sizes));
+                    let stepped = stepped(&links, &branches, &sizes, &now);
+                    (noise, branches, links.len() >= JUDGED_FROM, Some((sizes, intervals, stepped)))
                 }
             }
         }
     };
     let conflict = judged.then(|| conflict::conflict(&branches, noise.freedom));
-    let mixture = Mixture::new(&branches);
+    let (ratio, intervals, mixture) = match estimated {
+        None => (None, None, Mixture::new(branches.iter().map(|branch| (branch, branch.ln_all)))),
+        Some((sizes, intervals, stepped)) => {
+            let weights = weights(branches.iter().map(|branch| branch.ln_all));
+            let square: f64 = sizes.iter().zip(weights).map(|(q, weight)| weight * q * q).sum();
+            let even = branches.iter().map(|branch| (branch, branch.ln_all + libm::log(1.0 - STEP)));
+            let each = libm::log(STEP / steps().len() as f64);
+            let aside = stepped.iter().map(|branch| (branch, branch.ln_all + each));
+            (Some(square.sqrt()), Some(intervals), Mixture::new(even.chain(aside)))
+        }
+    };
     if !mixture.is_finite() {
         return Err(beyond_double(prior).into());
     }
-    let (ratio, moves) = match estimated {
-        None => (None, None),
-        Some((sizes, moves)) => {
-            let square: f64 = sizes.iter().zip(&mixture.weights).map(|(q, weight)| weight * q * q).sum();
-            (Some(square.sqrt()), moves)
-        }
-    };
     let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
-    Ok(Some(Outcome { noise, conflict, ratio, posterior, moves }))
+    Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals }))
+}
+
+/// Branches with a step in the last move, from the middle one of the sizes that the moves before
+/// tell.
+fn stepped(links: &[Link], branches: &[Branch], sizes: &[f64], now: &Information) -> Vec<Branch> {
+    let earlier = || branches.iter().map(|branch| branch.ln_earlier);
+    let middle = sizes[median(weights(earlier()).into_iter())];
+    Branch::steps(links, now, middle, ln_sum(earlier()))
 }
 
 /// What a prior says beside these nodes is beyond doubles.

@@ -4,7 +4,7 @@ use super::{linear_map::LinearMap, prior_applied::PriorApplied};
 use crate::estimation::{
     diagnostics::perturbation,
     estimate::{Estimate, LeastSquares},
-    prior::{FormMoves, PooledNoise},
+    prior::{FormIntervals, PooledNoise},
     problem::{LinearProblem, Residuals},
     result::{
         BiasReport, Choice, ConstraintsReport, LambdaCurvePoint, MatrixBFactors, NormLimitSource, RegularizationReport,
@@ -157,8 +157,8 @@ pub(crate) struct Applied {
 
 impl Applied {
     /// What intervals of a posterior are made of, where moves were estimated.
-    pub(crate) fn moves(&self) -> Option<&FormMoves> {
-        self.prior.as_ref()?.moves.as_deref()
+    pub(crate) fn posterior_intervals(&self) -> Option<&FormIntervals> {
+        self.prior.as_ref()?.intervals.as_deref()
     }
 
     /// The noise by which the posterior of a prior was weighed, where there is one.

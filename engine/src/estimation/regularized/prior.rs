@@ -94,7 +94,7 @@ fn plain(
     let applied = spectral::apply(context, warnings)?;
     let share = vec![0.0; applied.estimate.coefficients.len()];
     let report = report_of(prior, outcome, share, &applied.estimate.leverage);
-    Ok(Applied { prior: Some(PriorApplied { report, noise: None, moves: None }), ..applied })
+    Ok(Applied { prior: Some(PriorApplied { report, noise: None, intervals: None }), ..applied })
 }
 
 fn report_of(prior: &Prior, outcome: Option<&Outcome>, share: Vec<f64>, leverage: &[f64]) -> PriorReport {
@@ -211,7 +211,7 @@ impl<'a> Posterior<'a> {
             after: None,
             map,
             estimate: Estimate { coefficients: self.coefficients, spread, ..plain },
-            prior: Some(PriorApplied { report, noise: Some(outcome.noise), moves: outcome.moves.clone() }),
+            prior: Some(PriorApplied { report, noise: Some(outcome.noise), intervals: outcome.intervals.clone() }),
             constraints: None,
             representative: None,
         })

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use crate::estimation::{
-    prior::{FormMoves, PooledNoise},
+    prior::{FormIntervals, PooledNoise},
     result::PriorReport,
 };
 
@@ -13,5 +13,5 @@ pub(crate) struct PriorApplied {
     /// The noise by which the posterior was weighed; `None` where there is no posterior.
     pub noise: Option<PooledNoise>,
     /// What intervals are made of, where moves were estimated.
-    pub moves: Option<Arc<FormMoves>>,
+    pub intervals: Option<Arc<FormIntervals>>,
 }

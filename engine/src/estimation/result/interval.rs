@@ -12,7 +12,8 @@ pub enum IntervalKind {
     LeastSquares,
     /// About a filtered estimate whose bias a given norm limit bounds.
     BiasAware,
-    /// About the mean of the posterior of nodes and prior, from its standard deviation.
+    /// About the mean of the posterior of nodes and prior, from its standard deviation; where moves
+    /// were estimated the shorter one that holds whatever they were.
     Posterior,
 }
 

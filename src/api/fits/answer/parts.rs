@@ -74,7 +74,8 @@ names! {
     /// estimate), as nothing limits the bias of the regularised one;
     /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
     /// coefficients within the norm limit that was given; `posterior`, Student's t about the mean
-    /// of the posterior, widened for what moves alone where moves are estimated (docs/prior.md).
+    /// of the posterior, or, where moves are estimated, an interval that is shorter where the
+    /// earlier iterations predict well and holds whatever the flank did (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
