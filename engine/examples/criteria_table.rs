@@ -4,7 +4,7 @@
 //! determined direction, the best, or all alike; the noise is a tenth, once and ten times what
 //! makes the worst direction as uncertain as it is large. `cargo run --release -p flankfit-engine
 //! --example criteria_table -- 300` draws 300 times each; `-- 300 press` shows the rows of one
-//! criterion alone (`min_mse` with what follows).
+//! criterion alone (`min_mse` with what follows, `predicted` what follows alone).
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
 #[path = "../tests/oracle/mod.rs"]
@@ -25,7 +25,12 @@ struct Case<'a> {
     coefficients: Vec<f64>,
     lengths: Vec<f64>,
     sigma: f64,
+    truth: Truth,
+    noise: f64,
 }
+
+/// How many times as many draws tell the true error.
+const REFERENCE: usize = 50;
 
 /// True squared errors in columns of unit length, and what was predicted.
 #[derive(Clone, Copy, Default)]
@@ -33,14 +38,47 @@ struct Errors {
     own: f64,
     least_squares: f64,
     predicted: f64,
-    corrected: f64,
 }
 
 impl Case<'_> {
-    fn errors(&self, regularization: &Regularization, corrected: bool, draws: usize) -> Result<Errors, FitError> {
-        let mut random = Random::new(7);
+    fn errors(&self, regularization: &Regularization, draws: usize) -> Result<Errors, FitError> {
         let mut sums = Errors::default();
+        self.each(regularization, false, draws, |one, _| {
+            sums.own += one.own;
+            sums.least_squares += one.least_squares;
+            sums.predicted += one.predicted;
+        })?;
+        Ok(sums)
+    }
+
+    /// Mean uncorrected and corrected prediction over the mean true error of `REFERENCE` times as
+    /// many draws. That of the corrected goes by how far the uncorrected ones of the same draws lie
+    /// from theirs (a control variate), and comes with its standard error.
+    fn predicted(&self, regularization: &Regularization, draws: usize) -> Result<[f64; 3], FitError> {
+        let all = self.errors(regularization, REFERENCE * draws)?;
+        let (truth, expected) = (all.own / (REFERENCE * draws) as f64, all.predicted / (REFERENCE * draws) as f64);
+        let mut pairs = Vec::new();
+        self.each(regularization, true, draws, |one, corrected| pairs.push((one.predicted, corrected)))?;
+        let count = draws as f64;
+        let mean = |of: &dyn Fn(&(f64, f64)) -> f64| pairs.iter().map(of).sum::<f64>() / count;
+        let (plain, corrected) = (mean(&|p| p.0), mean(&|p| p.1));
+        let variance = mean(&|p| (p.0 - plain).powi(2));
+        let slope = if variance > 0.0 { mean(&|p| (p.0 - plain) * (p.1 - corrected)) / variance } else { 0.0 };
+        let left = mean(&|p| (p.1 - corrected - slope * (p.0 - plain)).powi(2));
+        let found = corrected - slope * (plain - expected);
+        Ok([expected / truth, found / truth, (left / count).sqrt() / truth])
+    }
+
+    fn each(
+        &self,
+        regularization: &Regularization,
+        corrected: bool,
+        draws: usize,
+        mut take: impl FnMut(Errors, f64),
+    ) -> Result<(), FitError> {
+        let mut random = Random::new(7);
         for _ in 0..draws {
+            let mut sums = Errors::default();
             let fitted = |row: &Vec<f64>| row.iter().zip(&self.coefficients).map(|(x, a)| x * a).sum::<f64>();
             let heights = self.design.x.iter().map(|row| fitted(row) + self.sigma * random.normal()).collect();
             let nodes = Nodes::matrix(self.design.x.concat(), self.lengths.len(), heights, None, None)
@@ -58,9 +96,9 @@ impl Case<'_> {
             let report = &found.regularization;
             let chosen = report.choices.iter().find(|choice| choice.criterion == report.criterion);
             sums.predicted += chosen.and_then(|choice| choice.predicted_mse).unwrap_or(0.0);
-            sums.corrected += report.predicted_mse_corrected.unwrap_or(0.0);
+            take(sums, report.predicted_mse_corrected.unwrap_or(0.0));
         }
-        Ok(sums)
+        Ok(())
     }
 }
 
@@ -75,6 +113,8 @@ fn cases(designs: &[Design]) -> Vec<Case<'_>> {
                     coefficients: design.truth(truth, 1.0),
                     lengths: (0..design.x[0].len()).map(length).collect(),
                     sigma: noise * design.directions[0].0,
+                    truth,
+                    noise,
                 });
             }
         }
@@ -112,7 +152,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         // some criteria have no answer for so few directions
         let ratios: Result<Vec<f64>, FitError> = cases
             .iter()
-            .map(|case| case.errors(regularization, false, draws).map(|sums| sums.own / sums.least_squares))
+            .map(|case| case.errors(regularization, draws).map(|sums| sums.own / sums.least_squares))
             .collect();
         match ratios {
             Ok(ratios) => {
@@ -125,30 +165,22 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             Err(error) => println!("| {name} | – | – | – | {error} |"),
         }
     }
-    if only.is_some_and(|only| only != "min_mse") {
+    if only.is_some_and(|only| only != "min_mse" && only != "predicted") {
         return Ok(());
     }
-    println!("\nmean predicted over mean true squared error, least and most over the cases");
-    println!("\n| regularisation | criterion | `predicted_mse` | `predicted_mse_corrected` |");
-    println!("|---|---|---|---|");
-    let shown = [("`first_order`", Criterion::MinMse), ("`first_order`", Criterion::Gcv), ("ridge", Criterion::MinMse)];
-    for (kind, criterion) in shown {
+    println!("\nmean predicted over mean true squared error\n");
+    println!("| regularisation | criterion | design | truth | noise | `predicted_mse` | corrected | ± |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for (kind, criterion) in [("`first_order`", Criterion::MinMse), ("ridge", Criterion::MinMse)] {
         let regularization = if kind == "ridge" { ridge(criterion) } else { spectral(criterion) };
-        let (mut plain, mut corrected) = ([f64::INFINITY, 0.0f64], [f64::INFINITY, 0.0f64]);
         for case in &cases {
-            let sums = case.errors(&regularization, true, draws)?;
-            for (ends, predicted) in [(&mut plain, sums.predicted), (&mut corrected, sums.corrected)] {
-                *ends = [ends[0].min(predicted / sums.own), ends[1].max(predicted / sums.own)];
-            }
+            let [plain, corrected, error] = case.predicted(&regularization, draws)?;
+            let (design, truth, noise) = (case.design.name, case.truth, case.noise);
+            println!(
+                "| {kind} | `{}` | {design} | {truth:?} | {noise} | {plain:.2} | {corrected:.3} | {error:.3} |",
+                criterion.name()
+            );
         }
-        println!(
-            "| {kind} | `{}` | {:.2}–{:.2} | {:.2}–{:.2} |",
-            criterion.name(),
-            plain[0],
-            plain[1],
-            corrected[0],
-            corrected[1]
-        );
     }
     Ok(())
 }

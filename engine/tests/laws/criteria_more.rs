@@ -179,6 +179,44 @@ fn corrected_predictions_are_near_the_truth() {
     }
 }
 
+/// Heights turned over have the same predicted error, to the last bit, and so do columns turned
+/// over.
+#[test]
+fn corrected_predictions_know_no_sign() {
+    let include = Include { predicted_mse: true, ..Include::default() };
+    let mut compared = 0;
+    for design in designs() {
+        let mut random = Random::new(8);
+        let y: Vec<f64> = design.x.iter().map(|row| 0.3 * row[0] + random.normal()).collect();
+        let turned: Vec<f64> = y.iter().map(|y| -y).collect();
+        let of_x =
+            design.x.iter().map(|row| row.iter().enumerate().map(|(j, x)| if j == 1 { -x } else { *x }).collect());
+        let columns: Vec<Vec<f64>> = of_x.collect();
+        for criterion in [Criterion::MinMse, Criterion::Gcv, Criterion::Reml] {
+            let tikhonov = Tikhonov { order: 1, weights: None, parameter: by(criterion) };
+            for (regularization, of_columns) in [
+                (Regularization::Ridge { parameter: by(criterion) }, true),
+                (spectral(Scheme::FirstOrder, Count::Auto, by(criterion)), true),
+                (spectral(Scheme::Exact, Count::Auto, by(criterion)), true),
+                (Regularization::Tikhonov(tikhonov), false),
+            ] {
+                let corrected = |x: &[Vec<f64>], y: &[f64]| {
+                    let spec = FitSpec { include, regularization: regularization.clone(), ..linear() };
+                    try_fit(&matrix(x, y, None), &spec).ok()?.regularization.predicted_mse_corrected
+                };
+                let Some(found) = corrected(&design.x, &y) else { continue };
+                assert_eq!(corrected(&design.x, &turned), Some(found), "{} {criterion:?}", design.name);
+                if of_columns {
+                    let other = corrected(&columns, &y).unwrap();
+                    assert!((other / found - 1.0).abs() < 1e-6, "{} {criterion:?}: {other} {found}", design.name);
+                }
+                compared += 1;
+            }
+        }
+    }
+    assert!(compared > 60, "{compared}");
+}
+
 /// No choice takes away the variance of what the filter lets pass.
 #[test]
 fn corrected_predictions_are_no_less_than_the_variance() {

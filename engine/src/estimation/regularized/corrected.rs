@@ -2,18 +2,22 @@
 //! predicted from.
 //!
 //! `predicted_mse` takes λ* as given and is too small, since it is the least of many. How much is
-//! found by simulation (parametric bootstrap): the regularised estimate fa takes the place of the
-//! truth, `a* = fa + σ̂ λ^{−½} N(0,1)` with `σ*² = σ̂² χ²_ν/ν` are measured again, λ* is chosen
-//! anew by the same rule, and
+//! found by simulation (parametric bootstrap): t takes the place of the truth,
+//! `a* = t + σ̂ λ^{−½} N(0,1)` with `σ*² = σ̂² χ²_ν/ν` are measured again, λ* is chosen anew by the
+//! same rule, and
 //!
-//! `corrected = predicted_mse · Σ‖f*a* − fa‖² / Σ predicted_mse*`
+//! `corrected = predicted_mse · Σ‖f*a* − t‖² / Σ predicted_mse*`
 //!
-//! over [`DRAWS`] draws, and at least the variance of fa, which no choice takes away: where a rule
-//! lets pass what others would damp, the sums are those of the few draws that lie far off. The seed
-//! is fixed: the same nodes give the same figure. So an error of the draws would be that of every
-//! fit, and errors have heavy tails: along each direction the draws are a Latin hypercube, one in
-//! each equal share of the normal distribution (McKay, Beckman and Conover, Technometrics 21,
-//! 1979), and so are those of χ²; their variance and mean are made those of the distributions.
+//! with t = (1 − v/‖fa‖²)₊ fa, v being the variance of fa (James and Stein): the regularised
+//! estimate still has what noise the filter lets pass, and with it for a truth the quotient would
+//! be up to a tenth farther from the true one. The sums go over [`DRAWS`] draws. The answer is at
+//! least v, which no choice takes away: where a rule lets pass what others would damp, the sums are
+//! those of the few draws that lie far off. The seed is fixed: the same nodes give the same figure.
+//! So an error of the draws would be that of every fit, and errors have heavy tails: along each
+//! direction the draws are a Latin hypercube, one in each equal share of the normal distribution
+//! (McKay, Beckman and Conover, Technometrics 21, 1979), and so are those of χ²; their variance and
+//! mean are made those of the distributions. Each draw counts away from 0 as the coefficient does,
+//! so that neither the sign of the heights nor that of an eigenvector changes anything.
 //!
 //! Where σ̂ rests on few degrees of freedom, product and quotient hang on the same wrong σ̂ and are
 //! too small together, or too large. There Stein's unbiased estimate of the error,
@@ -122,6 +126,16 @@ fn hypercube(size: usize, draws: usize) -> Vec<Vec<f64>> {
     rows
 }
 
+/// What of an estimate with this squared length is not its noise.
+fn beyond_noise(variance: f64, square: f64) -> f64 {
+    if square > variance { 1.0 - variance / square } else { 0.0 }
+}
+
+/// `z`, counted away from 0 as `a` is.
+fn along(a: f64, z: f64) -> f64 {
+    if a < 0.0 { -z } else { z }
+}
+
 /// `predicted · Σ errors / Σ predictions`, at least `least`, over the draws of `again`, which
 /// answers both from one normal number for each of `size` directions, σ*² and RSS*.
 fn corrected(
@@ -163,9 +177,11 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
         return Some(predicted);
     }
     let asked = parameter(selected.selection.criterion, selected.selection.fixed, value)?;
-    let truth: Vec<f64> = (0..a.len()).map(|i| rule.at(i, lambda[i], value).factor * a[i]).collect();
     let passed = |(i, l): (usize, &f64)| if *l > 0.0 { rule.at(i, *l, value).factor.powi(2) / l } else { 0.0 };
     let least = noise.variance * lambda.iter().enumerate().map(passed).sum::<f64>();
+    let filtered: Vec<f64> = (0..a.len()).map(|i| rule.at(i, lambda[i], value).factor * a[i]).collect();
+    let share = beyond_noise(least, filtered.iter().map(|x| x * x).sum());
+    let truth: Vec<f64> = filtered.iter().map(|x| share * x).collect();
     let again = |drawn: &[f64], variance: f64, rss: f64| {
         let sigma = context.spec.noise_sigma;
         let again =
@@ -176,9 +192,9 @@ pub(super) fn of_filter(context: &Context, problem: &Spectral, rule: Rule, selec
     let simulated = corrected([predicted, least], &noise, (a.len(), 2000 * a.len()), |normals, variance, rss| {
         let drawn: Vec<f64> = lambda
             .iter()
-            .zip(&truth)
+            .zip(truth.iter().zip(a))
             .zip(normals)
-            .map(|((&l, t), z)| if l > 0.0 { t + (noise.variance / l).sqrt() * z } else { 0.0 })
+            .map(|((&l, (t, a)), z)| if l > 0.0 { t + (noise.variance / l).sqrt() * along(*a, *z) } else { 0.0 })
             .collect();
         let (value, prediction) = again(&drawn, variance, rss)?;
         let error = (0..a.len()).map(|i| (rule.at(i, lambda[i], value).factor * drawn[i] - truth[i]).powi(2)).sum();
@@ -222,18 +238,21 @@ pub(super) fn of_penalty(
         return None;
     }
     let (predicted, _) = oblique.mse(lambda)?;
-    let truth: Vec<f64> = (0..size).map(|i| oblique.factor(i, lambda) * oblique.a[i]).collect();
     let passed = |i: usize| {
         let along = DVector::from_fn(size, |k, _| if k == i { oblique.factor(i, lambda) } else { 0.0 });
         oblique.along(&along).norm_squared()
     };
     let least = noise.variance * (oblique.silent..size).asking(size * size).map(passed).sum::<f64>();
+    let filtered = DVector::from_fn(size, |i, _| oblique.factor(i, lambda) * oblique.a[i]);
+    let share = beyond_noise(least, oblique.along(&filtered).norm_squared());
+    let truth: Vec<f64> = filtered.iter().map(|x| share * x).collect();
     corrected([predicted, least], &noise, (size, 400 * size * size), |normals, variance, rss| {
         // along these directions least squares has the variance σ²
         let drawn: Vec<f64> = truth
             .iter()
+            .zip(&oblique.a)
             .enumerate()
-            .map(|(i, t)| if i < oblique.silent { 0.0 } else { t + noise.variance.sqrt() * normals[i] })
+            .map(|(i, (t, a))| if i < oblique.silent { 0.0 } else { t + noise.variance.sqrt() * along(*a, normals[i]) })
             .collect();
         let again = oblique.with(drawn.clone(), Some(variance));
         let value = choose(&again, variance, rss, asked)?;

@@ -42,8 +42,8 @@ pub enum IncludeName {
     /// `coefficients[].interval` and what belongs to it. They are in every answer to a fit, so this
     /// name adds nothing and does not stand in the answered `spec`.
     Intervals,
-    /// `regularization.predicted_mse_corrected`, found by simulation: λ* is chosen sixty times
-    /// anew.
+    /// `regularization.predicted_mse_corrected`, found by simulation: λ* is chosen 240
+    /// times anew.
     PredictedMse,
 }
 
