@@ -1,14 +1,15 @@
-//! How often intervals hold where errors are not white: the table of docs/errors.md.
+//! How often intervals hold where errors are not white: the tables of docs/errors.md.
 //!
 //! A cubic at 60 nodes whose coefficients are all 0. `cargo run --release -p flankfit-engine
-//! --example errors_coverage -- 2000` draws 2,000 times each.
+//! --example errors_coverage -- 2000` draws 2,000 times each; `-- 2000 powers` makes the last table
+//! alone.
 
 #[expect(dead_code, reason = "the oracle is shared with the tests, which use all of it")]
 #[path = "../tests/oracle/mod.rs"]
 mod oracle;
 
 use flankfit_engine::estimation::{
-    FitSpec, Nodes, fit,
+    FitResult, FitSpec, Nodes, fit,
     spec::{
         Along, Correlation, Degree, Errors, Kinds, Model, Places, PolynomialBasis, Predict, Regularization, Terms,
         Variance,
@@ -72,6 +73,9 @@ fn matern(random: &mut Random, length: f64) -> Vec<f64> {
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let draws: usize = std::env::args().nth(1).map_or(Ok(500), |text| text.parse())?;
+    if std::env::args().nth(2).is_some_and(|only| only == "powers") {
+        return powers(draws);
+    }
     let model = Model::Polynomial { degree: Degree::Both(3), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
     let plain = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
     let errors = |correlation| FitSpec {
@@ -108,7 +112,90 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (usual, _, narrow) = coverage(&plain, draws, &noise)?;
         println!("| {name} | `{asked}` | {mean:.3} | {worst:.3} | {:.2} | {usual:.3} |", width / narrow);
     }
-    small_groups(&plain, draws)
+    small_groups(&plain, draws)?;
+    powers(draws)
+}
+
+/// Powers of the standard deviation, told by so many nodes: coefficients, heights at nine places
+/// and the band; also polynomials of other degrees with as few degrees of freedom.
+fn powers(draws: usize) -> Result<(), Box<dyn std::error::Error>> {
+    println!(
+        "\n| coefficients | m | p | coefficients, least | most | heights, least | most | band | warned | refused |"
+    );
+    println!("|---|---|---|---|---|---|---|---|---|---|");
+    let few = [2, 3, 4, 6].into_iter().flat_map(|n| [4, 6, 7, 8, 10].map(|freedom| (n, n + freedom)));
+    for (n, count) in few.chain([(4, 20), (4, 30), (4, 60)]) {
+        let x: Vec<f64> = (0..count).map(|k| 1.0 + 9.0 * k as f64 / (count - 1) as f64).collect();
+        let at = Places::Curve((0..9).map(|k| 1.0 + 1.125 * f64::from(k)).collect());
+        let kinds = Kinds { confidence: true, prediction: false, simultaneous: true };
+        let model =
+            Model::Polynomial { degree: Degree::Both(n - 1), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
+        let spec = FitSpec {
+            regularization: Regularization::None,
+            predict: Some(Predict { at, level: None, kinds, slopes: false }),
+            variance: Variance::Power { of: Along::U, exponent: None },
+            ..FitSpec::new(model)
+        };
+        for power in [0.0, 0.5, 1.0, 2.0] {
+            let mut random = Random::new(13);
+            let (mut held, mut refused) = (Held::new(n, 9), 0);
+            for _ in 0..draws {
+                let y = x.iter().map(|x| x.powf(power) * random.normal()).collect();
+                match fit(&Nodes::curve(x.clone(), y, None)?, &spec) {
+                    Ok(found) => held.add(&found, "power_uncertain").ok_or("no bands")?,
+                    Err(_) => refused += 1,
+                }
+            }
+            println!("| {n} | {count} | {power} | {held} | {:.2} |", refused as f64 / draws as f64);
+        }
+    }
+    Ok(())
+}
+
+/// How often 0, the truth, lies in the intervals and bands of fits, and how often they are warned
+/// of.
+struct Held {
+    coefficients: Vec<usize>,
+    heights: Vec<usize>,
+    band: usize,
+    warned: usize,
+    fits: usize,
+}
+
+impl Held {
+    fn new(coefficients: usize, heights: usize) -> Self {
+        Held { coefficients: vec![0; coefficients], heights: vec![0; heights], band: 0, warned: 0, fits: 0 }
+    }
+
+    /// `None` where the fit has no bands.
+    fn add(&mut self, found: &FitResult, warning: &str) -> Option<()> {
+        let holds = |ends: &[f64; 2]| ends[0] <= 0.0 && 0.0 <= ends[1];
+        for (c, hits) in found.coefficients.iter().zip(&mut self.coefficients) {
+            *hits += usize::from(c.interval.is_some_and(|interval| holds(&interval.ends)));
+        }
+        let bands = found.predictions.as_ref()?;
+        for (ends, hits) in bands.confidence.as_ref()?.iter().zip(&mut self.heights) {
+            *hits += usize::from(holds(ends));
+        }
+        self.band += usize::from(bands.simultaneous.as_ref()?.band.iter().all(holds));
+        self.warned += usize::from(found.warnings.iter().any(|w| w.code() == warning));
+        self.fits += 1;
+        Some(())
+    }
+}
+
+/// Least and greatest coverage of the coefficients and of the heights, the band's, the share that
+/// is warned of.
+impl std::fmt::Display for Held {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let share = |hits: usize| hits as f64 / self.fits as f64;
+        let ends = |hits: &[usize]| {
+            let all = hits.iter().map(|&h| share(h));
+            (all.clone().fold(1.0, f64::min), all.fold(0.0, f64::max))
+        };
+        let ((a, b), (c, d)) = (ends(&self.coefficients), ends(&self.heights));
+        write!(f, "{a:.3} | {b:.3} | {c:.3} | {d:.3} | {:.3} | {:.2}", share(self.band), share(self.warned))
+    }
 }
 
 /// Groups of which one is small and as precise as the other or more so: intervals of the heights at
@@ -127,31 +214,14 @@ fn small_groups(plain: &FitSpec, draws: usize) -> Result<(), Box<dyn std::error:
         let spec = FitSpec { variance: Variance::Groups(group.clone()), predict, ..plain.clone() };
         for sigma in [1.0, 0.3, 0.1] {
             let mut random = Random::new(11);
-            let (mut own, mut heights, mut band, mut warned) = (vec![0usize; 4], vec![0usize; COUNT], 0, 0);
-            let holds = |ends: &[f64; 2]| ends[0] <= 0.0 && 0.0 <= ends[1];
+            let mut held = Held::new(4, COUNT);
             for _ in 0..draws {
                 let y = group.iter().map(|g| if *g == 0 { sigma } else { 1.0 } * random.normal()).collect();
                 let found = fit(&Nodes::curve(x.clone(), y, None)?, &spec)?;
-                for (c, hits) in found.coefficients.iter().zip(&mut own) {
-                    *hits += usize::from(c.interval.is_some_and(|interval| holds(&interval.ends)));
-                }
-                let bands = found.predictions.ok_or("no predictions")?;
-                for (ends, hits) in bands.confidence.ok_or("no bands")?.iter().zip(&mut heights) {
-                    *hits += usize::from(holds(ends));
-                }
-                band += usize::from(bands.simultaneous.ok_or("no band")?.band.iter().all(holds));
-                warned += usize::from(found.warnings.iter().any(|w| w.code() == "group_variance_uncertain"));
+                held.add(&found, "group_variance_uncertain").ok_or("no bands")?;
             }
-            let share = |hits: usize| hits as f64 / draws as f64;
-            let ends = |hits: &[usize]| {
-                let all = hits.iter().map(|&h| share(h));
-                (all.clone().fold(1.0, f64::min), all.fold(0.0, f64::max))
-            };
-            let ((a, b), (c, d)) = (ends(&own), ends(&heights));
-            let (place, band, warned) = (if along { "all along" } else { "at one end" }, share(band), share(warned));
-            println!(
-                "| {small} of 60 | {place} | {sigma} | {a:.3} | {b:.3} | {c:.3} | {d:.3} | {band:.3} | {warned:.2} |"
-            );
+            let place = if along { "all along" } else { "at one end" };
+            println!("| {small} of 60 | {place} | {sigma} | {held} |");
         }
     }
     Ok(())

@@ -90,6 +90,14 @@ async fn told_parameters_and_variances_come_back() {
     power["variance"] = json!({"power_of": "u"});
     let body = app.fit(&power.to_string()).await.json();
     assert!(number(&body["variance"]["exponent"]) > 0.0 && number(&body["variance"]["at"]) > 1.0);
+    let few = |body: &Value| body["warnings"].as_array().unwrap().iter().any(|w| w["code"] == "power_uncertain");
+    assert!(!few(&body), "{body}");
+    for axis in ["x", "y"] {
+        let every_third = power["nodes"][axis].as_array().unwrap().iter().step_by(3).cloned().collect();
+        power["nodes"][axis] = Value::Array(every_third);
+    }
+    let body = app.fit(&power.to_string()).await.json();
+    assert!(few(&body), "{body}");
 }
 
 #[tokio::test]

@@ -13,6 +13,7 @@ use nalgebra::DMatrix;
 
 use crate::numerics::{
     cancel::{self, Asking},
+    root::root,
     triangular,
 };
 
@@ -102,6 +103,8 @@ pub(crate) fn groups(rows: &Rows, group: &[i64]) -> Option<BTreeMap<i64, f64>> {
 /// Exponents that are looked at.
 const STEEPEST: f64 = 6.0;
 const STEPS: usize = 48;
+/// What golden section leaves, well above where the likelihood is flat to rounding.
+const RESOLVED: f64 = 1e-5;
 
 /// δ of standard deviations that go as |x|^δ; `None` where no δ between ± 6 is likelier than those
 /// beside it. `logs` holds the logarithm of the ratio of each counted node's place to their
@@ -119,12 +122,37 @@ pub(crate) fn exponent(rows: &Rows, logs: &[f64]) -> Option<f64> {
     if best == 0 || best == STEPS || !found[best].is_finite() {
         return None;
     }
-    // golden section
+    // golden section, as far as the likelihood tells places from each other
     let ratio = 0.5 * (5f64.sqrt() - 1.0);
     let (mut low, mut high) = (place(best - 1), place(best + 1));
-    while high - low > 1e-9 {
+    while high - low > RESOLVED {
         let (a, b) = (high - ratio * (high - low), low + ratio * (high - low));
         if likelihood(a)? > likelihood(b)? { high = b } else { low = a }
     }
-    Some(0.5 * (low + high))
+    let (low, high) = (low - RESOLVED, high + RESOLVED);
+    let slope = |delta: f64| slope(rows, logs, delta).unwrap_or(f64::NAN);
+    let found = root([(low, slope(low)), (high, slope(high))], |_| f64::EPSILON, slope);
+    Some(found.unwrap_or(0.5 * (low + high)))
+}
+
+/// The derivative of the restricted likelihood of the exponent,
+/// `Σ ln x [(m − n) ω r²/RSS − (1 − h)]` with residuals and leverages of the weighted fit: 0 at the
+/// maximum, and so tells it to the last digits, where the likelihood itself is flat.
+fn slope(rows: &Rows, logs: &[f64], delta: f64) -> Option<f64> {
+    let omega = |k: usize| libm::exp(-2.0 * delta * logs[k]);
+    let found = rows.solved(omega)?;
+    let mut turned = vec![0.0; rows.n];
+    let (mut squares, mut moment, mut free) = (0.0, 0.0, 0.0);
+    for (k, (row, b)) in rows.q.chunks_exact(rows.n).zip(rows.residuals).enumerate() {
+        turned.copy_from_slice(row);
+        triangular::solve_upper_transposed(&found.r, &mut turned);
+        let w = omega(k);
+        let leverage = w * turned.iter().map(|x| x * x).sum::<f64>();
+        let residual = b - row.iter().zip(&found.step).map(|(x, s)| x * s).sum::<f64>();
+        let square = w * residual * residual;
+        squares += square;
+        moment += logs[k] * square;
+        free += logs[k] * (1.0 - leverage);
+    }
+    Some(rows.freedom() * moment / squares - free)
 }

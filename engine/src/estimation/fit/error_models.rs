@@ -40,6 +40,8 @@ const MOST: usize = 8_000_000;
 const MOST_PRODUCTS: usize = 1_000_000_000;
 /// Degrees of freedom below which the variance of a group is warned of.
 const FEW_OF_GROUP: f64 = 3.0;
+/// Degrees of freedom below which a power is warned of.
+const FEW_OF_POWER: usize = 7;
 /// Degrees of freedom that estimates of errors take at least.
 const LEAST_FREEDOM: usize = 3;
 
@@ -307,6 +309,10 @@ impl Plain<'_> {
         };
         let omega: Vec<f64> = x.iter().map(|x| libm::pow(*x, -2.0 * exponent)).collect();
         let (mut result, _) = self.weighted(&omega, estimated.then_some(Estimated::Power { logs: &logs }))?;
+        let freedom = self.sample.count() - self.design.size();
+        if estimated && freedom < FEW_OF_POWER {
+            result.warnings.push(Warning::PowerUncertain { freedom, more: FEW_OF_POWER - freedom });
+        }
         result.variance = Some(VarianceReport::Power { exponent, at: middle });
         Ok(result)
     }

@@ -314,6 +314,17 @@ pub enum Warning {
         /// Degrees of freedom in effect.
         freedom: f64,
     },
+    /// A power that too few residuals tell.
+    #[error(
+        "{freedom} degrees of freedom do not tell a power of the standard deviation: intervals and bands hold less \
+         often than they say; give the power, or measure at {more} nodes more"
+    )]
+    PowerUncertain {
+        /// Nodes less coefficients.
+        freedom: usize,
+        /// Nodes that are missing.
+        more: usize,
+    },
     /// A predicted error that nothing corrects.
     #[error(
         "there is no corrected predicted error here: it is that of a matrix B, ridge or Tikhonov (up to 200 \

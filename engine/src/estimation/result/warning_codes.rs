@@ -49,6 +49,7 @@ impl Warning {
             PositionsAsExact => "positions_as_exact",
             PositionsUncertain { .. } => "positions_uncertain",
             GroupVarianceUncertain { .. } => "group_variance_uncertain",
+            PowerUncertain { .. } => "power_uncertain",
             NormLimitUnused => "norm_limit_unused",
             PriorWithoutNoise => "prior_unused",
             ShapeAtBound(_) => "shape_at_bound",
