@@ -193,7 +193,7 @@ fn an_estimated_power_is_reproducible() {
         }
         for turn in [1, 5, 7] {
             let order: Vec<usize> = (0..x.len()).map(|k| (turn * k + turn) % x.len()).collect();
-            let order = if turn == 1 || x.len() % turn != 0 { order } else { (0..x.len()).rev().collect() };
+            let order = if turn > 1 && x.len().is_multiple_of(turn) { (0..x.len()).rev().collect() } else { order };
             let [x, y] = [&x, &y].map(|list| order.iter().map(|&k| list[k]).collect::<Vec<f64>>());
             let turned = exponent(&x, y);
             assert!((turned - found).abs() <= 1e-12, "{count}, {turn}: {turned} {found}");
