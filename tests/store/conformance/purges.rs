@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use flankfit::jobs::{
     Answer, Caller, Choice, Decision, DecisionEvent, Event, EventKind, FinishedStream, JobEvent, JobPatch, Measurand,
-    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RecordSummary, Repository, RepositoryError,
-    Resource, Scope, Scopes, Seen, Stored, StreamEvent, Turn,
+    NewIteration, NewPurge, NewTask, Precondition, Predecessors, Receipt, RecordKind, RecordSummary, Repository,
+    RepositoryError, Resource, Scope, Scopes, Seen, Stored, StreamEvent, Turn,
     audit::{Chain, Verdict},
 };
 use jiff::SignedDuration;
