@@ -15594,7 +15594,7 @@ export interface operations {
                     "application/json": components["schemas"]["IterationPage"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15608,7 +15608,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
@@ -22464,7 +22464,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description No API key was sent, or one that cannot be used. */
+            /** @description No API key or token was sent, or one that cannot be used. */
             401: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22478,7 +22478,7 @@ export interface operations {
                      *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 401,
-                     *       "title": "An API key is needed",
+                     *       "title": "An API key or a token is needed",
                      *       "type": "urn:flankfit:problem:unauthorized"
                      *     }
                      */
