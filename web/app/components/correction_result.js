@@ -40,6 +40,9 @@ const settingCell = (name) =>
 /** @param {string | null | undefined} unit */
 const sign = (unit) => (unit === "arcmin" ? "′" : (unitSign(unit) ?? ""));
 
+/** The sign of an angle stands at its number. @param {string | null | undefined} unit */
+const behind = (unit) => (unit === "arcmin" || unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
+
 /** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
 function entered({ change, rounded, limited, fixed, undetermined, std_error }) {
   const { value } = fmt;
@@ -88,7 +91,7 @@ export function Changes({ settings, csvName, tools, of }) {
         numeric: true,
         cell: (row) => {
           const text = entered(row);
-          return html`<b class="change" translate="no">${text}${text === ABSENT ? "" : `\u202f${sign(row.unit)}`}</b>`;
+          return html`<b class="change" translate="no">${text}${text === ABSENT ? "" : behind(row.unit)}</b>`;
         },
         csv: ({ change }) => change,
       },
@@ -96,8 +99,7 @@ export function Changes({ settings, csvName, tools, of }) {
         key: "error",
         header: t.error,
         numeric: true,
-        cell: ({ std_error, unit }) =>
-          data(std_error ? `± ${value.significant(std_error, 2)}\u202f${sign(unit)}` : ABSENT),
+        cell: ({ std_error, unit }) => data(std_error ? `± ${value.significant(std_error, 2)}${behind(unit)}` : ABSENT),
         csv: ({ std_error }) => std_error,
       },
       {
@@ -105,7 +107,7 @@ export function Changes({ settings, csvName, tools, of }) {
         header: t.bound,
         numeric: true,
         cell: ({ bias_bound, unit }) =>
-          data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}\u202f${sign(unit)}` : ABSENT),
+          data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${behind(unit)}` : ABSENT),
         csv: ({ bias_bound }) => bias_bound,
       },
       { key: "notes", header: t.notes, cell: notesOf, csv: ({ limited }) => (limited ? t.atLimit : "") },

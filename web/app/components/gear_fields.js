@@ -7,6 +7,7 @@ import en from "../i18n/en/new_job.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { FIELDS, formOf, gearOf } from "../lib/gear_form.js";
+import { WarningList } from "./warnings.js";
 import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { Facts } from "./figure.js";
 import { SelectField, TextField } from "./form.js";
@@ -118,7 +119,7 @@ export function GearWarnings({ warnings }) {
   if (warnings.length === 0) return null;
   return html`<div class="note warn">
     <h3>${t.warnings}</h3>
-    <ul lang="en">${warnings.map(({ code, message }) => html`<li key=${code}>${message}</li>`)}</ul>
+    ${h(WarningList, { warnings })}
   </div>`;
 }
 

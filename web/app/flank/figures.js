@@ -6,6 +6,8 @@ import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { termSign } from "../lib/terms.js";
 import { heightUnit, unitSign } from "../lib/units.js";
+import { Dependency } from "../components/dependency.js";
+import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
@@ -126,14 +128,11 @@ export function Warnings({ result, half = false }) {
   if (result.warnings.length === 0 && dependent.length === 0) return null;
   return html`<section class=${half ? "panel half" : "panel"} aria-labelledby="warnings">
     <h2 id="warnings">${t.toKnow}</h2>
-    ${
-      result.warnings.length > 0 &&
-      html`<ul class="warnings">${result.warnings.map(({ code, message }) => html`<li key=${code}><code translate="no">${code}</code> <span lang="en" translate="no">${message}</span></li>`)}</ul>`
-    }
+    ${result.warnings.length > 0 && h(WarningList, { warnings: result.warnings })}
     ${
       dependent.length > 0 &&
       html`<details><summary>${t.notApart(dependent.length)}</summary>
-        <ul class="warnings" lang="en" translate="no">${dependent.map(({ sentence }, i) => html`<li key=${i}>${sentence}</li>`)}</ul></details>`
+        <ul class="warnings">${dependent.map((of, i) => html`<li key=${i}>${h(Dependency, { of })}</li>`)}</ul></details>`
     }
     ${
       known.length > 0 &&

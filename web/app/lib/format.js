@@ -44,7 +44,8 @@ export function formats(locale) {
    * @param {Maybe} value @param {Maybe} error @param {string} [unit]
    */
   function withError(value, error, unit) {
-    const end = unit ? `${NARROW}${unit}` : "";
+    // the sign of an angle stands at its number
+    const end = unit ? `${"′°".includes(unit) ? "" : NARROW}${unit}` : "";
     if (!isNumber(value)) return ABSENT;
     if (!isNumber(error) || !(error > 0)) return significant(value, 3) + end;
     const size = Math.max(exponentOf(value), exponentOf(error));

@@ -16,6 +16,7 @@ import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { download } from "../lib/csv.js";
 import { toMeasure } from "../router.js";
+import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
@@ -135,7 +136,7 @@ function Kept({ job, iteration, kept, earlier }) {
       result.warnings.length > 0 &&
       html`<section class="panel" aria-labelledby="warnings">
         <h2 id="warnings">${t.warnings}</h2>
-        <ul class="sentences">${result.warnings.map(({ message }, i) => html`<li key=${i} lang="en">${message}</li>`)}</ul>
+        ${h(WarningList, { warnings: result.warnings })}
       </section>`
     }`;
 }

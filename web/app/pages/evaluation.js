@@ -17,6 +17,7 @@ import { fmt } from "../i18n/i18n.js";
 import { sameSign } from "../lib/traces.js";
 import { query, setQuery } from "../navigation.js";
 import { toMeasure } from "../router.js";
+import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
@@ -150,7 +151,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
       evaluation.warnings.length > 0 &&
       html`<section class="panel" aria-labelledby="warnings">
         <h2 id="warnings">${t.warnings}</h2>
-        <ul class="sentences">${told(evaluation.warnings).map(([message, times]) => html`<li key=${message}><span lang="en">${message}</span>${times > 1 && html` <span class="quiet" translate="no">(${times}×)</span>`}</li>`)}</ul>
+        ${h(WarningList, { warnings: evaluation.warnings })}
       </section>`
     }
     ${
@@ -164,11 +165,3 @@ function Evaluation({ job, number, record, choice, onDone }) {
 
 /** @param {string} text */
 const data = (text) => html`<span translate="no">${text}</span>`;
-
-/** Each sentence once, with how often it is said. @param {readonly { message: string }[]} warnings @returns {[string, number][]} */
-function told(warnings) {
-  /** @type {Map<string, number>} */
-  const times = new Map();
-  for (const { message } of warnings) times.set(message, (times.get(message) ?? 0) + 1);
-  return [...times];
-}

@@ -15,6 +15,7 @@ import en from "../i18n/en/stream.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { navigate, query, setQuery } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
+import { WarningList } from "../components/warnings.js";
 import { Fragment, h, html, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/stream.js").Stream} Stream */
@@ -81,9 +82,7 @@ function Whole({ stream, history, reload }) {
 function NoResult({ warnings }) {
   return html`<section class="panel" aria-labelledby="no-result">
     <h2 id="no-result">${t.noResult}</h2>
-    <ul class="warnings">
-      ${warnings.map(({ code, message }) => html`<li key=${code}><code translate="no">${code}</code> <span lang="en" translate="no">${message}</span></li>`)}
-    </ul>
+    ${h(WarningList, { warnings })}
   </section>`;
 }
 

@@ -7,6 +7,7 @@ import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
 import { ABSENT } from "../lib/format.js";
 import { entriesOf } from "../trace/entries.js";
+import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
@@ -53,7 +54,7 @@ function reasonOf(entry) {
   return entry.kind === "choice" || entry.kind === "decision" ? (entry.reason ?? "") : "";
 }
 
-/** Warnings of the server, word for word. @param {{ told: readonly Told[] }} props */
+/** Warnings of the server. @param {{ told: readonly Told[] }} props */
 export function Warnings({ told }) {
   const lists = told.flatMap(({ iteration: { number }, fit, evaluated, correction }) => [
     { name: t.ofFit(number), warnings: fit?.result.warnings ?? [] },
@@ -65,7 +66,7 @@ export function Warnings({ told }) {
   return html`${there.map(
     ({ name, warnings }) => html`<div key=${name} class="report-warnings">
       <h3>${name}</h3>
-      <ul>${warnings.map(({ code, message }, i) => html`<li key=${i}><code translate="no">${code}</code> <span lang="en" translate="no">${message}</span></li>`)}</ul>
+      ${h(WarningList, { warnings })}
     </div>`,
   )}`;
 }

@@ -1,5 +1,6 @@
 // Eigenvalues before and after regularisation; each direction with its weights.
 
+import { Dependency } from "../components/dependency.js";
 import { Chart } from "../charts/chart.js";
 import { Dots, Rule } from "../charts/marks.js";
 import { table } from "../components/table.js";
@@ -101,7 +102,7 @@ function Direction({ result, number }) {
     <h3>${t.directionTitle(number, fmt.value.three(eigenvalue))}</h3>
     ${
       found
-        ? html`<p lang="en" translate="no">${found.sentence}</p>
+        ? html`<p>${h(Dependency, { of: found })}</p>
           ${
             found.weights &&
             table({

@@ -1,0 +1,24 @@
+// What cannot be told apart, said by the data of a near dependency.
+
+/** The terms that are named; the others are counted. */
+const NAMED = 4;
+
+/**
+ * @param {readonly string[]} terms as they are written
+ * @param {{ cosine?: string | undefined, rSquared?: string | undefined, index?: string | undefined }} figures
+ */
+export default function sentence(terms, { cosine, rSquared, index }) {
+  const of = [
+    cosine && `Kosinus ${cosine}`,
+    rSquared && `R² = ${rSquared}`,
+    index && `Konditionsindex ${index}`,
+  ].filter(Boolean);
+  const told = of.length > 0 ? ` (${of.join(", ")})` : "";
+  const [first = "", ...others] = terms;
+  const end = "Ihre Koeffizienten sind nicht zu unterscheiden.";
+  if (others.length === 1) return `${first} und ${others[0]} verlaufen über diesen Knoten fast gleich${told}. ${end}`;
+  const named = others.slice(0, NAMED - 1).join(", ");
+  const more = others.length - (NAMED - 1);
+  const rest = more > 0 ? ` und ${more} ${more === 1 ? "weiteren" : "weiteren Termen"}` : "";
+  return `${first} ist über diesen Knoten fast eine Mischung aus ${named}${rest}${told}. ${end}`;
+}

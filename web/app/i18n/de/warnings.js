@@ -1,0 +1,138 @@
+// What the server warns of, by the code of the warning. Its own sentence, which has the numbers, stands beside it.
+
+/** @type {Record<string, string>} */
+export default {
+  // fits
+  attracted_entirely:
+    "Kein Abstand zum Zielwert hebt sich vom Rauschen ab: Die Antwort ist der Zielwert selbst, ohne Gewicht.",
+  beyond_double: "Einzelne Werte überschreiten den Bereich der Gleitkommazahlen und fehlen.",
+  condition_unknown: "Die äußersten Eigenwerte sind noch nicht sicher bestimmt; die Kondition ist offen.",
+  constraints_active:
+    "Nebenbedingungen halten die Funktion fest: Standardabweichungen gelten mit ihnen, Intervalle ohne sie.",
+  correlated_residuals:
+    "Benachbarte Residuen hängen zusammen: Dem Modell fehlt etwas, oder die Standardabweichungen sind zu klein.",
+  criterion_not_reached:
+    "Das Kriterium wird im durchsuchten Bereich von λ nicht erfüllt; die Antwort liegt an dessen Ende.",
+  criterion_unavailable: "Das Kriterium braucht σ; stattdessen gelten die kleinsten Quadrate.",
+  dependent_columns: "Bei einzelnen Stufen hängen die Spalten voneinander ab; was es dort nicht gibt, fehlt.",
+  discrepancy_not_reached: "Die Residuen bleiben immer unter dem Rauschen; die Antwort ist der größte Wert.",
+  empty_spans: "In einzelnen Zellen liegen keine Knoten: Dort folgt die Fläche ihren Nachbarn.",
+  exact_fit: "Viele Knoten liegen genau auf einer Fläche: Die Streuung ist 0, Standardabweichungen gibt es nicht.",
+  few_digits: "Die übermittelten Zahlen bestimmen die Koeffizienten nur auf wenige Stellen.",
+  filter_not_converged: "Das robuste Filter bewegte sich nach der letzten Runde noch; deren Ergebnis gilt.",
+  filtered_columns_dependent:
+    "Nach dem Filtern sind Spalten nicht mehr zu unterscheiden; Kondition, Korrelation und VIF danach fehlen.",
+  filtered_columns_not_examined:
+    "Bei so vielen Knoten wurden die Spalten nicht mitgefiltert; Kondition, Korrelation und VIF danach fehlen.",
+  filtered_noise:
+    "Ein Tiefpass verbindet das Rauschen benachbarter Höhen; σ, Standardabweichungen und λ* nehmen es als unabhängig an.",
+  filtering_raises_collinearity: "Das Filtern glättet einen Teil dessen weg, was die Terme unterscheidet.",
+  forgetting: "Ältere Knoten zählen weniger; σ ist das des neuesten Knotens.",
+  full_leverage:
+    "Durch einzelne Knoten geht der Fit in jedem Fall; ohne sie bestimmen die übrigen die Koeffizienten nicht.",
+  group_variance_uncertain:
+    "Die Varianz einer Gruppe beruht auf sehr wenigen Freiheitsgraden; Intervalle werden breit.",
+  nodes_not_kept: "Die laufende Schätzung hält nur Summen; einzelne Residuen gibt es nach dem Abschluss.",
+  no_corrected_error: "Für diesen Fit gibt es keinen korrigierten vorhergesagten Fehler.",
+  no_degrees_of_freedom: "So viele Koeffizienten wie Knoten: Das Rauschen und Standardabweichungen sind unbekannt.",
+  no_earlier_iterations:
+    "Es gibt keine frühere Iteration dieser Flanke und dieses Zahns: Es gelten die kleinsten Quadrate.",
+  no_influence: "Einflüsse einzelner Knoten fehlen bei diesem Fit.",
+  no_lambda_curve: "Diese Regularisierung hat kein λ*, über dem eine Kurve liefe.",
+  no_matrix_b: "Zu dieser Regularisierung gibt es keine Matrix B.",
+  no_noise: "Ohne Rauschen sind die kleinsten Quadrate genau; Randomisieren kann nichts verbessern.",
+  no_prediction_intervals: "Die Varianz weiterer Höhen ist unbekannt; ihre Intervalle fehlen.",
+  no_predictions: "Die Knoten bestimmen nicht jeden Koeffizienten; Höhen an anderen Orten sind beliebig unsicher.",
+  no_regularized_perturbation: "Störungsschranken gibt es hier nur für die kleinsten Quadrate.",
+  no_relative_error: "Alle Koeffizienten sind 0; einen relativen Fehler gibt es nicht.",
+  no_representative: "Hier wird kein Eigenwert angehoben; für andere Messungen ist nichts zu übernehmen.",
+  no_ridge_trace: "Einen Ridge-Verlauf gibt es nur bei Ridge.",
+  no_scale: "Zu wenige Knoten liegen neben der Fläche; Streuung und Standardabweichungen fehlen.",
+  no_shape: "Zu diesem Modell gibt es keine Form als Kurve oder Fläche.",
+  no_standard_errors: "Standardabweichungen so vieler Koeffizienten sind zu aufwendig und fehlen.",
+  norm_limit_below_estimate:
+    "Die Grenze der Norm liegt unter der Norm dieses Fits: Intervalle und Schranken gelten vielleicht nicht.",
+  norm_limit_is_estimate:
+    "Die Schranken der Verzerrung gelten nur für die geschätzte Norm der Koeffizienten; besser die Grenze angeben.",
+  norm_limit_unused: "Die Grenze der Norm verkürzt die Intervalle dieses Fits nicht, nur die Schranken der Verzerrung.",
+  not_converged: "Das Verfahren war am Ende seiner Schritte noch nicht fertig; die Antwort ist der letzte Stand.",
+  not_unique: "Mehrere Lösungen sind gleich gut; die Antwort ist eine davon.",
+  outside_domain: "Einzelne Orte liegen außerhalb des gemessenen Bereichs.",
+  perturbation_unbounded: "Die Unsicherheit der Knoten ist für die quadratische Schranke zu groß.",
+  positions_as_exact: "Die Positionen der Knoten gelten als genau; die Intervalle zählen nur Fehler der Höhen.",
+  positions_uncertain: "Die Positionen sind so unsicher, dass Intervalle seltener gelten können, als sie sagen.",
+  post_selection: "Das Modell wurde nach denselben Knoten gewählt; Intervalle gelten seltener, als sie sagen.",
+  prior_conflict: "Die Knoten widersprechen dem Vorwissen; es blieb außer Acht.",
+  prior_unused: "Ohne Rauschen ist das Vorwissen nicht abzuwägen; es blieb außer Acht. σ angeben.",
+  rank_deficient: "Spalten hängen voneinander ab: Die Knoten bestimmen nicht alle Koeffizienten.",
+  representative_misaligned:
+    "Die Richtungen des repräsentativen Teils passen nicht zu diesen Knoten; ein großer Teil des Fehlers bleibt.",
+  shape_at_bound: "Die geschätzte Form der Verteilung liegt am Rand; die Fehler sind wohl anders verteilt.",
+  target_of_constant_unused: "Die Konstante wird nicht gedämpft; ihr Zielwert bleibt ohne Wirkung.",
+  vif_infinite: "Einzelne Spalten hängen genau von anderen ab; einen VIF haben sie nicht.",
+  worse_than_least_squares:
+    "Diese Wahl lässt einen größeren Fehler erwarten als die kleinsten Quadrate; siehe die anderen Kriterien.",
+  // traces, pitch and run-out
+  figures_not_determined: "Die Linienzüge bestimmen nicht alle Größen der Flanke.",
+  foreign_reference_length: "Die Winkelabweichungen beziehen sich auf mehr Länge, als das Rad hat: keine Klassen.",
+  helix_sign_doubtful: "Mit umgekehrten Flankenlinien passten die Linienzüge besser zusammen: Vorzeichen prüfen.",
+  hole_in_trace: "Im Auswertebereich fehlt ein Stück des Linienzugs.",
+  missing_teeth: "Es fehlen Zähne oder Lücken: Der Wert am ganzen Rad kann größer sein; ohne Klasse.",
+  near_base_circle: "Der Auswertebereich beginnt nahe am Grundkreis, wo kleine Fehler des Durchmessers groß werden.",
+  no_eccentricity: "Die Exzentrizität ist nicht zu bestimmen.",
+  no_face_width: "Klassen der Flankenlinie brauchen die Zahnbreite des Rades.",
+  no_mean_curve: "Die Messpunkte liegen an zu wenigen Stellen für eine mittlere Linie.",
+  outliers_suspected: "Einzelne Messpunkte stehen weit heraus: Schmutz oder Messfehler.",
+  outside_the_standard: "Das Rad liegt außerhalb des Geltungsbereichs der ISO 1328-1: keine Klassen.",
+  pitches_do_not_close:
+    "Die Einzelteilungsabweichungen ergaben um das Rad nicht 0; der Rest wurde gleichmäßig abgezogen.",
+  range_not_covered: "Die Messpunkte decken den Auswertebereich nicht ab.",
+  samples_missing: "Im Auswertebereich fehlen Messpunkte.",
+  slope_class_open: "Die Winkelabweichung hat keine Klasse: Die Lücke lässt sie offen.",
+  sparse_samples: "Die Messpunkte liegen weit auseinander; Form- und Gesamtabweichung können größer sein.",
+  surface_misfit: "Die Linienzüge passen zu keiner gemeinsamen Fläche: Vorzeichen, Schnitte und Zähne prüfen.",
+  too_few_samples: "Zu wenige Messpunkte im Auswertebereich für eine Auswertung.",
+  undefined_samples: "Messpunkte ohne Wert blieben außer Acht.",
+  // gears and grids
+  below_form_diameter: "Orte liegen unter dem Fuß-Formkreis, wo keine Evolvente mehr ist.",
+  beyond_face_width: "Die Orte reichen weiter, als das Rad breit ist.",
+  beyond_tip: "Orte liegen über dem Kopf-Formkreis, wo kein Werkstoff ist.",
+  few_teeth: "Für so wenige Zähne hat ISO 1328-1 keine Toleranzen.",
+  internal_root: "Ein Zahnstangenwerkzeug schneidet kein Hohlrad: Der Fuß wird als Bogen angenommen.",
+  no_fillet: "Kein Zahnstangenwerkzeug erreicht diesen Fußkreis: Die Flanke geht ohne Ausrundung hinab.",
+  pointed_tip: "Die Flanken treffen sich vor dem Kopfkreis: Der Zahn ist spitz.",
+  protuberance: "Die Protuberanz schneidet die Evolvente am Fuß weg.",
+  root_above_tool: "Das Werkzeug schneidet tiefer als der angegebene Fußkreis.",
+  root_below_tool: "Das Werkzeug erreicht den angegebenen Fußkreis nicht.",
+  root_radius_reduced: "Die Lücke fasst nur einen kleineren Fußbogen.",
+  thin_tip: "Der Zahnkopf ist sehr dünn.",
+  tip_below_base_circle: "Der Kopfkreis liegt innerhalb des Grundkreises, wo die Evolvente endet.",
+  tip_below_form_diameter: "Vom Zahn bleibt keine Evolvente.",
+  tool_assumed: "Ohne Angabe eines Werkzeugs wird ein Zahnstangenprofil angenommen.",
+  undercut: "Unterschnitt: Die Profilverschiebung ist zu klein.",
+  // registrations and corrections
+  axial_shift_by_modification:
+    "Die axiale Verschiebung ist allein durch die Modifikationen bestimmt; Abweichungen gleicher Form tun dasselbe.",
+  axial_shift_for_rotation: "Die axiale Verschiebung wirkt hier wie eine Drehung, die nicht frei ist.",
+  dependent_settings: "Einige Einstellungen wirken hier genau gleich: Die Antwort sind die kleinsten Änderungen.",
+  flank_assumed: "Zu welcher Flanke die Messung gehört, ist nicht angegeben; sie wurde angenommen.",
+  flanks_ambiguous: "Die Punkte passen etwa ebenso gut auf andere Flanken: Flanken angeben.",
+  flanks_reassigned: "Punkte gehören zu einer anderen Flanke als der zunächst nächsten.",
+  limits_not_settled: "Welche Einstellungen an ihrer Grenze bleiben, ist nicht eindeutig: Die beste Wahl darin gilt.",
+  limits_without_effect: "Die Messung sagt nichts über diese Einstellung; ihre Grenzen blieben ohne Wirkung.",
+  motions_indistinguishable: "Diese Punkte unterscheiden einige Bewegungen nicht.",
+  nodes_lost: "Einzelne Knoten haben nach dem Zurückdrehen keinen Ort auf der Flanke.",
+  points_beyond_flank: "Punkte liegen jenseits von Kopf- oder Fußkreis.",
+  points_misfit: "Einzelne Punkte liegen weit ab: Schmutz, eine andere Flanke oder ein Messfehler.",
+  poor_fit: "Nach dem Ausrichten bleibt mehr, als eine Flanke abweicht: Bewegungen, Flanken und Rad prüfen.",
+  registration_not_converged: "Das Ausrichten war am Ende seiner Schritte noch nicht fertig.",
+  rotation_modulo_pitch: "Kein Punkt nennt seinen Zahn: Die Drehung gilt bis auf ganze Teilungen.",
+  settings_limited: "Einzelne Einstellungen sind an ihrer Grenze; die übrigen gleichen aus, so weit sie können.",
+  teeth_contradict: "Punkte liegen auf einem anderen Zahn als angegeben.",
+  undamped_correction: "Ungedämpft kann eine solche Korrektur bei Wiederholung die Einstellungen weit wegführen.",
+  undetermined_settings: "Diese Messung sagt nichts über einzelne Einstellungen; sie bleiben, wie sie sind.",
+  undetermined_settings_moved:
+    "Die Messung sagt nichts über diese Einstellung, doch ihre Grenzen verlangen eine Änderung.",
+  // streams
+  too_few_nodes: "Noch zu wenige Knoten für ein Ergebnis.",
+};

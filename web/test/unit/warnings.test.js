@@ -1,0 +1,66 @@
+// Every warning of the program has its German sentence.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test } from "node:test";
+import dependency from "../../app/i18n/de/dependencies.js";
+import german from "../../app/i18n/de/warnings.js";
+import { counted } from "../../app/lib/warnings.js";
+
+const SOURCES = [
+  "estimation/result/warning_codes.rs",
+  "gear/evaluation/warning/mod.rs",
+  "gear/evaluation/warning/samples.rs",
+  "gear/flank_grid/warning.rs",
+  "gear/geometry/warning.rs",
+  "gear/warning.rs",
+];
+
+test("every code of the engine's warnings has a sentence in German", async () => {
+  /** @type {string[]} */
+  const codes = [];
+  for (const source of SOURCES) {
+    const text = await readFile(new URL(`../../../engine/src/${source}`, import.meta.url), "utf8");
+    // the arms of `code`, and the constants that stand in them
+    const arms = text
+      .split("fn code(&self)")
+      .slice(1)
+      .map((part) => part.slice(0, part.indexOf("\n    }\n")));
+    const named = [
+      ...arms.join("\n").matchAll(/=>\s*\{?\s*"([a-z_]+)"/g),
+      ...text.matchAll(/^const [A-Z_]+: &str = "([a-z_]+)";$/gm),
+    ];
+    assert.ok(named.length > 2, source);
+    codes.push(...named.map(([, code = ""]) => code));
+  }
+  assert.ok(codes.length > 90, `${codes.length} codes`);
+  assert.deepEqual(
+    codes.filter((code) => !german[code]),
+    [],
+  );
+});
+
+test("a warning that is said of several traces stands once, with their number", () => {
+  const one = { code: "sparse_samples", message: "samples are 0.3 mm apart" };
+  const other = { ...one, message: "samples are 0.4 mm apart" };
+  assert.deepEqual(
+    counted([one, other, one]).map(({ warning, times }) => [warning.message, times]),
+    [
+      [one.message, 2],
+      [other.message, 1],
+    ],
+  );
+});
+
+test("what cannot be told apart is said in German by its data", () => {
+  const figures = { rSquared: "0,999996", index: "2279" };
+  assert.equal(
+    dependency(["u v", "u v²", "u² v", "v", "u", "1"], figures),
+    "u v ist über diesen Knoten fast eine Mischung aus u v², u² v, v und 2 weiteren Termen (R² = 0,999996, " +
+      "Konditionsindex 2279). Ihre Koeffizienten sind nicht zu unterscheiden.",
+  );
+  assert.equal(
+    dependency(["v", "v²"], { cosine: "-0,98" }),
+    "v und v² verlaufen über diesen Knoten fast gleich (Kosinus -0,98). Ihre Koeffizienten sind nicht zu unterscheiden.",
+  );
+});
