@@ -58,14 +58,16 @@ const STATEMENTS: &[Statements] = &[
     },
     Statements {
         table: "fit",
-        read: "SELECT f.number, f.position, f.id, f.reason, f.created_at, f.lambda_star, f.criterion, f.scheme, f.count,
+        read:
+            "SELECT f.number, f.position, f.id, f.reason, f.created_at, f.lambda_star, f.criterion, f.scheme, f.count,
                       f.condition, f.regularized_condition, f.bias_norm, f.bias_sharp_bound, f.rms, f.max_abs, f.actor,
                       f.flank_figures, f.spec, f.result
                FROM jobs j JOIN fits f ON f.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY f.number, f.position",
         write: "INSERT INTO fits (job, number, position, id, reason, created_at, lambda_star, criterion, scheme, count,
                                   condition, regularized_condition, bias_norm, bias_sharp_bound, rms, max_abs, actor,
                                   flank_figures, spec, result, coefficients, prior)
-                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21, $22)",
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14, $15, $16, $17, $18, $19, $20, $21,
+                        $22)",
     },
     Statements {
         table: "choice",
@@ -98,7 +100,8 @@ const STATEMENTS: &[Statements] = &[
         read: "SELECT s.id, s.spec, s.forgetting_factor, s.sequence, s.node_count, s.input_sha256, s.flank, s.tooth,
                       s.axes, s.iteration, s.version, s.created_at, s.updated_at
                FROM jobs j JOIN streams s ON s.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY s.id",
-        write: "INSERT INTO streams (job, id, spec, forgetting_factor, sequence, node_count, input_sha256, flank, tooth,
+        write:
+            "INSERT INTO streams (job, id, spec, forgetting_factor, sequence, node_count, input_sha256, flank, tooth,
                                      axes, iteration, version, created_at, updated_at)
                 VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
     },

@@ -49,7 +49,8 @@ impl Read<SqlitePool> for ListIterations {
         let (job, _) = jobs::located(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<Listed<ListedIterationRow>> = sqlx::query_as(concat!(
             "WITH listed AS MATERIALIZED (
-                 SELECT i.*, (SELECT fit FROM fit_choices WHERE iteration = i.seq ORDER BY position DESC LIMIT 1) AS stands,
+                 SELECT i.*,
+                        (SELECT fit FROM fit_choices WHERE iteration = i.seq ORDER BY position DESC LIMIT 1) AS stands,
                         (SELECT max(position) FROM decisions WHERE iteration = i.seq) AS last
                  FROM iterations i WHERE i.job = ? AND i.number > ? ORDER BY i.number LIMIT ?
              )

@@ -29,7 +29,6 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         store.decide(job.id, number, decision, Precondition::None).await.unwrap();
         at
     };
-    let new = listed(&store, job.id).await;
     let expected = ListedJob {
         job: job.clone(),
         status: JobStatus::New,
@@ -42,7 +41,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         flank: None,
         class: None,
     };
-    assert_eq!(new, expected);
+    assert_eq!(listed(&store, job.id).await, expected);
 
     let (first, _) = place.stored_iteration(&store, job.id).await;
     let expected = ListedJob {

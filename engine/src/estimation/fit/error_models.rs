@@ -41,7 +41,7 @@ const MOST_PRODUCTS: usize = 1_000_000_000;
 /// Degrees of freedom below which the variance of a group is warned of.
 const FEW_OF_GROUP: f64 = 3.0;
 /// Degrees of freedom below which a power is warned of.
-const FEW_OF_POWER: usize = 7;
+const FEW_OF_POWER: usize = 8;
 /// Degrees of freedom that estimates of errors take at least.
 const LEAST_FREEDOM: usize = 3;
 

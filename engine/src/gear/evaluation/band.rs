@@ -7,16 +7,8 @@
 //! δ)`. What is left between the two is the room of the trace, below 0 where it has none. A line
 //! says nothing beyond its ends.
 
-use super::{
-    settings::Outliers,
-    spacing::{HOLE_DISTANCES, LONGEST_DISTANCE},
-    subject::Subject,
-    values::Suspects,
-};
-use crate::{
-    gear::{Kind, Side},
-    numerics::cancel::Asking,
-};
+use super::spacing::{HOLE_DISTANCES, LONGEST_DISTANCE};
+use crate::gear::{Kind, Side};
 
 /// A band.
 #[derive(Clone, Debug, PartialEq)]
@@ -45,29 +37,9 @@ pub struct Found {
     pub within: Option<bool>,
 }
 
-/// A trace's samples against the bands that are its; `None` of those that no sample lies in.
-pub(super) fn all(subject: &Subject, suspects: Option<&Suspects>) -> Vec<(usize, Found)> {
-    let bands = subject.settings.bands.iter().enumerate();
-    bands.filter_map(|(k, band)| Some((k, band.hold(subject, suspects)?))).collect()
-}
-
 impl Band {
-    fn hold(&self, subject: &Subject, suspects: Option<&Suspects>) -> Option<Found> {
-        let trace = subject.trace;
-        if self.kind != trace.kind || self.side.is_some_and(|side| side != trace.side) {
-            return None;
-        }
-        let scale = subject.to_material();
-        let excluded = suspects.filter(|_| subject.settings.outliers == Outliers::Exclude);
-        let left_out =
-            |at: f64| excluded.is_some_and(|all| all.places.iter().any(|place| (place.from..=place.to).contains(&at)));
-        let samples = trace.at.iter().zip(&trace.deviation).asking(20);
-        let samples = samples.map(|(at, given)| [*at, scale * given]);
-        self.found(samples.filter(|[at, deviation]| !deviation.is_nan() && !left_out(*at)))
-    }
-
     /// Samples, in any order, against the band.
-    fn found(&self, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
+    pub(super) fn found(&self, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
         let (mut most, mut least) = ([f64::INFINITY, f64::NAN], [f64::NEG_INFINITY, f64::NAN]);
         let mut places = Vec::new();
         for [at, deviation] in samples {

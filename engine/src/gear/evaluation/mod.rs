@@ -7,6 +7,7 @@
 //! Conventions of sign stand in [`settings`].
 
 pub mod band;
+mod banded;
 mod classes;
 mod contradiction;
 mod coverage;
@@ -199,7 +200,7 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
             values,
             classes,
             limits,
-            bands: band::all(&subject, suspects.as_ref()),
+            bands: banded::all(&subject, suspects.as_ref()),
             suspects,
         });
     }

@@ -58,7 +58,8 @@ pub struct KBandFindingBody {
     pub room_um: f64,
     /// What takes the trace to the middle of that, positive towards where material stands out.
     pub shift_um: f64,
-    /// Where the trace is nearest to the upper and to the lower line: roll lengths, or z of helices.
+    /// Where the trace is nearest to the upper and to the lower line: roll lengths, or z of
+    /// helices.
     #[schema(min_items = 2, max_items = 2)]
     pub nearest_mm: [f64; 2],
 }

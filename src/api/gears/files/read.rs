@@ -11,8 +11,8 @@ use flankfit_engine::{
     gear::Gear,
 };
 
-/// Reads a file; `own` is the gear of the job that it belongs to, and `required` what its flanks must
-/// be like. Processor work.
+/// Reads a file; `own` is the gear of the job that it belongs to, and `required` what its flanks
+/// must be like. Processor work.
 pub fn read(
     bytes: &[u8],
     name: Option<&str>,

@@ -1,0 +1,92 @@
+//! Objects are what serde reads.
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn written(write: impl FnOnce(&mut Object<'_>)) -> String {
+    let mut json = Json::with_capacity(0);
+    let mut object = json.object();
+    write(&mut object);
+    object.end();
+    String::from_utf8(json.finish().unwrap()).unwrap()
+}
+
+#[test]
+fn a_field_of_serde_that_is_not_finite_is_named() {
+    let body = |x: f64| std::collections::BTreeMap::from([("a", 1.0), ("b", x)]);
+    assert_eq!(whole(&body(2.5)).unwrap(), br#"{"a":1.0,"b":2.5}"#);
+    assert_eq!(whole(&body(f64::NAN)), Err(NotFinite("b".to_owned())));
+    assert_eq!(whole(&[None, Some(1.5)]).unwrap(), b"[null,1.5]", "a place of a list may be empty");
+    let mut json = Json::with_capacity(0);
+    json.object().field("list", &[body(1.0), body(f64::INFINITY)]).field("x", &1.0).end();
+    assert_eq!(json.finish(), Err(NotFinite("b".to_owned())));
+    let mut json = Json::with_capacity(0);
+    json.object().field("x", &f64::NAN).end();
+    assert_eq!(json.finish(), Err(NotFinite("x".to_owned())));
+}
+
+#[test]
+fn objects_are_what_serde_reads() {
+    let text = written(|object| {
+        object
+            .field("a", &"x\"y")
+            .maybe("b", None::<u8>)
+            .raw("c", "[1.50]")
+            .list("d", [1, 2], |object, n| {
+                object.field("n", &n);
+            })
+            .list("e", [0_u8; 0], |_, _| {})
+            .object("f", |object| {
+                object.count("n", 12).counts("m", &[3, 0]).maybe_number("x", None).strings("s", &[]);
+            });
+    });
+    assert_eq!(text, r#"{"a":"x\"y","c":[1.50],"d":[{"n":1},{"n":2}],"e":[],"f":{"n":12,"m":[3,0],"s":[]}}"#);
+}
+
+#[test]
+fn a_number_that_json_cannot_hold_is_told() {
+    for wrong in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
+        let mut json = Json::with_capacity(0);
+        json.object().numbers("a", &[1.0, wrong, 2.0]).end();
+        assert_eq!(json.finish(), Err(NotFinite("a".to_owned())));
+        let mut json = Json::with_capacity(0);
+        json.object().number("a", 1.0).number("b", wrong).number("c", wrong).number("d", 2.0).end();
+        assert_eq!(json.finish(), Err(NotFinite("b".to_owned())));
+    }
+}
+
+proptest! {
+    #[test]
+    fn numbers_and_texts_are_those_of_serde(
+        values in proptest::collection::vec(any::<f64>().prop_filter("finite", |x| x.is_finite()), 0..40),
+        bits in any::<u64>(),
+        text in any::<String>(),
+    ) {
+        let mut values = values;
+        values.extend([0.0, -0.0, 1.0, 0.1, 1e16, 1e-7, f64::MAX, f64::MIN_POSITIVE, 5e-324]);
+        values.extend(Some(f64::from_bits(bits)).filter(|x| x.is_finite()));
+        let serde = serde_json::to_string(&values).unwrap();
+        prop_assert_eq!(written(|object| { object.numbers("a", &values); }), format!(r#"{{"a":{serde}}}"#));
+        let pair = [f64::from_bits(bits), -values[0]].map(|x| if x.is_finite() { x } else { 0.0 });
+        let serde = serde_json::to_string(&pair).unwrap();
+        prop_assert_eq!(written(|object| { object.numbers("a", &pair); }), format!(r#"{{"a":{serde}}}"#));
+        let serde = serde_json::to_string(&text).unwrap();
+        prop_assert_eq!(written(|object| { object.string("a", &text); }), format!(r#"{{"a":{serde}}}"#));
+    }
+
+    #[test]
+    fn symmetric_rows_are_rows(n in 0..6_usize, seed in proptest::collection::vec(any::<u32>(), 36),
+        broken in any::<bool>()) {
+        let mut rows: Vec<Vec<f64>> =
+            (0..n).map(|i| (0..n).map(|j| f64::from(seed[i.min(j) * 6 + i.max(j)]) / 7.0).collect()).collect();
+        if let (true, Some(last)) = (broken, rows.last_mut()) {
+            last[0] += 0.5;
+            last.push(1.0);
+        }
+        prop_assert_eq!(
+            written(|object| { object.symmetric_rows("a", &rows); }),
+            written(|object| { object.rows("a", &rows); })
+        );
+    }
+}
