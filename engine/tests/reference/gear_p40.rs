@@ -7,7 +7,7 @@ use std::{collections::BTreeMap, path::Path};
 use flankfit_engine::gear::{
     Gear, GearData, Hand, Kind, Side, Trace,
     evaluation::{
-        Evaluation, Posted, evaluate,
+        Evaluation, Posted, Values, evaluate,
         settings::{DeviationSign, HelixSettings, ProfileReference, ProfileSettings, Settings, SlopeSign},
     },
 };
@@ -141,7 +141,17 @@ fn the_sign_of_the_curve_file_leads_to_the_same_slopes() {
     let din = evaluated(&traces(&text, Column::Din), &settings(DeviationSign::Din));
     let raw = evaluated(&traces(&text, Column::Printed), &settings(DeviationSign::Clockwise));
     for (a, b) in din.traces.iter().zip(&raw.traces) {
-        assert_eq!((&a.tooth, a.values), (&b.tooth, b.values));
+        // lines are told in the sign of what was posted
+        let turned = match (a.kind, a.side) {
+            (Kind::Helix, _) | (Kind::Profile, Side::Left) => -1.0,
+            (Kind::Profile, Side::Right) => 1.0,
+        };
+        let as_posted = |v: Values| Values {
+            line: v.line.map(|height| turned * height),
+            parabola: v.parabola.map(|height| turned * height),
+            ..v
+        };
+        assert_eq!((&a.tooth, a.values), (&b.tooth, b.values.map(as_posted)));
     }
     assert_eq!(din.summaries, raw.summaries);
 }
