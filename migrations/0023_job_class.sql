@@ -2,8 +2,11 @@
 ALTER TABLE records ADD COLUMN class INTEGER CHECK (class BETWEEN 1 AND 11);
 ALTER TABLE jobs ADD COLUMN class INTEGER;
 
+-- A purge left nothing of a result.
+DROP TRIGGER records_no_update;
+UPDATE records SET class = CASE WHEN json_valid(result) THEN result ->> '$.class' END WHERE kind = 'evaluation';
 UPDATE jobs SET class = (
-    SELECT r.result ->> '$.class' FROM iterations i JOIN records r ON r.iteration = i.seq
+    SELECT r.class FROM iterations i JOIN records r ON r.iteration = i.seq
     WHERE i.job = jobs.seq AND r.kind = 'evaluation' ORDER BY r.seq DESC LIMIT 1
 );
 
@@ -13,7 +16,6 @@ BEGIN
 END;
 
 -- A purge takes away who had a record made.
-DROP TRIGGER records_no_update;
 CREATE TRIGGER records_no_update BEFORE UPDATE ON records
 WHEN NEW.request <> '' OR NEW.result <> '' OR NEW.gear NOTNULL OR NEW.actor NOTNULL
      OR (NEW.seq, NEW.id, NEW.iteration, NEW.kind, NEW.method, NEW.class, NEW.created_at)

@@ -34,7 +34,7 @@ const RELEASED: &[(i64, &str)] = &[
     (20, "a091a09a8fcbe53a214b9e9a9772117e"),
     (21, "de5f82c269483001d8a133026bc85e15"),
     (22, "13681a59398690e2ea8d841d69b243b0"),
-    (23, "4c3dacc20a62849e7c90fa422585be10"),
+    (23, "cb20f658e816bfdb7034b9058964c54e"),
     (24, "bcf13c03f7e620ce0e2f5dd69b6f8f9d"),
 ];
 
@@ -221,7 +221,10 @@ async fn older_records_stay_beside_pitches() {
          VALUES (1, ?1, 'w', '{}', 1, ?2, ?2)",
         "INSERT INTO iterations (seq, id, job, number, created_at) VALUES (1, ?1, 1, 1, ?2)",
         "INSERT INTO records (seq, id, iteration, kind, method, created_at, request, result)
-         VALUES (1, ?1, 1, 'evaluation', 'iso_1328_1', ?2, '{}', '{}')",
+         VALUES (1, ?1, 1, 'evaluation', 'iso_1328_1', ?2, '{}', '{\"class\": 7}')",
+        // as a purge leaves it
+        "INSERT INTO records (seq, id, iteration, kind, method, created_at, request, result)
+         VALUES (2, zeroblob(16), 1, 'evaluation', 'iso_1328_1', ?2, '', '')",
     ] {
         sqlx::query(sql).bind(id).bind(at).execute(&mut old).await.unwrap();
     }
@@ -235,7 +238,10 @@ async fn older_records_stay_beside_pitches() {
     place.open().await.close().await;
     let mut own = place.connect().await;
     let kinds: Vec<String> = sqlx::query_scalar("SELECT kind FROM records").fetch_all(&mut own).await.unwrap();
-    assert_eq!(kinds, ["evaluation"]);
+    assert_eq!(kinds, ["evaluation"; 2]);
+    let classes: Vec<Option<i64>> =
+        sqlx::query_scalar("SELECT class FROM records ORDER BY seq").fetch_all(&mut own).await.unwrap();
+    assert_eq!(classes, [Some(7), None]);
     let insert = |kind: &str| {
         format!(
             "INSERT INTO records (id, iteration, kind, method, created_at, request, result)

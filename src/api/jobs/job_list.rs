@@ -243,7 +243,7 @@ impl From<JobSortName> for JobSort {
 impl From<ListedJob> for ListedJobBody {
     fn from(listed: ListedJob) -> Self {
         ListedJobBody {
-            job: listed.job.into(),
+            job: JobBody { requirements: None, ..listed.job.into() },
             status: listed.status.into(),
             iteration_count: listed.iteration_count,
             changed_at: Moment(listed.changed_at),

@@ -6,9 +6,9 @@
  * @typedef {{ id: string, time: string, iteration: number } & (
  *   | { kind: "measured", answers: string | undefined, answersOf: number | undefined }
  *   | { kind: "fit", fit: TracedFit }
- *   | { kind: "choice", fit: TracedFit | undefined, until: string | undefined, reason: string | undefined }
+ *   | { kind: "choice", fit: TracedFit | undefined, until: string | undefined, reason: string | undefined, by: string | undefined }
  *   | { kind: "record", record: NonNullable<TracedIteration["records"]>[number] }
- *   | { kind: "decision", decision: string, reason: string | undefined }
+ *   | { kind: "decision", decision: string, reason: string | undefined, by: string | undefined }
  * )} Entry
  */
 /** @typedef {Entry["kind"]} Kind */
@@ -43,7 +43,7 @@ function ofIteration(one, answers) {
     },
     ...one.fits.map((fit) => /** @type {Entry} */ ({ id: fit.id, kind: "fit", time: fit.created_at, iteration, fit })),
     ...one.choices.map(
-      ({ fit_id, reason, created_at }, i) =>
+      ({ fit_id, reason, created_at, by }, i) =>
         /** @type {Entry} */ ({
           id: `choice-${iteration}-${i}`,
           kind: "choice",
@@ -52,13 +52,14 @@ function ofIteration(one, answers) {
           iteration,
           fit: fits.get(fit_id),
           reason,
+          by,
         }),
     ),
     ...(one.records ?? []).map(
       (record) => /** @type {Entry} */ ({ id: record.id, kind: "record", time: record.created_at, iteration, record }),
     ),
     ...one.decisions.map(
-      ({ decision, reason, created_at }, i) =>
+      ({ decision, reason, created_at, by }, i) =>
         /** @type {Entry} */ ({
           id: `decision-${iteration}-${i}`,
           kind: "decision",
@@ -66,6 +67,7 @@ function ofIteration(one, answers) {
           iteration,
           decision,
           reason,
+          by,
         }),
     ),
   ];

@@ -15,7 +15,9 @@ const t = texts({ en, de });
 
 /** @param {{ entry: Entry, jobId: string, unit: string | undefined }} props */
 export function EntryText({ entry, jobId, unit }) {
-  const time = html`<time class="quiet" datetime=${entry.time} translate="no">${fmt.value.time(entry.time)}</time>`;
+  const by = doneBy(entry);
+  const time = html`<time class="quiet" datetime=${entry.time} translate="no">${fmt.value.time(entry.time)}</time>
+    ${by && html`<span class="quiet">${t.by} <span translate="no">${by}</span></span>`}`;
   const head = (/** @type {string} */ name, /** @type {unknown} */ more = null) =>
     html`<p class="trace-head"><strong>${name}</strong>${more}<span class="trace-of quiet">${common.iteration(entry.iteration)}</span>${time}</p>`;
   if (entry.kind === "measured") {
@@ -44,6 +46,13 @@ export function EntryText({ entry, jobId, unit }) {
   const word =
     { accept: common.accept, reject: common.reject, remachine: common.remachine }[entry.decision] ?? entry.decision;
   return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${reason(entry.reason)}`;
+}
+
+/** Who it was, where that is known. @param {Entry} entry */
+function doneBy(entry) {
+  if (entry.kind === "measured") return undefined;
+  if (entry.kind === "fit") return entry.fit.by;
+  return entry.kind === "record" ? entry.record.by : entry.by;
 }
 
 /** @param {string | null | undefined} text */

@@ -33,11 +33,9 @@ fn of_trace(trace: &EvaluatedTraceBody, limits: &Limits, list: &mut List) {
     let (letter, side) = flank(trace.flank);
     let tooth = &trace.tooth;
     let symbols = Symbols::of(trace.kind);
-    let form = [None, limits.of_class(symbols.form)];
-    let total = [None, limits.of_class(symbols.total)];
-    let crowning = limits.crowning(trace.kind, trace.crowning_conformity);
+    let [slope, form, total, crowning] = limits.of_trace(trace);
     for (symbol, value, limits) in [
-        (symbols.slope.symbol(), trace.slope_um, limits.slope(trace.kind, trace.slope_conformity)),
+        (symbols.slope.symbol(), trace.slope_um, slope),
         (symbols.form.symbol(), trace.form_um, form),
         (symbols.total.symbol(), trace.total_um, total),
         (symbols.crowning, trace.crowning_um, crowning),
@@ -137,22 +135,24 @@ impl Limits {
         }
     }
 
-    /// What was compared with goes before what would be.
-    fn slope(&self, kind: KindName, compared: Option<ConformityBody>) -> [Option<f64>; 2] {
-        let told = match kind {
-            KindName::Profile => self.told.profile_slope_um,
-            KindName::Helix => self.told.helix_slope_um,
+    /// Of slope, form, total and crowning: what was compared with, else what is told of the flank,
+    /// else the class.
+    fn of_trace(&self, trace: &EvaluatedTraceBody) -> [[Option<f64>; 2]; 4] {
+        let told = self.told.of(trace.flank.into());
+        let [slope, form, total, crowning] = match trace.kind {
+            KindName::Profile => [told.profile_slope, told.profile_form, told.profile_total, told.profile_crowning],
+            KindName::Helix => [told.helix_slope, told.helix_form, told.helix_total, told.helix_crowning],
         };
-        let of_class = || self.of_class(Symbols::of(kind).slope).map(|tolerance| [-tolerance, tolerance]);
-        bounds(compared.map(|conformity| conformity.limits_um).or(told).or_else(of_class))
-    }
-
-    fn crowning(&self, kind: KindName, compared: Option<ConformityBody>) -> [Option<f64>; 2] {
-        let told = match kind {
-            KindName::Profile => self.told.profile_crowning_um,
-            KindName::Helix => self.told.helix_crowning_um,
-        };
-        bounds(compared.map(|conformity| conformity.limits_um).or(told))
+        let symbols = Symbols::of(trace.kind);
+        let compared = |conformity: Option<ConformityBody>| conformity.map(|conformity| conformity.limits_um);
+        let most = |told: Option<[f64; 2]>, of| told.map_or([None, self.of_class(of)], |limits| limits.map(Some));
+        let of_class = || self.of_class(symbols.slope).map(|tolerance| [-tolerance, tolerance]);
+        [
+            bounds(compared(trace.slope_conformity).or(slope).or_else(of_class)),
+            most(form, symbols.form),
+            most(total, symbols.total),
+            bounds(compared(trace.crowning_conformity).or(crowning)),
+        ]
     }
 }
 

@@ -19,11 +19,11 @@ export default {
   drawn:
     "Linie: Kurve. Dünn: außerhalb des Auswertebereichs. Strichpunktiert: mittlere Gerade, mit der beantworteten Neigung durch das Mittel der Messpunkte. Punktiert: Sollkurve. Gestrichelt: Enden des Auswertebereichs.",
   noMeanLine:
-    "Mittlere Geraden sind nicht gezeichnet: Die Abweichungen wurden mit anderem Vorzeichen gesendet, als Neigungen beantwortet werden, und die Antwort enthält die Geraden noch nicht.",
-  noParabola: "Die Antwort enthält noch keine mittleren Parabeln; sie sind nicht gezeichnet.",
+    "Mittlere Geraden sind nicht gezeichnet: Die Abweichungen wurden mit anderem Vorzeichen gesendet, als Neigungen beantwortet werden.",
+  noParabola: "Mittlere Parabeln sind nicht gezeichnet.",
   band: (width, of, symbol) =>
     `K-Band: ${symbol} = ${width} µm der Klasse ${of} nach ISO 1328-1:2013, vom höchsten Punkt im Bereich abwärts. Außerhalb ist die Kurve dick und schraffiert.`,
-  noBand: "Kein K-Band: Wählen Sie eine Klasse. Ein Auftrag hat noch keine eigenen Anforderungen.",
+  noBand: "Kein K-Band: Wählen Sie eine Klasse.",
   noTolerance: "Kein K-Band: Für Toleranzen wird das Zahnrad des Auftrags gebraucht.",
   chartSummary: (slope, form, total) => `Winkelabweichung ${slope}, Form ${form}, gesamt ${total} µm`,
   outside: (count) => (count === 1 ? "1 Messpunkt außerhalb des Bandes" : `${count} Messpunkte außerhalb des Bandes`),

@@ -85,7 +85,7 @@ export default {
   noMap: "Die Messpunkte dieser Iteration sind keine Fläche; es gibt keine Karte davon.",
   oneScale: "Alle Karten einer Art haben eine Skala. Linien: gleiche Abweichung, die dicke ist 0.",
   noEvaluation: "Von diesen Iterationen sind keine Kurven ausgewertet worden.",
-  noTraces: "Diese Auswertung kam aus einer Datei, von der der Server die Kenngrößen und nicht die Kurven aufbewahrt.",
+  noTraces: "Diese Auswertung kam aus einer Datei, von der keine Kurven aufbewahrt sind.",
   evaluatedAt: (number, time) => `Iteration ${number}, ausgewertet ${time}`,
   noBand: "Kein K-Band: Die Auswertung nennt keine Klasse.",
   stood: "Was galt",

@@ -2,7 +2,7 @@
 export default {
   title: "Verlauf",
   aboutTrace:
-    "Je Iteration eine Spalte, die Zeit läuft nach unten. Nichts wird je überschrieben; wer entschieden hat, sagt der Server noch nicht.",
+    "Je Iteration eine Spalte, die Zeit läuft nach unten. Nichts wird je überschrieben.",
   none: "Noch ist nichts gemessen, also gibt es nichts zu erzählen.",
   filter: "Was gezeigt wird",
   show_measured: "Messungen",
@@ -18,6 +18,7 @@ export default {
   stoodEntry: "Galt von hier an",
   standsEntry: "Gilt von hier an",
   until: "bis",
+  by: "von",
   earlierFit: "eine nicht aufgeführte Anpassung",
   decisionEntry: "Entscheidung",
   method: "Verfahren",

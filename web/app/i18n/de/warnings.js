@@ -58,6 +58,8 @@ export default {
   not_converged: "Das Verfahren war am Ende seiner Schritte noch nicht fertig; die Antwort ist der letzte Stand.",
   not_unique: "Mehrere Lösungen sind gleich gut; die Antwort ist eine davon.",
   outside_domain: "Einzelne Orte liegen außerhalb des gemessenen Bereichs.",
+  power_uncertain:
+    "So wenige Freiheitsgrade bestimmen keinen Exponenten der Streuung: Intervalle am Rand und Bänder gelten seltener als angegeben.",
   perturbation_unbounded: "Die Unsicherheit der Knoten ist für die quadratische Schranke zu groß.",
   positions_as_exact: "Die Positionen der Knoten gelten als genau; die Intervalle zählen nur Fehler der Höhen.",
   positions_uncertain: "Die Positionen sind so unsicher, dass Intervalle seltener gelten können, als sie sagen.",

@@ -2,7 +2,7 @@ export default {
   title: "Evaluation",
   none: "No traces of this iteration have been evaluated. Traces come with an evaluation that is posted, or with the import of a tester’s file.",
   imported:
-    "This evaluation came from a file, of which the server keeps the figures and not yet the traces. The figures stand below; charts of imported curves are missing.",
+    "This evaluation came from a file, of which no traces were kept. The figures stand below, without charts.",
   record: "Evaluation",
   profile: "Profiles",
   helix: "Helices",
@@ -18,11 +18,11 @@ export default {
   drawn:
     "Line: trace. Thin: outside the evaluation range. Dash-dotted: mean line, of the slope that was answered through the mean of the samples. Dotted: design line. Dashed: ends of the evaluation range.",
   noMeanLine:
-    "Mean lines are not drawn: deviations were posted in another sign than slopes are answered, and the answer does not hold the lines yet.",
-  noParabola: "The answer does not hold mean parabolas yet; they are not drawn.",
+    "Mean lines are not drawn: deviations were posted in another sign than slopes are answered, so they are not drawn over each other.",
+  noParabola: "Mean parabolas are not drawn.",
   band: (/** @type {string} */ width, /** @type {number} */ of, /** @type {string} */ symbol) =>
     `K-band: ${symbol} = ${width} µm of class ${of} of ISO 1328-1:2013, hung from the highest point within the range. Outside of it the trace is thick and hatched.`,
-  noBand: "No K-band: choose a class. A job has no requirements of its own yet.",
+  noBand: "No K-band: choose a class.",
   noTolerance: "No K-band: the gear of the job is needed for tolerances.",
   chartSummary: (/** @type {string} */ slope, /** @type {string} */ form, /** @type {string} */ total) =>
     `Slope ${slope}, form ${form}, total ${total} µm`,

@@ -84,7 +84,7 @@ export default {
   noMap: "The nodes of this iteration are no surface; there is no map of them.",
   oneScale: "All maps of a kind have one scale. Lines: equal deviation, the thick one is 0.",
   noEvaluation: "No traces of these iterations have been evaluated.",
-  noTraces: "This evaluation came from a file, of which the server keeps the figures and not the traces.",
+  noTraces: "This evaluation came from a file, of which no traces were kept.",
   evaluatedAt: (/** @type {number} */ number, /** @type {string} */ time) => `Iteration ${number}, evaluated ${time}`,
   noBand: "No K-band: the evaluation names no class.",
   stood: "What stood",

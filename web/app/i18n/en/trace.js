@@ -1,7 +1,7 @@
 export default {
   title: "Trace",
   aboutTrace:
-    "A column for each iteration, time downwards. Nothing here is ever overwritten; who decided is not told by the server yet.",
+    "A column for each iteration, time downwards. Nothing here is ever overwritten.",
   none: "Nothing has been measured yet, so there is nothing to tell.",
   filter: "What is shown",
   show_measured: "Measurements",
@@ -17,6 +17,7 @@ export default {
   stoodEntry: "Stood from here on",
   standsEntry: "Stands from here on",
   until: "until",
+  by: "by",
   earlierFit: "a fit that is not listed",
   decisionEntry: "Decision",
   method: "Method",
