@@ -6089,7 +6089,10 @@ export interface components {
              * @description What takes the trace to the middle of that, positive towards where material stands out.
              */
             shift_um: number;
-            /** @description Where the trace is nearest to the upper and to the lower line: roll lengths, or z of helices. */
+            /**
+             * @description Where the trace is nearest to the upper and to the lower line: roll lengths, or z of
+             *     helices.
+             */
             nearest_mm: number[];
         };
         /** @description A correction and its answer. */
