@@ -1,8 +1,7 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/trace.js").default>} */
 export default {
   title: "Verlauf",
-  aboutTrace:
-    "Je Iteration eine Spalte, die Zeit läuft nach unten. Nichts wird je überschrieben.",
+  aboutTrace: "Je Iteration eine Spalte, die Zeit läuft nach unten. Nichts wird je überschrieben.",
   none: "Noch ist nichts gemessen, also gibt es nichts zu erzählen.",
   filter: "Was gezeigt wird",
   show_measured: "Messungen",

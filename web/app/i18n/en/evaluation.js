@@ -1,8 +1,7 @@
 export default {
   title: "Evaluation",
   none: "No traces of this iteration have been evaluated. Traces come with an evaluation that is posted, or with the import of a tester’s file.",
-  imported:
-    "This evaluation came from a file, of which no traces were kept. The figures stand below, without charts.",
+  imported: "This evaluation came from a file, of which no traces were kept. The figures stand below, without charts.",
   record: "Evaluation",
   profile: "Profiles",
   helix: "Helices",

@@ -1,7 +1,6 @@
 export default {
   title: "Trace",
-  aboutTrace:
-    "A column for each iteration, time downwards. Nothing here is ever overwritten.",
+  aboutTrace: "A column for each iteration, time downwards. Nothing here is ever overwritten.",
   none: "Nothing has been measured yet, so there is nothing to tell.",
   filter: "What is shown",
   show_measured: "Measurements",
