@@ -100,7 +100,7 @@ if __name__ == "__main__":
     reader.add_argument("--against", metavar="SEALS", help="a file of seals, kept elsewhere")
     reader.add_argument("tenant", metavar="TENANT")
     reader.add_argument("job", metavar="JOB_ID", help='"" for the chain of the tenant itself')
-    reader.add_argument("pages", metavar="PAGE", nargs="+", help="a page of entries as it was answered")
+    reader.add_argument("pages", metavar="PAGE", nargs="*", help="a page of entries as it was answered")
     arguments = reader.parse_args()
     try:
         seals = [json.loads(line) for line in open(arguments.against)] if arguments.against else []
