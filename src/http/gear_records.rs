@@ -102,7 +102,7 @@ async fn create_iteration_deviations(request: RecordRequest) -> Result<Response,
 async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, Format::Dfq, "Evaluations")?;
     let build = |text: &[u8], context: &RecordContext, _: Room| {
-        let required = context.job.requirements.as_deref().and_then(RequirementsBody::stored);
+        let required = RequirementsBody::of(&context.job);
         let built = evaluation::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required)?;
         Ok(context.gear_record(RecordKind::Evaluation, text, built)?.into())
     };
@@ -112,7 +112,8 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
 /// Keeps pitches of all teeth and the run-out with an iteration.
 ///
 /// As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches are of
-/// all teeth; where the iteration says its flank, they are of that flank among others. By
+/// all teeth; where the iteration says its flank, they are of that flank among others. Without
+/// `pitch_limits` those of the job's `requirements` hold, and the answer tells them. By
 /// `Accept: application/x-q-das-dfq` the answer is a file for statistical process control.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/pitch", operation_id = "create_iteration_pitch",
@@ -133,7 +134,8 @@ async fn create_iteration_evaluation(headers: HeaderMap, request: RecordRequest)
 async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, Format::Dfq, "Pitches")?;
     let build = |text: &[u8], context: &RecordContext, _: Room| {
-        let built = pitch::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand))?;
+        let required = RequirementsBody::of(&context.job);
+        let built = pitch::build(text, of_job(&context.job)?.as_ref(), Some(&context.measurand), required.as_ref())?;
         Ok(context.gear_record(RecordKind::Pitch, text, built)?.into())
     };
     request.keep_as(format, "pitch", build).await

@@ -130,7 +130,7 @@ async fn gear_pitch(State(state): State<AppState>, headers: HeaderMap, payload: 
     let now = state.jobs.now();
     let work = move |text: &[u8]| match format {
         Format::Dfq => quality_data::of_pitches(text, now),
-        _ => Ok(pitch::build(text, None, None)?.result),
+        _ => Ok(pitch::build(text, None, None, None)?.result),
     };
     Ok(format.response(read_json(&state, payload, work).await?))
 }

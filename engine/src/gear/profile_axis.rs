@@ -66,6 +66,15 @@ impl ProfileAxis {
         (0.0..=MOST_ROLL_LENGTH).contains(&roll).then_some(roll)
     }
 
+    /// The value at a roll length.
+    pub fn value(self, gear: &Gear, roll: f64) -> f64 {
+        match self {
+            ProfileAxis::RollLength => roll,
+            ProfileAxis::RollAngle => roll / gear.base_radius(),
+            ProfileAxis::Diameter => gear.diameter(roll),
+        }
+    }
+
     /// Roll lengths of `values`; faults by their indices.
     pub fn roll_lengths(self, gear: &Gear, values: &[f64]) -> Result<Vec<f64>, Faults<usize, NoInvolute>> {
         let mut faults = Faults::default();

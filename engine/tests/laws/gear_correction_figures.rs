@@ -10,6 +10,7 @@ use flankfit_engine::{
             flank_surface::{Border, EstimatedFigure, FlankFigures, FlankNodes, SurfaceSettings, estimated_figures},
             settings::{DeviationSign, SlopeSign},
         },
+        trace::Direction,
     },
 };
 
@@ -44,6 +45,7 @@ fn figures(deviation: &[f64]) -> Option<FlankFigures<EstimatedFigure>> {
         helix_range: Some(Z),
         border: Border::default(),
         given: DeviationSign::Material,
+        direction: Direction::Transverse,
         sign: SlopeSign::Din,
         limits: ToleranceLimits::default(),
         spec: FitSpec::new(Model::Linear),

@@ -13,6 +13,7 @@ use flankfit_engine::{
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_figures, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
+        trace::Direction,
     },
 };
 use proptest::prelude::*;
@@ -33,6 +34,7 @@ pub fn settings_of(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
         helix_range: None,
         border: Border::default(),
         given: DeviationSign::Material,
+        direction: Direction::Transverse,
         sign: SlopeSign::AsGiven,
         limits,
         spec,

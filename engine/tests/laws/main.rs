@@ -6,6 +6,7 @@
 #[path = "../oracle/mod.rs"]
 mod oracle;
 
+mod band_axes;
 mod bases;
 mod bounds;
 mod chosen_errors;
@@ -66,6 +67,7 @@ mod nodes;
 mod opening;
 mod penalised;
 mod perturbation;
+mod pitch_limits;
 mod plane_sections;
 mod plane_sections_hard;
 mod plane_sections_poles;
@@ -84,6 +86,7 @@ mod selection;
 mod serial_correlation;
 mod shrinkage;
 mod simulation;
+mod slope_limits;
 mod spectral;
 mod standard_errors;
 mod statistics;

@@ -4,7 +4,12 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{evaluation::figures::FigureBody, gear::of_text, notice::NoticeBody, requirements::RequirementsBody};
+use super::{
+    evaluation::figures::FigureBody,
+    gear::of_text,
+    notice::NoticeBody,
+    requirements::{RequirementsBody, class_left_aside},
+};
 use crate::{
     api::{json::writer, measurand::axes::AxesBody},
     jobs::{Job, Measurand},
@@ -21,9 +26,12 @@ use flankfit_engine::{
     },
 };
 
-/// Slopes, crownings and twist of the fitted surface, in µm over what the nodes span, transverse or
-/// normal as the heights are: of the surface of second order that is nearest to it in the mean
-/// square, with the signs of ISO 1328-1 and DIN's for slopes. They are by the gear and the
+/// Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the surface
+/// of second order that is nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's
+/// for slopes. Heights of nodes are along the normal of the flank; figures are transverse, as
+/// tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over the whole
+/// profile and the whole face width: what the nodes span is taken for the whole of the profile, and
+/// of the width they have their share. They are by the gear and the
 /// requirements that the job had when the fit was made. What cannot be told is left out, and
 /// `warnings` say why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -76,7 +84,7 @@ impl OfFlank {
     pub fn of(job: &Job, measurand: &Measurand) -> Option<Self> {
         let axes = AxesBody::of(measurand).ok().filter(|_| is_told(measurand))?;
         let gear = job.gear.as_deref().and_then(|document| of_text(document).ok());
-        let required = job.requirements.as_deref().and_then(RequirementsBody::stored).unwrap_or_default();
+        let required = RequirementsBody::of(job).unwrap_or_default();
         let limits = required.tolerance_limits.unwrap_or_default().of(measurand.flank.unwrap_or(Side::Left));
         Some(OfFlank { axes, side: measurand.flank, gear, limits })
     }
@@ -85,6 +93,9 @@ impl OfFlank {
     pub fn ask(&self, nodes: &Nodes, spec: &FitSpec) -> Asked<'_> {
         let mut warnings = Vec::new();
         let flank = self.flank(nodes, spec).map_err(|why| warnings.push(why)).ok();
+        // a class of which there is nothing bounds nothing
+        let refused = flank.as_ref().and_then(|flank| self.limits.class_refused(flank.gear, true));
+        warnings.extend(refused.as_ref().map(class_left_aside));
         if flank.is_some() && self.side.is_none() {
             warnings.push(notice("flank_assumed", "it is not told which flank it is; a left one is assumed"));
         }
@@ -101,7 +112,7 @@ impl OfFlank {
             let why = "each trace has a zero of its own; their evaluation tells the figures that they have";
             return Err(notice("traces_with_own_zeros", why));
         }
-        let height = self.axes.deviation_factor().map_err(unknown)?;
+        let height = self.axes.deviation_factor().map_err(unknown)? / gear.base_helix_angle().cos();
         let v = self.axes.along().map_err(unknown)?;
         let (profile, unit) = self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("u is not told".into()))?;
         let axis = ProfileAxis::from(profile);

@@ -7,12 +7,14 @@ use super::{
     evaluation::{
         band::{self, KBandBody},
         conformity::ToleranceLimitsBody,
+        pitch::PitchRequestBody,
+        pitch_limits::PitchLimitsBody,
         request::EvaluationSettingsBody,
     },
     notice::NoticeBody,
 };
-use crate::api::faults::Faults;
-use flankfit_engine::gear::{Gear, Side};
+use crate::{api::faults::Faults, jobs::Job};
+use flankfit_engine::gear::{Gear, Side, evaluation::fault::ToleranceReason, tolerance::Tolerances};
 
 /// What the flanks of a job must be like. Evaluations of its iterations are held against it unless
 /// they bring limits or bands of their own; what was answered keeps what it was held against.
@@ -20,19 +22,29 @@ use flankfit_engine::gear::{Gear, Side};
 #[serde(deny_unknown_fields)]
 #[schema(as = Requirements, example = json!({
     "tolerance_limits": {"class": 6, "profile_crowning_um": [2, 8], "left": {"helix_slope_um": [-6, 2]}},
+    "pitch_limits": {"runout_um": [0, 15]},
     "k_bands": [{"kind": "helix", "upper": [[0, 2], [15, 2]], "lower": [[0, -10], [7.5, -3], [15, -10]]}]
 }))]
 pub struct RequirementsBody {
     /// Class and limits of figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_limits: Option<ToleranceLimitsBody>,
-    /// Bands that traces must lie in; at most 20.
+    /// Limits of pitch deviations and run-out. Without a class that of `tolerance_limits` bounds
+    /// them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch_limits: Option<PitchLimitsBody>,
+    /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false, max_items = 20)]
     pub k_bands: Vec<KBandBody>,
 }
 
 impl RequirementsBody {
+    /// What a job requires.
+    pub fn of(job: &Job) -> Option<Self> {
+        job.requirements.as_deref().and_then(Self::stored)
+    }
+
     /// Those that are stored with a job; were they damaged, the job would still be shown.
     pub fn stored(document: &str) -> Option<Self> {
         serde_json::from_str(document).ok()
@@ -42,12 +54,11 @@ impl RequirementsBody {
     /// the gear is left aside, and said so.
     pub fn fill(self, evaluation: &mut EvaluationSettingsBody, gear: &Gear, helix: bool) -> Vec<NoticeBody> {
         let mut notices = Vec::new();
-        let mut aside = |what: String| notices.push(NoticeBody::new("requirement_left_aside", &what));
         if let (None, Some(mut limits)) = (evaluation.tolerance_limits, self.tolerance_limits) {
             let refused = [Side::Left, Side::Right].map(|side| limits.of(side).class_refused(gear, helix));
             if let Some(why) = refused.into_iter().flatten().next() {
                 limits.class = None;
-                aside(format!("the class that the job requires: {why}"));
+                notices.push(class_left_aside(&why));
             }
             evaluation.tolerance_limits = Some(limits);
         }
@@ -56,11 +67,28 @@ impl RequirementsBody {
                 self.k_bands.into_iter().partition(|band| band.on(gear, "").is_ok());
             if !others.is_empty() {
                 let count = others.len();
-                aside(format!("{count} of the job's bands: they have places where the gear has no involute"));
+                notices.push(aside(&format!(
+                    "{count} of the job's bands: they have places where the gear has no involute"
+                )));
             }
             evaluation.k_bands = Some(bands);
         }
         notices
+    }
+
+    /// Likewise of pitches.
+    pub fn fill_pitch(&self, request: &mut PitchRequestBody, gear: &Gear) -> Option<NoticeBody> {
+        if request.pitch_limits.is_some() {
+            return None;
+        }
+        let mut limits = self.pitch_limits.unwrap_or_default();
+        limits.class = limits.class.or(self.tolerance_limits.and_then(|limits| limits.class));
+        let refused = limits.of(Side::Left).class_refused(&Tolerances::new(gear));
+        if refused.is_some() {
+            limits.class = None;
+        }
+        request.pitch_limits = Some(limits).filter(|limits| *limits != PitchLimitsBody::default());
+        refused.as_ref().map(class_left_aside)
     }
 
     /// Refuses what is no requirement on any gear.
@@ -68,6 +96,18 @@ impl RequirementsBody {
         if let Some(limits) = &self.tolerance_limits {
             limits.check(&format!("{at}/tolerance_limits"), faults);
         }
+        if let Some(limits) = &self.pitch_limits {
+            limits.check(&format!("{at}/pitch_limits"), faults);
+        }
         band::check_all(&self.k_bands, &format!("{at}/k_bands"), faults);
     }
+}
+
+/// What is said of a class that the job requires and that bounds nothing on the gear.
+pub fn class_left_aside(why: &ToleranceReason) -> NoticeBody {
+    aside(&format!("the class that the job requires: {why}"))
+}
+
+fn aside(what: &str) -> NoticeBody {
+    NoticeBody::new("requirement_left_aside", &what)
 }

@@ -74,7 +74,7 @@ pub fn draft(
         Some(text) => read_json_at(text, "/spec")?,
         None => ImportSpecBody::default(),
     };
-    let required = job.requirements.as_deref().and_then(RequirementsBody::stored);
+    let required = RequirementsBody::of(job);
     let read = read(content, name, &spec, of_job(job)?.as_ref(), required)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;

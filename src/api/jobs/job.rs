@@ -220,6 +220,7 @@ impl TryFrom<JobPatchBody> for JobPatch {
 
 impl From<Job> for JobBody {
     fn from(job: Job) -> Self {
+        let requirements = RequirementsBody::of(&job);
         JobBody {
             id: job.id,
             name: job.name,
@@ -229,7 +230,7 @@ impl From<Job> for JobBody {
             // What is stored was written by `text_of`; were it damaged, the job would still be
             // shown.
             gear: job.gear.and_then(|text| serde_json::from_str(&text).ok()),
-            requirements: job.requirements.as_deref().and_then(RequirementsBody::stored),
+            requirements,
             tags: Tags(job.tags),
             created_at: Moment(job.created_at),
             updated_at: Moment(job.updated_at),

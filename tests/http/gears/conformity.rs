@@ -95,6 +95,14 @@ async fn what_is_wrong_with_limits_is_pointed_at() {
     assert_eq!(surface(json!({"form_um": [0, 1]})).await, ["/tolerance_limits/form_um"]);
     assert_eq!(surface(json!({"twist_um": [2]})).await, ["/tolerance_limits/twist_um"]);
     assert_eq!(surface(Value::Null).await, ["/tolerance_limits"]);
+    // of which a surface has no figure
+    let of_traces = json!({"profile_form_um": [0, 1], "helix_total_um": [0, 1], "right": {"helix_form_um": [0, 1]}});
+    let places = [
+        "/tolerance_limits/profile_form_um",
+        "/tolerance_limits/helix_total_um",
+        "/tolerance_limits/right/helix_form_um",
+    ];
+    assert_eq!(surface(of_traces).await, places);
     let traces = async |name: &str, value: Value| {
         let mut request = examples("evaluate_gear")[0].1.clone();
         request["evaluation"][name] = value;

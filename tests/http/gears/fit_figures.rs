@@ -138,6 +138,74 @@ async fn units_and_signs_of_the_axes_make_no_difference() {
     alike(&made["fits"][0]["figures"], &surface(&app, &json!({})).await);
 }
 
+/// Nodes are deviations along the normal, figures are transverse, as tolerances are: greater by
+/// 1/cos β_b. A limit between the two is exceeded.
+#[tokio::test]
+async fn figures_of_helical_gears_are_transverse() {
+    let app = TestApp::start().await;
+    let mut gear = spur();
+    gear["helix_angle_deg"] = json!(30.0);
+    gear["hand"] = json!("right");
+    // sin β_b = sin β cos α_n
+    let scale = 1.0 / (30f64.to_radians().sin() * 20f64.to_radians().cos()).asin().cos();
+    gear.as_object_mut().unwrap().remove("tip_diameter_mm");
+    gear.as_object_mut().unwrap().remove("root_diameter_mm");
+    let (profile, z, rows) = grid();
+    let surface = async |direction: Option<&str>| {
+        let mut request = json!({"gear": gear, "flank": "right", "profile": profile, "z_mm": z, "deviation_um": rows});
+        if let Some(direction) = direction {
+            request["direction"] = json!(direction);
+        }
+        taken(&app, "/v1/gears/flank-surface", &request).await
+    };
+    let (given, normal) = (surface(None).await, surface(Some("normal")).await);
+    assert_eq!(given, surface(Some("transverse")).await);
+    let slope = number(&given["profile_slope_um"]["value"]);
+    assert!(slope > 5.0, "{given}");
+    for name in FIGURES {
+        let [given, normal] = [&given, &normal].map(|found| number(&found[name]["value"]));
+        assert!((normal - scale * given).abs() < 1e-9, "{name}: {normal} {given}");
+    }
+    let most = 0.5 * (1.0 + scale) * slope;
+    let requirements = json!({"tolerance_limits": {"profile_slope_um": [-most, most]}});
+    let job = job(&app, json!({"name": "w", "gear": gear, "requirements": requirements})).await;
+    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
+    for name in FIGURES {
+        assert!((number(&figures[name]["value"]) - number(&normal[name]["value"])).abs() < 1e-6, "{name}: {figures}");
+    }
+    assert_eq!(figures["profile_slope_um"]["within"], json!(false), "{figures}");
+}
+
+/// Limits of slopes are over the whole face width, of which the nodes have 12 of 15 mm.
+#[tokio::test]
+async fn slopes_have_their_share_of_the_limits() {
+    let app = TestApp::start().await;
+    let limits = json!({"helix_slope_um": [-10.0, 20.0], "profile_slope_um": [-30.0, 30.0]});
+    let requirements = json!({"tolerance_limits": limits});
+    let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": requirements})).await;
+    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
+    let surface = surface(&app, &limits).await;
+    for found in [&figures, &surface] {
+        let held = |name: &str| found[name]["conformity"]["limits_um"].clone();
+        assert_eq!((held("helix_slope_um"), held("profile_slope_um")), (json!([-8.0, 16.0]), json!([-30.0, 30.0])));
+    }
+}
+
+/// The standard covers face widths from 4 mm.
+#[tokio::test]
+async fn a_class_that_bounds_nothing_is_left_aside_and_said_so() {
+    let app = TestApp::start().await;
+    let mut gear = spur();
+    gear["face_width_mm"] = json!(3.5);
+    let requirements = json!({"tolerance_limits": {"class": 5, "profile_crowning_um": [0.0, 5.0]}});
+    let job = job(&app, json!({"name": "w", "gear": gear, "requirements": requirements})).await;
+    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
+    assert_eq!(figures["warnings"][0]["code"], "requirement_left_aside", "{figures}");
+    assert!(figures["warnings"][0]["message"].as_str().unwrap().contains("face_width"), "{figures}");
+    assert_eq!((figures["profile_slope_um"].get("within"), figures["helix_slope_um"].get("within")), (None, None));
+    assert_eq!(figures["profile_crowning_um"]["within"], json!(true));
+}
+
 #[tokio::test]
 async fn what_cannot_be_told_is_left_out_and_it_is_said_why() {
     let app = TestApp::start().await;

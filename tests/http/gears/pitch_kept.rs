@@ -271,3 +271,128 @@ async fn a_file_lists_its_traces_and_values() {
     );
     app.stop().await;
 }
+
+/// A job whose requirements are these, with an iteration.
+async fn requiring(app: &TestApp, gear: &Value, requirements: &Value) -> String {
+    let body = json!({"name": "w", "gear": gear, "requirements": requirements});
+    let made = send(app.post("/v1/jobs", body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let job = made.header("location").to_owned();
+    let nodes = json!({"nodes": {"type": "curve", "x": [0.0, 1.0, 2.0, 3.0], "y": [0.1, 1.0, 1.9, 3.2]},
+        "model": {"type": "polynomial", "degree": 1}});
+    assert_eq!(send(app.post(&format!("{job}/iterations"), nodes.to_string())).await.status, 201);
+    job
+}
+
+async fn kept(app: &TestApp, job: &str, body: &Value) -> Answer {
+    let made = send(app.post(&format!("{job}/iterations/1/pitch"), body.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    made
+}
+
+/// Index deviations of both flanks and readings.
+fn measured() -> Value {
+    let index: Vec<f64> = (1..=52).map(index).collect();
+    let readings: Vec<f64> = (1..=52).map(reading).collect();
+    json!({"left": {"index_deviation_um": index}, "right": {"index_deviation_um": index}, "readings_um": readings})
+}
+
+#[tokio::test]
+async fn pitches_are_held_against_what_the_job_requires_and_keep_it() {
+    let app = TestApp::start().await;
+    // F_p and F_r by hand
+    let index: Vec<f64> = (1..=52).map(index).collect();
+    let readings: Vec<f64> = (1..=52).map(reading).collect();
+    let range = |of: &[f64]| of.iter().copied().fold(f64::MIN, f64::max) - of.iter().copied().fold(f64::MAX, f64::min);
+    let (cumulative, runout) = (range(&index), range(&readings));
+    assert!(cumulative > 15.0 && runout > 7.0);
+    let requirements = json!({"tolerance_limits": {"class": 5}, "pitch_limits": {"runout_um": [0.0, 7.0],
+        "right": {"cumulative_pitch_um": [0.0, 5.0]}}});
+    let job = requiring(&app, &spur(), &requirements).await;
+    let made = kept(&app, &job, &measured()).await;
+    let result = made.json()["result"].clone();
+    // f_pT and F_pT of the class (ISO 1328-1: 0.001 d + 0.4 m + 5, 0.002 d + 0.55 √d + 0.7 m + 12)
+    let (single, total) = (0.052 + 0.4 + 5.0, 0.104 + 0.55 * 52f64.sqrt() + 0.7 + 12.0);
+    let held = |part: &Value, name: &str| part[name][1].as_f64().unwrap();
+    let (left, right) = (&result["left"], &result["right"]);
+    assert!((held(left, "single_pitch_limits_um") - single).abs() <= 0.25, "rounded: {left}");
+    assert_eq!(held(left, "single_pitch_limits_um"), -left["single_pitch_limits_um"][0].as_f64().unwrap());
+    assert!((held(left, "cumulative_pitch_limits_um") - total).abs() <= 0.5, "rounded: {left}");
+    assert_eq!(
+        (&left["single_pitch_within"], &left["cumulative_pitch_within"]),
+        (&json!(true), &json!(cumulative < 16.5))
+    );
+    assert_eq!(right["cumulative_pitch_limits_um"], json!([0.0, 5.0]));
+    assert_eq!((&right["single_pitch_within"], &right["cumulative_pitch_within"]), (&json!(true), &json!(false)));
+    let runout = &result["runout"];
+    assert_eq!((&runout["limits_um"], &runout["within"]), (&json!([0.0, 7.0]), &json!(false)));
+    assert_eq!((runout.get("conformity"), left.get("single_pitch_conformity")), (None, None), "nothing tells an error");
+
+    // what is required later changes nothing that was answered
+    let patch = json!({"requirements": {"pitch_limits": {"class": 11}}});
+    assert_eq!(send(app.client.patch(app.url(&job)).json(&patch)).await.status, 200);
+    assert_eq!(send(app.get(made.header("location"))).await.text, made.text);
+    assert_eq!(kept(&app, &job, &measured()).await.json()["result"]["runout"]["within"], json!(true));
+    // a request that says it goes before the job, and an uncertainty gives a decision
+    let mut own = measured();
+    own["pitch_limits"] = json!({"runout_um": [0.0, 8.5], "single_pitch_um": [-50.0, 50.0]});
+    own["standard_uncertainty_um"] = json!({"runout": 0.8, "single_pitch": 0.5});
+    let result = kept(&app, &job, &own).await.json()["result"].clone();
+    assert_eq!(result["runout"]["conformity"]["decision"], "cannot_be_told", "{}", result["runout"]);
+    assert_eq!(result["left"]["single_pitch_conformity"]["decision"], "conforms");
+    assert_eq!(result["left"].get("cumulative_pitch_within"), None);
+    let cleared = json!({"clear": ["requirements"]});
+    assert_eq!(send(app.client.patch(app.url(&job)).json(&cleared)).await.status, 200);
+    assert!(!kept(&app, &job, &measured()).await.text.contains("within"));
+}
+
+#[tokio::test]
+async fn a_class_that_the_gear_has_none_of_is_left_aside_or_refused() {
+    let app = TestApp::start().await;
+    let mut gear = spur();
+    gear["face_width_mm"] = json!(3.5);
+    let requirements = json!({"tolerance_limits": {"class": 5}, "pitch_limits": {"runout_um": [0.0, 100.0]}});
+    let job = requiring(&app, &gear, &requirements).await;
+    let result = kept(&app, &job, &measured()).await.json()["result"].clone();
+    let codes: Vec<&Value> = result["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]).collect();
+    assert!(codes.contains(&&json!("requirement_left_aside")), "{result}");
+    assert_eq!((&result["runout"]["within"], result["left"].get("single_pitch_within")), (&json!(true), None));
+    let mut body = measured();
+    body["gear"] = gear;
+    body["pitch_limits"] = json!({"class": 5});
+    assert_eq!(pointers(&app, "/v1/gears/pitch", &body).await, ["/pitch_limits/class"]);
+    body["gear"] = spur();
+    for (name, value, pointer) in [
+        ("pitch_limits", json!({"class": 0}), "/pitch_limits/class"),
+        ("pitch_limits", json!({"single_pitch_um": [1, 1]}), "/pitch_limits/single_pitch_um"),
+        ("pitch_limits", Value::Null, "/pitch_limits"),
+        ("standard_uncertainty_um", json!({"runout": 0}), "/standard_uncertainty_um/runout"),
+        ("standard_uncertainty_um", json!({"runout": -1}), "/standard_uncertainty_um/runout"),
+        ("standard_uncertainty_um", json!({"f_p": 1}), "/standard_uncertainty_um/f_p"),
+    ] {
+        let mut refused = body.clone();
+        refused["pitch_limits"] = json!({});
+        refused[name] = value;
+        assert_eq!(pointers(&app, "/v1/gears/pitch", &refused).await, [pointer]);
+    }
+}
+
+#[tokio::test]
+async fn pitches_of_a_file_are_held_against_it_too() {
+    let app = TestApp::start().await;
+    let requirements = json!({"pitch_limits": {"single_pitch_um": [-0.01, 0.01], "runout_um": [0.0, 100.0]}});
+    let body = json!({"name": "w", "gear": spur(), "requirements": requirements});
+    let job = send(app.post("/v1/jobs", body.to_string())).await.header("location").to_owned();
+    let made = import(&app, &job, file(&[]), "w.mka", None).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let record = records(&app, &job, "pitch").await.1.unwrap();
+    assert_eq!(record["result"]["left"]["single_pitch_within"], json!(false), "{record}");
+    assert_eq!(record["result"]["runout"]["within"], json!(true));
+    assert_eq!(record["request"]["pitch_limits"], requirements["pitch_limits"]);
+    let file = send(
+        app.get(&format!("{job}/iterations/1/records/{}", record["id"].as_str().unwrap()))
+            .header("accept", "application/x-q-das-dfq"),
+    )
+    .await;
+    assert!(file.text.contains("100.000"), "the limit of the run-out: {}", file.text);
+}

@@ -218,6 +218,7 @@ async fn what_is_no_requirement_is_pointed_at() {
     };
     let band = |upper: Value, lower: Value| json!({"k_bands": [{"kind": "helix", "upper": upper, "lower": lower}]});
     let flat = json!([[0.0, -1.0], [9.0, -1.0]]);
+    let line = |height: f64| (0..700).map(|k| json!([k, height])).collect::<Vec<Value>>();
     let cases = [
         (json!({"tolerance_limits": {"class": 0}}), "/requirements/tolerance_limits/class"),
         (json!({"tolerance_limits": {"class": 12}}), "/requirements/tolerance_limits/class"),
@@ -240,6 +241,18 @@ async fn what_is_no_requirement_is_pointed_at() {
             json!({"k_bands": vec![json!({"kind": "helix", "upper": [[0, 1], [1, 1]], "lower": [[0, 0], [1, 0]]}); 21]}),
             "/requirements/k_bands",
         ),
+        (
+            // 3 bands of 2 lines of 700 points are more than may stand in every answer
+            json!({"k_bands": vec![json!({"kind": "helix", "upper": line(1.0), "lower": line(-1.0)}); 3]}),
+            "/requirements/k_bands",
+        ),
+        (json!({"pitch_limits": {"class": 12}}), "/requirements/pitch_limits/class"),
+        (json!({"pitch_limits": {"runout_um": [3, 3]}}), "/requirements/pitch_limits/runout_um"),
+        (
+            json!({"pitch_limits": {"left": {"single_pitch_um": [1, -1]}}}),
+            "/requirements/pitch_limits/left/single_pitch_um",
+        ),
+        (json!({"pitch_limits": {"left": {"runout_um": [0, 1]}}}), "/requirements/pitch_limits/left/runout_um"),
         (json!({"klass": 5}), "/requirements/klass"),
         (json!({"tolerance_limits": null}), "/requirements/tolerance_limits"),
         (Value::Null, "/requirements"),

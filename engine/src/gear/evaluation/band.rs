@@ -5,10 +5,11 @@
 //! itself, so a trace `δ` lies in the band if some shift of the whole trace takes it there:
 //! `lower(x) ≤ δ(x) + s ≤ upper(x)` at every sample `x`, that is `max(lower − δ) ≤ s ≤ min(upper −
 //! δ)`. What is left between the two is the room of the trace, below 0 where it has none. A line
-//! says nothing beyond its ends.
+//! says nothing beyond its ends. It is straight over the coordinate that its points are given in:
+//! over diameters it is bent over roll lengths.
 
 use super::spacing::{HOLE_DISTANCES, LONGEST_DISTANCE};
-use crate::gear::{Kind, Side};
+use crate::gear::{Gear, Kind, ProfileAxis, Side};
 
 /// A band.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +18,9 @@ pub struct Band {
     pub kind: Kind,
     /// Of which flank; of both where it does not say.
     pub side: Option<Side>,
-    /// Roll length (profiles) or z (helices) in mm, ascending, and µm of material.
+    /// What places of profiles are; those of helices are z.
+    pub axis: ProfileAxis,
+    /// Places (mm, of roll angles rad), ascending, and µm of material.
     pub upper: Vec<[f64; 2]>,
     /// The same of the lower line.
     pub lower: Vec<[f64; 2]>,
@@ -38,12 +41,13 @@ pub struct Found {
 }
 
 impl Band {
-    /// Samples, in any order, against the band.
-    pub(super) fn found(&self, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
+    /// Samples (roll length or z, µm), in any order, against the band.
+    pub(super) fn found(&self, gear: &Gear, samples: impl Iterator<Item = [f64; 2]>) -> Option<Found> {
         let (mut most, mut least) = ([f64::INFINITY, f64::NAN], [f64::NEG_INFINITY, f64::NAN]);
         let mut places = Vec::new();
         for [at, deviation] in samples {
-            let (upper, lower) = (height(&self.upper, at), height(&self.lower, at));
+            let place = self.place(gear, at);
+            let (upper, lower) = (height(&self.upper, place), height(&self.lower, place));
             if let Some(room) = upper.map(|upper| upper - deviation).filter(|room| *room < most[0]) {
                 most = [room, at];
             }
@@ -51,7 +55,7 @@ impl Band {
                 least = [room, at];
             }
             if upper.is_some() || lower.is_some() {
-                places.push(at);
+                places.push(place);
             }
         }
         let room = most[0] - least[0];
@@ -64,6 +68,14 @@ impl Band {
             nearest: [most[1], least[1]],
             within: if room < 0.0 { Some(false) } else { self.is_covered(places).then_some(true) },
         })
+    }
+
+    /// Where a sample lies in the coordinate of the lines.
+    fn place(&self, gear: &Gear, at: f64) -> f64 {
+        match self.kind {
+            Kind::Profile => self.axis.value(gear, at),
+            Kind::Helix => at,
+        }
     }
 
     /// Whether the samples reach the ends of the band and leave no hole, as it is with evaluation
@@ -96,11 +108,17 @@ fn height(line: &[[f64; 2]], at: f64) -> Option<f64> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::gear::GearData;
+
+    fn gear() -> Gear {
+        Gear::new(GearData::spur(52, 1.0)).unwrap()
+    }
 
     fn band() -> Band {
         Band {
             kind: Kind::Profile,
             side: None,
+            axis: ProfileAxis::RollLength,
             upper: vec![[0.0, 4.0], [8.0, 4.0], [10.0, 0.0]],
             lower: vec![[0.0, -2.0], [10.0, -8.0]],
         }
@@ -117,7 +135,7 @@ mod tests {
     fn a_trace_is_shifted_to_where_it_has_room() {
         // the shift that a brute search finds, in steps of 0.01 µm
         let trace: Vec<[f64; 2]> = (0..=100).map(|k| 0.1 * f64::from(k)).map(|x| [x, 20.0 - 0.1 * x * x]).collect();
-        let found = band().found(trace.iter().copied()).unwrap();
+        let found = band().found(&gear(), trace.iter().copied()).unwrap();
         let fits = |shift: f64| {
             trace.iter().all(|[x, y]| {
                 let (upper, lower) = (height(&band().upper, *x).unwrap(), height(&band().lower, *x).unwrap());
@@ -133,13 +151,13 @@ mod tests {
     #[test]
     fn what_no_shift_takes_there_is_outside_and_what_is_not_measured_cannot_be_told() {
         let steep: Vec<[f64; 2]> = (0..=100).map(|k| 0.1 * f64::from(k)).map(|x| [x, 2.0 * x]).collect();
-        let found = band().found(steep.iter().copied()).unwrap();
+        let found = band().found(&gear(), steep.iter().copied()).unwrap();
         // at x = 10 the upper line is at 0, at x = 0 the lower one at −2: 20 µm rise have 2 µm
         assert!((found.room - (0.0 - 20.0 + 2.0)).abs() < 1e-12 && found.within == Some(false));
         assert_eq!(found.nearest, [10.0, 0.0]);
         let flat = |to: usize| (0..=to).map(|k| [0.1 * k as f64, -1.0]);
-        assert_eq!(band().found(flat(100)).unwrap().within, Some(true));
-        assert_eq!(band().found(flat(90)).unwrap().within, None);
-        assert_eq!(band().found(std::iter::once([11.0, 0.0])), None);
+        assert_eq!(band().found(&gear(), flat(100)).unwrap().within, Some(true));
+        assert_eq!(band().found(&gear(), flat(90)).unwrap().within, None);
+        assert_eq!(band().found(&gear(), std::iter::once([11.0, 0.0])), None);
     }
 }

@@ -25,5 +25,5 @@ fn hold(band: &Band, subject: &Subject, suspects: Option<&Suspects>) -> Option<F
         |at: f64| excluded.is_some_and(|all| all.places.iter().any(|place| (place.from..=place.to).contains(&at)));
     let samples = trace.at.iter().zip(&trace.deviation).asking(20);
     let samples = samples.map(|(at, given)| [*at, scale * given]);
-    band.found(samples.filter(|[at, deviation]| !deviation.is_nan() && !left_out(*at)))
+    band.found(subject.gear, samples.filter(|[at, deviation]| !deviation.is_nan() && !left_out(*at)))
 }

@@ -162,8 +162,24 @@ impl ToleranceLimits {
         faults.list().iter().find(|fault| fault.field == ToleranceField::Class).map(|fault| fault.reason.clone())
     }
 
+    /// Limits of a slope over a share of the length that it refers to: as they were told, else those
+    /// of the class. ISO 1328-1 has slopes over the whole length (profiles: the evaluation length,
+    /// helices: the face width), so that a part of it has its share of the limits. What is longer
+    /// has no more than the whole.
+    pub(super) fn slope_over(
+        &self,
+        kind: Kind,
+        share: f64,
+        tolerances: Option<&Tolerances>,
+        rounding: Rounding,
+    ) -> Option<[f64; 2]> {
+        let whole = self.slope(kind).or_else(|| self.slope_of_class(kind, tolerances?, rounding))?;
+        let share = share.min(1.0);
+        Some(whole.map(|end| end * share))
+    }
+
     /// Limits of a slope that were told.
-    pub(super) fn slope(&self, kind: Kind) -> Option<[f64; 2]> {
+    fn slope(&self, kind: Kind) -> Option<[f64; 2]> {
         match kind {
             Kind::Profile => self.profile_slope,
             Kind::Helix => self.helix_slope,
@@ -171,7 +187,7 @@ impl ToleranceLimits {
     }
 
     /// Limits of a slope by the class.
-    pub(super) fn slope_of_class(&self, kind: Kind, tolerances: &Tolerances, rounding: Rounding) -> Option<[f64; 2]> {
+    fn slope_of_class(&self, kind: Kind, tolerances: &Tolerances, rounding: Rounding) -> Option<[f64; 2]> {
         let characteristic = match kind {
             Kind::Profile => Characteristic::ProfileSlope,
             Kind::Helix => Characteristic::HelixSlope,
@@ -199,7 +215,7 @@ impl ToleranceLimits {
         // neither is ever below 0
         let of_class = |of| self.of_class(of, tolerances?, rounding).map(|tolerance| [0.0, tolerance]);
         TraceLimits {
-            slope: self.slope(kind).or_else(|| self.slope_of_class(kind, tolerances?, rounding)),
+            slope: self.slope_over(kind, 1.0, tolerances, rounding),
             form: form.or_else(|| of_class(form_of)),
             total: total.or_else(|| of_class(total_of)),
             crowning: self.crowning(kind),

@@ -22,6 +22,7 @@ mod missing;
 mod noise;
 mod outliers;
 pub mod pitch;
+pub mod pitch_limits;
 pub mod runout;
 mod samples;
 pub mod settings;
@@ -219,9 +220,8 @@ pub fn evaluate(gear: &Gear, posted: &[Posted], settings: &Settings) -> Result<E
         None => posted.to_vec(),
     };
     let windows = [profile.as_ref(), helix.as_ref()];
-    let limits = [Side::Left, Side::Right]
-        .map(|side| trace_surface::SurfaceLimits::new(settings, side, windows, tolerances.as_ref().ok(), &foreign));
-    let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &limits);
+    let slopes = trace_surface::SlopeLimits::new(windows, tolerances.as_ref().ok(), &foreign, settings.rounding);
+    let (surfaces, more) = trace_surface::surfaces(gear, &each, settings, &slopes);
     warnings.extend(more);
     let classified = traces.iter().filter_map(|t| t.classes);
     let overall = super::tolerance::overall(classified.flat_map(|c| [c.slope, c.form, c.total]).flatten());

@@ -20,7 +20,10 @@ use super::{
 };
 use crate::{
     estimation::inference::Inferred,
-    gear::{Gear, Kind, Side, tolerance::Tolerances},
+    gear::{
+        Gear, Kind, Side,
+        tolerance::{Rounding, Tolerances},
+    },
     numerics::cancel::{self, Asking},
 };
 
@@ -78,38 +81,42 @@ impl TraceFigures {
     }
 }
 
-/// Limits of a surface's figures: those of slopes are over the lengths that slopes of traces are
-/// extended to, and shares of them over the evaluation range.
-#[derive(Clone, Copy, Debug, Default)]
-pub(super) struct SurfaceLimits {
-    /// Of profile and helix, per mm.
-    slope: [Option<[f64; 2]>; 2],
+/// What limits of a surface's slopes are shares of.
+#[derive(Clone, Copy)]
+pub(super) struct SlopeLimits<'a> {
+    /// The lengths that slopes of profiles and of helices are extended to, mm; `None` where there
+    /// are no traces of that kind.
+    references: [Option<f64>; 2],
+    /// Of profiles and of helices; `None` where slopes are extended beyond what tolerances speak
+    /// of, or where there are none.
+    tolerances: [Option<&'a Tolerances>; 2],
+    rounding: Rounding,
 }
 
-impl SurfaceLimits {
+impl<'a> SlopeLimits<'a> {
     /// `foreign` says whose slopes are extended beyond what tolerances speak of.
     pub(super) fn new(
-        settings: &Settings,
-        side: Side,
         windows: [Option<&Window>; 2],
-        tolerances: Option<&Tolerances>,
+        tolerances: Option<&'a Tolerances>,
         foreign: &[Option<Warning>; 2],
+        rounding: Rounding,
     ) -> Self {
-        let slope = [Kind::Profile, Kind::Helix].map(|kind| {
-            let k = usize::from(kind == Kind::Helix);
-            let of_class = || settings.limits.of(side).slope_of_class(kind, tolerances?, settings.rounding);
-            let limits = settings.limits.of(side).slope(kind).or_else(|| of_class().filter(|_| foreign[k].is_none()));
-            let reference = windows[k]?.reference;
-            limits.map(|limits| limits.map(|limit| limit / reference))
-        });
-        SurfaceLimits { slope }
+        let of = |k: usize| tolerances.filter(|_| foreign[k].is_none());
+        SlopeLimits {
+            references: windows.map(|window| window.map(|window| window.reference)),
+            tolerances: [of(0), of(1)],
+            rounding,
+        }
     }
 
     fn of(&self, term: usize, frame: &Frame, limits: &ToleranceLimits) -> Option<[f64; 2]> {
-        let over = |k: usize, [low, high]: [f64; 2]| self.slope[k].map(|ends| ends.map(|end| end * (high - low)));
+        let over = |kind: Kind, [low, high]: [f64; 2]| {
+            let k = usize::from(kind == Kind::Helix);
+            limits.slope_over(kind, (high - low) / self.references[k]?, self.tolerances[k], self.rounding)
+        };
         match term {
-            1 => over(0, frame.roll),
-            2 => over(1, frame.z),
+            1 => over(Kind::Profile, frame.roll),
+            2 => over(Kind::Helix, frame.z),
             3 => limits.profile_crowning,
             4 => limits.twist,
             5 => limits.helix_crowning,
@@ -188,7 +195,7 @@ struct Found {
 
 impl FlankTraces {
     /// `None` where a single trace is all there is: what it tells is its own.
-    fn surface(&self, gear: &Gear, settings: &Settings, limits: &[SurfaceLimits; 2]) -> Option<Found> {
+    fn surface(&self, gear: &Gear, settings: &Settings, slopes: &SlopeLimits) -> Option<Found> {
         if self.each.len() < 2 {
             return None;
         }
@@ -203,7 +210,7 @@ impl FlankTraces {
         let figure = |term: usize, factor: f64| {
             let value = factor * found.coefficients[term]?;
             let about = variances.and_then(|all| all[term]).map(|one| one.about(value / factor).scaled(factor));
-            let limits = limits[usize::from(self.side == Side::Right)].of(term, &frame, settings.limits.of(self.side));
+            let limits = slopes.of(term, &frame, settings.limits.of(self.side));
             let inference = |about: Inferred| Inference::new(&about, settings.level, limits);
             Some(Figure {
                 limits,
@@ -290,10 +297,10 @@ pub(super) fn surfaces(
     gear: &Gear,
     posted: &[Posted],
     settings: &Settings,
-    limits: &[SurfaceLimits; 2],
+    slopes: &SlopeLimits,
 ) -> (Vec<TraceSurface>, Vec<Warning>) {
     let flanks = flank_traces(gear, posted, settings);
-    let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings, limits)).collect();
+    let mut found: Vec<Found> = flanks.iter().filter_map(|flank| flank.surface(gear, settings, slopes)).collect();
     let number = |tooth: &str| Position::number(tooth).unwrap_or(u64::MAX);
     found.sort_by(|a, b| {
         let (a, b) = (&a.surface, &b.surface);

@@ -12,6 +12,7 @@ use flankfit_engine::{
             flank_surface::{Border, EstimatedFigure, FlankFigures, FlankNodes, SurfaceSettings, estimated_figures},
             settings::{DeviationSign, SlopeSign},
         },
+        trace::Direction,
     },
 };
 
@@ -139,6 +140,8 @@ impl Flank {
             helix_range: Some(self.ranges.helix),
             border: Border::default(),
             given: DeviationSign::Material,
+            // as they are: figures of corrections count along the normal, as their nodes do
+            direction: Direction::Transverse,
             sign: SlopeSign::Din,
             limits: ToleranceLimits::default(),
             spec: FitSpec::new(Model::Linear),

@@ -18,10 +18,12 @@ use flankfit_engine::gear::{
 pub const MOST_BANDS: usize = 20;
 /// Most points of a line.
 pub const MOST_POINTS: usize = 1000;
+/// Most points of all lines of a request or of a job: they stand in every answer.
+pub const MOST_POINTS_IN_ALL: usize = 4000;
 
 /// A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
-/// `[place, µm]`, straight between them, of deviations from the unmodified flank, transverse and
-/// positive where material stands out. Each trace may be shifted as a whole, since measuring
+/// `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
+/// from the unmodified flank, transverse and positive where material stands out. Each trace may be shifted as a whole, since measuring
 /// machines zero each by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
@@ -82,6 +84,11 @@ pub fn check_all(bands: &[KBandBody], at: &str, faults: &mut Faults) {
         faults.push(at, format!("{} bands; at most {MOST_BANDS} are taken", bands.len()));
         return;
     }
+    let points: usize = bands.iter().map(|band| band.upper.len() + band.lower.len()).sum();
+    if points > MOST_POINTS_IN_ALL {
+        faults.push(at, format!("{points} points in all; at most {MOST_POINTS_IN_ALL} are taken"));
+        return;
+    }
     for (k, band) in bands.iter().enumerate() {
         band.check(&format!("{at}/{k}"), faults);
     }
@@ -122,24 +129,24 @@ impl KBandBody {
 
     /// The band on a gear; places where no involute is are faults.
     pub fn on(&self, gear: &Gear, at: &str) -> Result<Band, Faults> {
-        let axis = self.profile_axis.unwrap_or_default();
+        let name = self.profile_axis.unwrap_or_default();
+        let axis = ProfileAxis::from(name);
         let mut faults = Faults::default();
-        let mut line = |name: &str, points: &[[f64; 2]]| -> Vec<[f64; 2]> {
+        let mut line = |of: &str, points: &[[f64; 2]]| -> Vec<[f64; 2]> {
             let point = |(k, [x, y]): (usize, &[f64; 2])| match self.kind {
-                KindName::Helix => Some([*x, *y]),
+                KindName::Helix => [*x, *y],
                 KindName::Profile => {
-                    let found = ProfileAxis::from(axis).roll_length(gear, axis.value(*x));
-                    if found.is_none() {
-                        let why = format!("there is no involute at {x}, which is a {}", axis.name().replace('_', " "));
-                        faults.push(format!("{at}/{name}/{k}/0"), why);
+                    if axis.roll_length(gear, name.value(*x)).is_none() {
+                        let why = format!("there is no involute at {x}, which is a {}", name.name().replace('_', " "));
+                        faults.push(format!("{at}/{of}/{k}/0"), why);
                     }
-                    Some([found?, *y])
+                    [name.value(*x), *y]
                 }
             };
-            points.iter().enumerate().filter_map(point).collect()
+            points.iter().enumerate().map(point).collect()
         };
         let (upper, lower) = (line("upper", &self.upper), line("lower", &self.lower));
-        let band = Band { kind: Kind::from(self.kind), side: self.flank.map(Into::into), upper, lower };
+        let band = Band { kind: Kind::from(self.kind), side: self.flank.map(Into::into), axis, upper, lower };
         faults.into_result(band)
     }
 }

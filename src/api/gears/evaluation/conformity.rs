@@ -21,12 +21,12 @@ macro_rules! limits {
         $(#[$doc])*
         pub struct $name {
             $($(#[$more_doc])* #[serde(default, skip_serializing_if = "Option::is_none")] pub $more: Option<$of>,)*
-            /// Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces
-            /// have their share of it.
+            /// Of f_Hα over the reference length (of surfaces: the evaluation range). What is
+            /// evaluated of it has its share of the limits, and never more than the whole.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(min_items = 2, max_items = 2)]
             pub profile_slope_um: Option<[f64; 2]>,
-            /// Of f_Hβ, likewise.
+            /// Of f_Hβ over the reference length (of surfaces: the face width), likewise.
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(min_items = 2, max_items = 2)]
             pub helix_slope_um: Option<[f64; 2]>,
@@ -92,9 +92,21 @@ macro_rules! limits {
                     ("profile_total_um", self.profile_total_um),
                     ("helix_total_um", self.helix_total_um),
                 ];
-                for (name, limits) in told {
-                    if let Some(limits) = limits.filter(|[low, high]| !(low < high)) {
-                        faults.push(format!("{at}/{name}"), ToleranceReason::NotAscending(limits).to_string());
+                check_ascending(&told, at, faults);
+            }
+
+            /// Refuses limits that only traces have figures for.
+            fn refuse_of_traces(&self, at: &str, faults: &mut Faults) {
+                for (name, limits) in [
+                    ("profile_form_um", self.profile_form_um),
+                    ("helix_form_um", self.helix_form_um),
+                    ("profile_total_um", self.profile_total_um),
+                    ("helix_total_um", self.helix_total_um),
+                ] {
+                    if limits.is_some() {
+                        let detail = "form and total deviations are of traces, and nothing here is held against \
+                            their limits; leave it out, or evaluate traces";
+                        faults.push(format!("{at}/{name}"), detail);
                     }
                 }
             }
@@ -110,8 +122,7 @@ limits! {
     ToleranceLimitsBody {
         /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes, and of traces the
         /// forms and totals, that no limits are given for here (the standard has none of crownings
-        /// and twist). Over a part of the evaluation range or of the face width a slope has that
-        /// share of them.
+        /// and twist).
         #[schema(minimum = 1, maximum = 11)]
         class: u8,
         /// Of left flanks: each limit here goes before the one for both.
@@ -158,14 +169,40 @@ impl ToleranceLimitsBody {
 
     /// Refuses what no gear could mend.
     pub fn check(&self, at: &str, faults: &mut Faults) {
-        if let Some(class) = self.class.filter(|class| !(FINEST..=COARSEST).contains(class)) {
-            faults.push(format!("{at}/class"), ToleranceReason::NoClass(class).to_string());
-        }
+        check_class(self.class, at, faults);
         self.check_order(at, faults);
         for (name, own) in [("left", self.left), ("right", self.right)] {
             if let Some(own) = own {
                 own.check_order(&format!("{at}/{name}"), faults);
             }
+        }
+    }
+}
+
+impl ToleranceLimitsBody {
+    /// Refuses limits that only traces have figures for.
+    pub fn check_for_surface(&self, at: &str, faults: &mut Faults) {
+        self.refuse_of_traces(at, faults);
+        for (name, own) in [("left", self.left), ("right", self.right)] {
+            if let Some(own) = own {
+                own.refuse_of_traces(&format!("{at}/{name}"), faults);
+            }
+        }
+    }
+}
+
+/// Refuses a class that there is not.
+pub fn check_class(class: Option<u8>, at: &str, faults: &mut Faults) {
+    if let Some(class) = class.filter(|class| !(FINEST..=COARSEST).contains(class)) {
+        faults.push(format!("{at}/class"), ToleranceReason::NoClass(class).to_string());
+    }
+}
+
+/// Refuses limits that do not ascend.
+pub fn check_ascending(told: &[(&str, Option<[f64; 2]>)], at: &str, faults: &mut Faults) {
+    for (name, limits) in told {
+        if let Some(limits) = limits.filter(|[low, high]| !(low < high)) {
+            faults.push(format!("{at}/{name}"), ToleranceReason::NotAscending(limits).to_string());
         }
     }
 }

@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use super::{
     conformity::ToleranceLimitsBody,
     figures::FiguresBody,
-    request::{DeviationSignName, SignName},
+    request::{DeviationSignName, DirectionName, SignName},
 };
 use crate::api::{
     built::Built,
@@ -37,6 +37,7 @@ use flankfit_engine::{
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
             settings::{DeviationSign, SlopeSign},
         },
+        trace::Direction,
     },
 };
 
@@ -69,8 +70,11 @@ request! {
         /// Default `material`, which is what `din` means for a whole flank too; helix slope and
         /// twist are answered by `sign`.
         optional deviation_sign: DeviationSignName,
-        /// What the figures must lie within; those of slopes are of the surface, over the trimmed
-        /// range.
+        /// Along what deviations were taken. Default `transverse`; figures and form are transverse,
+        /// as limits are. The fit itself (`result`) is of the deviations as they were posted.
+        optional direction: DirectionName,
+        /// What the figures must lie within. Limits of form and total deviations are of traces, and
+        /// refused here.
         optional tolerance_limits: ToleranceLimitsBody,
         /// How is fitted; by default by plain least squares.
         flatten fit: FitFields,
@@ -155,6 +159,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let border = members.border_percent.read(&mut faults).unwrap_or_default();
     let sign = members.sign.read(&mut faults);
     let given = members.deviation_sign.read(&mut faults);
+    let direction = members.direction.read(&mut faults);
     let profile_range = members.profile_range.read(&mut faults);
     let helix_range = members.helix_range_mm.read(&mut faults);
     let limits = members.tolerance_limits.read(&mut faults).unwrap_or_default();
@@ -167,6 +172,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let Numbers { values: deviation, rows, .. } = posted;
     check_rows(rows.as_deref().unwrap_or_default(), z.len(), &mut faults);
     limits.check("/tolerance_limits", &mut faults);
+    limits.check_for_surface("/tolerance_limits", &mut faults);
     faults.into_result(()).map_err(Problem::invalid)?;
     let profile: Vec<f64> = profile.into_iter().map(|x| axis.value(x)).collect();
     let profile_range = profile_range.map(|range: [f64; 2]| range.map(|x| axis.value(x)));
@@ -184,6 +190,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         helix_range,
         border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
         given: given.map_or(DeviationSign::Material, Into::into),
+        direction: direction.map_or(Direction::Transverse, Into::into),
         sign: sign.map_or(SlopeSign::Din, Into::into),
         limits: limits.of(side.into()),
         spec,

@@ -7,6 +7,7 @@ mod evaluate;
 pub mod figures;
 pub mod flank_surface;
 pub mod pitch;
+pub mod pitch_limits;
 pub mod request;
 
 pub use self::evaluate::build;

@@ -3,7 +3,11 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::request::RoundingName;
+use super::{
+    conformity::ConformityBody,
+    pitch_limits::{HeldBody, PitchLimitsBody, PitchUncertaintyBody},
+    request::RoundingName,
+};
 use crate::{
     api::{
         built::Built,
@@ -13,6 +17,7 @@ use crate::{
             gear::GearBody,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
+            requirements::RequirementsBody,
         },
         json::{value::read_json, writer},
         measurand::side::SideName,
@@ -27,8 +32,11 @@ use flankfit_engine::gear::{
         pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
         runout::{Counting, Runout, from_pitches, from_readings},
     },
-    tolerance::{Class, Rounding},
+    tolerance::{Class, OutOfScope, Rounding, Tolerances},
 };
+
+/// Where limits stand in a request.
+const LIMITS: &str = "/pitch_limits";
 
 /// Pitches of one flank or of both, readings of a run-out probe, or all of them. Teeth stand in the
 /// order of counting; `null` where a tooth was not measured.
@@ -62,6 +70,13 @@ pub struct PitchRequestBody {
     /// Which tolerances decide the class. Default `rounded`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerances: Option<RoundingName>,
+    /// What the figures must lie within. In a job those of its `requirements` take its place where
+    /// it is left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pitch_limits: Option<PitchLimitsBody>,
+    /// How sure the figures are, for a decision by ISO 14253-1.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub standard_uncertainty_um: Option<PitchUncertaintyBody>,
 }
 
 /// Where the flanks of all teeth are, in one of three forms.
@@ -140,6 +155,28 @@ pub struct PitchBody {
     /// Teeth that were not measured.
     pub missing: usize,
     pub class: PitchClassesBody,
+    /// What each single pitch deviation was held against.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub single_pitch_limits_um: Option<[f64; 2]>,
+    /// Whether every single pitch deviation lies within, as it was measured. There where there are
+    /// limits; where teeth were not measured it is false or left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch_within: Option<bool>,
+    /// Of the single pitch with the least room; there where there are limits and an uncertainty,
+    /// and no tooth is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch_conformity: Option<ConformityBody>,
+    /// What F_p was held against.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub cumulative_pitch_limits_um: Option<[f64; 2]>,
+    /// Whether F_p lies within, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cumulative_pitch_within: Option<bool>,
+    /// Of F_p, likewise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub cumulative_pitch_conformity: Option<ConformityBody>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
@@ -189,6 +226,17 @@ pub struct RunoutBody {
     pub class: Option<u8>,
     /// Whether it exceeds even class 11.
     pub beyond_classes: bool,
+    /// What F_r was held against.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub limits_um: Option<[f64; 2]>,
+    /// Whether F_r lies within, as it was measured. There where there are limits; where readings
+    /// are missing it is false or left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<bool>,
+    /// There where there are limits and an uncertainty, and no reading is missing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conformity: Option<ConformityBody>,
     /// What to know about the run-out; empty where there is nothing to say.
     pub warnings: Vec<NoticeBody>,
 }
@@ -207,9 +255,15 @@ pub struct EccentricityBody {
 }
 
 /// Evaluates the pitches of a request; `own` is the gear of the job and `of` what the iteration
-/// that they belong to measured.
-pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<Built, Problem> {
-    let body: PitchRequestBody = read_json(text)?;
+/// that they belong to measured. Where the request has no limits, those that the job requires are
+/// taken.
+pub fn build(
+    text: &[u8],
+    own: Option<&Gear>,
+    of: Option<&Measurand>,
+    required: Option<&RequirementsBody>,
+) -> Result<Built, Problem> {
+    let mut body: PitchRequestBody = read_json(text)?;
     let posted = body.gear.as_ref().map(|gear| gear.checked("/gear")).transpose().map_err(Problem::invalid)?;
     let Some(gear) = posted.as_ref().or(own) else {
         return Err(Problem::invalid(Faults::one("/gear", "missing")));
@@ -217,7 +271,9 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>) -> Result<
     if let Some(of) = of {
         body.belongs_to(of).map_err(Problem::invalid)?;
     }
-    let answer = body.evaluated(gear).map_err(Problem::invalid)?;
+    let notice = required.and_then(|required| required.fill_pitch(&mut body, gear));
+    let mut answer = body.evaluated(gear).map_err(Problem::invalid)?;
+    answer.warnings.extend(notice);
     let result = writer::whole(&answer).map_err(Problem::not_finite)?;
     Ok(Built { method: "iso_1328_1".to_owned(), result })
 }
@@ -236,6 +292,10 @@ impl PitchRequestBody {
     pub fn evaluated(&self, gear: &Gear) -> Result<PitchEvaluationBody, Faults> {
         let rounding: Rounding = self.tolerances.map_or(Rounding::Rounded, Into::into);
         let mut faults = Faults::default();
+        let all = Tolerances::new(gear);
+        let (limits, uncertainty) = (self.limits(&all, &mut faults), self.standard_uncertainty_um.unwrap_or_default());
+        uncertainty.check("/standard_uncertainty_um", &mut faults);
+        let all = all.as_ref().ok();
         let mut evaluated = |measured: &Option<PitchMeasuredBody>, side: Side, at: &str| {
             let (name, measured) = measured.as_ref()?.measured(at, &mut faults)?;
             let settings = PitchSettings { side, diameter: self.diameter_mm, sector: self.sector, rounding };
@@ -272,14 +332,33 @@ impl PitchRequestBody {
         if self.left.is_none() && self.right.is_none() && self.readings_um.is_none() {
             faults.push_missing("/left", "missing; give `left`, `right` or `readings_um`");
         }
+        let told = |(found, deviations): (Pitch, String)| {
+            let limits = limits.of(found.side);
+            let single = limits.single_pitches(&found, all, rounding, uncertainty.single_pitch);
+            let cumulative = limits.cumulative_pitch(&found, all, rounding, uncertainty.cumulative_pitch);
+            PitchBody::new(found, &deviations, single.into(), cumulative.into())
+        };
+        // it is of both flanks alike
+        let of_runout = |found: &Runout| limits.of(Side::Left).runout(found, all, rounding, uncertainty.runout);
         let answer = PitchEvaluationBody {
             counting: named,
-            left: left.map(|(found, deviations)| PitchBody::new(found, &deviations)),
-            right: right.map(|(found, deviations)| PitchBody::new(found, &deviations)),
-            runout: runout.map(RunoutBody::from),
+            left: left.map(told),
+            right: right.map(told),
+            runout: runout.map(|found| RunoutBody::new(of_runout(&found).into(), found)),
             warnings,
         };
         faults.into_result(answer)
+    }
+
+    /// The limits that hold; a class that gives none on the gear is a fault.
+    fn limits(&self, tolerances: &Result<Tolerances, OutOfScope>, faults: &mut Faults) -> PitchLimitsBody {
+        let limits = self.pitch_limits.unwrap_or_default();
+        let before = faults.count();
+        limits.check(LIMITS, faults);
+        if let Some(why) = limits.of(Side::Left).class_refused(tolerances).filter(|_| faults.count() == before) {
+            faults.push(format!("{LIMITS}/class"), why.to_string());
+        }
+        limits
     }
 }
 
@@ -313,7 +392,7 @@ impl From<Extreme> for ExtremeBody {
 
 impl PitchBody {
     /// Of deviations that stand at this place in the request.
-    fn new(pitch: Pitch, deviations: &str) -> Self {
+    fn new(pitch: Pitch, deviations: &str, single: HeldBody, cumulative: HeldBody) -> Self {
         let mut class = PitchClassesBody::default();
         for (name, found, place) in [
             ("single_pitch", pitch.single_class, &mut class.single_pitch),
@@ -338,6 +417,12 @@ impl PitchBody {
             closure_um: pitch.closure,
             missing: pitch.missing,
             class,
+            single_pitch_limits_um: single.limits,
+            single_pitch_within: single.within,
+            single_pitch_conformity: single.conformity,
+            cumulative_pitch_limits_um: cumulative.limits,
+            cumulative_pitch_within: cumulative.within,
+            cumulative_pitch_conformity: cumulative.conformity,
             warnings: pitch
                 .warnings
                 .iter()
@@ -347,8 +432,8 @@ impl PitchBody {
     }
 }
 
-impl From<Runout> for RunoutBody {
-    fn from(runout: Runout) -> Self {
+impl RunoutBody {
+    fn new(held: HeldBody, runout: Runout) -> Self {
         let (class, beyond_classes) = match runout.class {
             Some(Class::Within(class)) => (Some(class), false),
             Some(Class::Beyond) => (None, true),
@@ -366,6 +451,9 @@ impl From<Runout> for RunoutBody {
             missing: runout.missing,
             class,
             beyond_classes,
+            limits_um: held.limits,
+            within: held.within,
+            conformity: held.conformity,
             warnings: runout.warnings.iter().map(NoticeBody::from).collect(),
         }
     }

@@ -115,7 +115,7 @@ pub struct EvaluationSettingsBody {
     pub level: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tolerance_limits: Option<ToleranceLimitsBody>,
-    /// Bands that traces must lie in; at most 20.
+    /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(max_items = 20)]
     pub k_bands: Option<Vec<KBandBody>>,

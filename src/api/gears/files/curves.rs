@@ -69,7 +69,7 @@ pub(in crate::api) fn read(
         warnings.push(NoticeBody::new("unknown_tooth", &message));
     }
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
-    let pitch = pitch::read(curves, &gear, &mut warnings);
+    let pitch = pitch::read(curves, &gear, required.as_ref(), &mut warnings);
     let mut settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
     if let Some(required) = required {
         let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);

@@ -4,6 +4,7 @@ use crate::api::gears::{
     evaluation::pitch::{PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
     gear::GearBody,
     notice::NoticeBody,
+    requirements::RequirementsBody,
 };
 use flankfit_engine::{
     formats::klingelnberg::{Curves, PitchRow, PitchTable},
@@ -18,7 +19,12 @@ pub struct FilePitch {
 }
 
 /// Evaluates the tables of a file, where it has any; what cannot be is a warning.
-pub(super) fn read(curves: &Curves, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Option<FilePitch> {
+pub(super) fn read(
+    curves: &Curves,
+    gear: &Gear,
+    required: Option<&RequirementsBody>,
+    warnings: &mut Vec<NoticeBody>,
+) -> Option<FilePitch> {
     let mut request = PitchRequestBody { gear: Some(GearBody::from(gear.data())), ..PitchRequestBody::default() };
     let mut warn = |code: &str, message: String| warnings.push(NoticeBody::new(code, &message));
     for table in &curves.pitch {
@@ -48,8 +54,10 @@ pub(super) fn read(curves: &Curves, gear: &Gear, warnings: &mut Vec<NoticeBody>)
     if request.left.is_none() && request.right.is_none() {
         return None;
     }
+    let notice = required.and_then(|required| required.fill_pitch(&mut request, gear));
     match request.evaluated(gear) {
         Ok(mut found) => {
+            found.warnings.extend(notice);
             let message = "the file does not say which way its pitches count: amounts and classes do not depend on \
                 it, signs and the direction of the eccentricity do";
             found.warnings.push(NoticeBody::new("pitch_sign_assumed", &message));

@@ -66,7 +66,7 @@ pub fn of_traces(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
 
 /// Evaluates the pitches of a request and writes what it finds. Processor work.
 pub fn of_pitches(text: &[u8], now: Timestamp) -> Result<Vec<u8>, Problem> {
-    let found = evaluation::pitch::build(text, None, None)?.result;
+    let found = evaluation::pitch::build(text, None, None, None)?.result;
     write(&of_request(text), RecordKind::Pitch, &found, None, now)
 }
 

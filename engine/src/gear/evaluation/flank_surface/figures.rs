@@ -112,9 +112,10 @@ pub fn estimated_figures(
     }
     let result = crossed(gear, nodes, &settings).ok().filter(told)?;
     let freedom = result.residuals.degrees_of_freedom;
+    let scale = settings.to_transverse(gear);
     let figure = |column: usize, factor: f64| {
         let found = result.coefficients.get(column)?;
-        Some(EstimatedFigure::new(found.value, found.std_error, freedom, factor))
+        Some(EstimatedFigure::new(found.value, found.std_error, freedom, scale * factor))
     };
     let [profile, helix] = settings.signs();
     Some(FlankFigures {

@@ -14,8 +14,8 @@
 //! | lengthwise crowning | −c_vv | stands out half-way between the ends |
 //! | twist | 4 c_uv | grows more with z at the tip than at the root (by the sign asked for) |
 //!
-//! all in µm over the trimmed range, along the direction in which the deviations are given, with
-//! standard errors and with the bounds of their bias that the fit answers (for the use of such a
+//! all in µm over the trimmed range, transverse as the limits of ISO 1328-1 are, with standard
+//! errors and with the bounds of their bias that the fit answers (for the use of such a
 //! surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
 
 mod errors;
@@ -118,8 +118,12 @@ pub fn flank_surface(
     let residuals = result.residuals.values.take().unwrap_or_default();
     let (lowest, highest) =
         residuals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
-    let remainder =
-        Remainder { peak_to_valley: highest - lowest, rms: result.residuals.rms, max_abs: highest.max(-lowest) };
+    let scale = settings.to_transverse(gear);
+    let remainder = Remainder {
+        peak_to_valley: scale * (highest - lowest),
+        rms: scale * result.residuals.rms,
+        max_abs: scale * highest.max(-lowest),
+    };
     if asked.include.residuals {
         result.residuals.values = Some(residuals);
     } else {
@@ -131,7 +135,7 @@ pub fn flank_surface(
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
-            .map(|coefficient| Figure::new(&coefficient.into(), factor, limits))
+            .map(|coefficient| Figure::new(&coefficient.into(), scale * factor, limits))
             .ok_or(FitError::NotConverged(Unconverged::SecondOrder))
     };
     Ok(FlankSurface {
@@ -149,8 +153,8 @@ pub fn flank_surface(
     })
 }
 
-/// Limits of profile and helix slope over the trimmed range: as they were told, else the class's
-/// share of what is left of the evaluation range and of the face width.
+/// Limits of profile and helix slope over the trimmed range: the share that is left of the
+/// evaluation range and of the face width.
 fn slope_limits(
     gear: &Gear,
     settings: &SurfaceSettings,
@@ -161,14 +165,14 @@ fn slope_limits(
     let checked: Result<(), SurfaceFaults> = limits.check(&tolerances, true).into_result(()).map_err(Faults::widened);
     checked?;
     let length = |[low, high]: [f64; 2]| high - low;
-    let whole = [length(trimmed.evaluated), gear.data().face_width.unwrap_or(f64::INFINITY)];
-    let shares = [length(trimmed.roll) / whole[0], length(trimmed.z) / whole[1]];
-    Ok([Kind::Profile, Kind::Helix].map(|kind| {
-        let share = shares[usize::from(kind == Kind::Helix)];
-        let tolerances = tolerances.as_ref().ok();
-        let of_class = || limits.slope_of_class(kind, tolerances?, Rounding::Rounded);
-        limits.slope(kind).or_else(|| of_class().map(|ends| ends.map(|end| end * share)))
-    }))
+    let shares = [length(trimmed.roll) / length(trimmed.evaluated), share_of_width(gear, trimmed.z)];
+    let of = |kind, share| limits.slope_over(kind, share, tolerances.as_ref().ok(), Rounding::Rounded);
+    Ok([of(Kind::Profile, shares[0]), of(Kind::Helix, shares[1])])
+}
+
+/// The share of the face width that a range of z is; the whole where the gear has none.
+fn share_of_width(gear: &Gear, [low, high]: [f64; 2]) -> f64 {
+    gear.data().face_width.map_or(1.0, |width| (high - low) / width)
 }
 
 impl Figure {

@@ -22,7 +22,7 @@ use super::{
         limits::ToleranceLimits,
         settings::{DeviationSign, SlopeSign},
     },
-    Figure, FlankFigures,
+    Figure, FlankFigures, share_of_width,
 };
 use crate::{
     estimation::{result::WeightedSum, spec::WeightedSums},
@@ -51,7 +51,8 @@ pub struct FittedFlank<'a> {
     pub u: f64,
     /// What v is multiplied with to be z in mm.
     pub v: f64,
-    /// What heights are multiplied with to be µm of material.
+    /// What heights are multiplied with to be µm of material, in the transverse plane where figures
+    /// are held against limits of ISO 1328-1.
     pub height: f64,
     /// Range in roll length, mm, ascending.
     pub roll_lengths: [f64; 2],
@@ -66,12 +67,7 @@ impl FittedFlank<'_> {
         let along = |[low, high]: [f64; 2], x: f64| 0.5 * (low + high) + 0.5 * (high - low) * x;
         let place = |x: f64, y: f64| {
             let roll = along(self.roll_lengths, self.gear.outward() * x);
-            let value = match self.axis {
-                ProfileAxis::RollLength => roll,
-                ProfileAxis::RollAngle => roll / self.gear.base_radius(),
-                ProfileAxis::Diameter => self.gear.diameter(roll),
-            };
-            [value / self.u, along(self.z, y) / self.v]
+            [self.axis.value(self.gear, roll) / self.u, along(self.z, y) / self.v]
         };
         let pairs = || rule.iter().flat_map(|x| rule.iter().map(move |y| (*x, *y)));
         let weights = |[i, j]: [usize; 2]| {
@@ -102,17 +98,12 @@ impl FittedFlank<'_> {
         }
     }
 
-    /// As they were told, else those of the class: of the helix the share of the face width that
-    /// the range is.
+    /// Nothing but the nodes tells what of the profile is evaluated: they have the whole limits. Of
+    /// the face width they have their share.
     fn slope_limits(&self, limits: &ToleranceLimits) -> [Option<[f64; 2]>; 2] {
         let tolerances = Tolerances::new(self.gear).ok();
-        let width = self.gear.data().face_width.unwrap_or(f64::INFINITY);
-        let shares = [1.0, (self.z[1] - self.z[0]) / width];
-        [Kind::Profile, Kind::Helix].map(|kind| {
-            let share = shares[usize::from(kind == Kind::Helix)];
-            let of_class = || limits.slope_of_class(kind, tolerances.as_ref()?, Rounding::Rounded);
-            limits.slope(kind).or_else(|| of_class().map(|ends| ends.map(|end| end * share)))
-        })
+        let of = |kind, share| limits.slope_over(kind, share, tolerances.as_ref(), Rounding::Rounded);
+        [of(Kind::Profile, 1.0), of(Kind::Helix, share_of_width(self.gear, self.z))]
     }
 }
 

@@ -6,7 +6,7 @@ use super::super::{
 };
 use crate::{
     estimation::FitSpec,
-    gear::{Kind, Side},
+    gear::{Gear, Kind, Side, trace::Direction},
 };
 
 /// Shares of the evaluation range that are cut off, in %: 0 to below 100 together on each axis.
@@ -37,15 +37,25 @@ pub struct SurfaceSettings {
     /// How deviations count; a topography has no leads of its own, so `Din` is the same as
     /// `Material`.
     pub given: DeviationSign,
+    /// Along what deviations were taken; figures are transverse, as limits are.
+    pub direction: Direction,
     /// Sign of slopes and of twist.
     pub sign: SlopeSign,
-    /// What the figures are told to conform to; of slopes over the trimmed range.
+    /// What the figures must lie within; slopes over the trimmed range have its share of it.
     pub limits: ToleranceLimits,
     /// Everything else about the fit; its model and domain are not looked at.
     pub spec: FitSpec,
 }
 
 impl SurfaceSettings {
+    /// What deviations are multiplied with to be transverse.
+    pub(super) fn to_transverse(&self, gear: &Gear) -> f64 {
+        match self.direction {
+            Direction::Transverse => 1.0,
+            Direction::Normal => 1.0 / gear.base_helix_angle().cos(),
+        }
+    }
+
     /// What slopes of profile and helix are multiplied with.
     pub(super) fn signs(&self) -> [f64; 2] {
         // one topography counts in one way, as its profiles do
