@@ -2,6 +2,7 @@
 
 use std::borrow::Cow;
 
+use super::params::Params;
 use flankfit_engine::{
     estimation::result::{Times, Warning},
     fault::words::{Shown, Size},
@@ -19,11 +20,24 @@ pub struct WarningBody {
     pub code: Cow<'static, str>,
     /// In words, with the numbers that matter.
     pub message: String,
+    /// What the message speaks of, by names that tell the units: with `code` enough to say it in
+    /// another language. Left out where it speaks of nothing, or where the words are the caller's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub params: Option<Params>,
 }
 
 impl From<&Warning> for WarningBody {
     fn from(warning: &Warning) -> Self {
-        WarningBody { code: warning.code().into(), message: sentence(warning) }
+        let params = Params::from(warning).some();
+        WarningBody { params, ..WarningBody::new(warning.code(), sentence(warning)) }
+    }
+}
+
+impl WarningBody {
+    /// Of a message that speaks of nothing but itself.
+    pub fn new(code: &'static str, message: String) -> Self {
+        WarningBody { code: code.into(), message, params: None }
     }
 }
 

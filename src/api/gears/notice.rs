@@ -3,14 +3,18 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use crate::api::faults::Field;
+use crate::api::{
+    faults::Field,
+    params::{Params, quantity},
+};
 use flankfit_engine::gear::{
     evaluation::{
         Warning,
         fault::PitchField,
         warning::{PitchWarning, RunoutWarning, SurfaceFigure, TOO_FEW, helices_turned, undetermined},
     },
-    tolerance::{OutOfScope, Quantity, not_covered},
+    geometry,
+    tolerance::{OutOfScope, not_covered},
 };
 
 /// Something that the reader must know.
@@ -24,12 +28,24 @@ pub struct NoticeBody {
     pub pointer: Option<String>,
     /// In words, with the numbers that matter.
     pub message: String,
+    /// What the message speaks of, by names that tell the units: with `code` enough to say it in
+    /// another language. Left out where it speaks of nothing, or where the words are the caller's.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<Object>)]
+    pub params: Option<Params>,
 }
 
 impl From<&Warning> for NoticeBody {
     fn from(warning: &Warning) -> Self {
         let pointer = warning.field().map(|field| field.pointer());
-        NoticeBody { pointer, ..NoticeBody::new(warning.code(), &sentence(warning)) }
+        let params = Params::from(warning).some();
+        NoticeBody { pointer, params, ..NoticeBody::new(warning.code(), &sentence(warning)) }
+    }
+}
+
+impl From<&geometry::Warning> for NoticeBody {
+    fn from(warning: &geometry::Warning) -> Self {
+        NoticeBody { params: Params::from(warning).some(), ..NoticeBody::new(warning.code(), warning) }
     }
 }
 
@@ -39,7 +55,7 @@ impl From<&RunoutWarning> for NoticeBody {
             RunoutWarning::OutsideTheStandard(out) => format!("no class: {}", out_of_scope(out)),
             other => other.to_string(),
         };
-        NoticeBody::new(warning.code(), &message)
+        NoticeBody { params: Params::from(warning).some(), ..NoticeBody::new(warning.code(), &message) }
     }
 }
 
@@ -51,12 +67,13 @@ impl NoticeBody {
             other => other.to_string(),
         };
         let pointer = warning.field().as_ref().map(place);
-        NoticeBody { pointer, ..NoticeBody::new(warning.code(), &message) }
+        let params = Params::from(warning).some();
+        NoticeBody { pointer, params, ..NoticeBody::new(warning.code(), &message) }
     }
 
     /// A warning about the gear as a whole.
     pub fn new(code: &str, message: &impl std::fmt::Display) -> Self {
-        NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string() }
+        NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string(), params: None }
     }
 }
 
@@ -81,7 +98,8 @@ fn sentence(warning: &Warning) -> String {
     }
 }
 
-fn name(figure: SurfaceFigure) -> &'static str {
+/// By the field of a surface.
+pub fn name(figure: SurfaceFigure) -> &'static str {
     match figure {
         SurfaceFigure::HelixCrowning => "helix_crowning_um",
         SurfaceFigure::HelixSlope => "helix_slope_um",
@@ -94,19 +112,17 @@ fn name(figure: SurfaceFigure) -> &'static str {
 
 /// What lies outside of the scope of the standard, by the fields of a gear.
 pub fn out_of_scope(OutOfScope(excesses): &OutOfScope) -> String {
-    not_covered(excesses, |quantity| match quantity {
-        Quantity::Teeth => "teeth",
-        Quantity::ReferenceDiameter => "reference_diameter_mm",
-        Quantity::NormalModule => "normal_module_mm",
-        Quantity::HelixAngle => "helix_angle_deg",
-        Quantity::FaceWidth => "face_width_mm",
-    })
+    not_covered(excesses, quantity)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use flankfit_engine::gear::{Side, evaluation::warning::FlankName, tolerance::Excess};
+    use flankfit_engine::gear::{
+        Side,
+        evaluation::warning::FlankName,
+        tolerance::{Excess, Quantity},
+    };
 
     #[test]
     fn sentences_name_the_fields_of_the_contract() {

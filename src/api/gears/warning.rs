@@ -1,11 +1,12 @@
 //! Warnings of registrations and of corrections.
 
-use crate::api::warning::WarningBody;
+use crate::api::{params::Params, warning::WarningBody};
 use flankfit_engine::gear::warning::{Warning, contradicting, tenth};
 
 impl From<&Warning> for WarningBody {
     fn from(warning: &Warning) -> Self {
-        WarningBody { code: warning.code().into(), message: sentence(warning) }
+        let params = Params::from(warning).some();
+        WarningBody { params, ..WarningBody::new(warning.code(), sentence(warning)) }
     }
 }
 

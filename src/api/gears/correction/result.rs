@@ -248,7 +248,7 @@ pub fn write(
             sentence: group.sentence.clone(),
         })
         .collect();
-    let assumed = flank_assumed.then(|| WarningBody { code: "flank_assumed".into(), message: FLANK_ASSUMED.into() });
+    let assumed = flank_assumed.then(|| WarningBody::new("flank_assumed", FLANK_ASSUMED.into()));
     let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).chain(assumed).collect();
     let text = |result| {
         let text = text::write(result, None, digest, include).map_err(Problem::internal)?;

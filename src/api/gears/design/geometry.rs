@@ -166,8 +166,7 @@ pub fn answer(text: &[u8]) -> Result<Vec<u8>, Problem> {
 
 /// What is unusual about a gear, and what its data leave open.
 pub(in crate::api) fn warnings(body: &GearBody, geometry: &Geometry) -> Vec<NoticeBody> {
-    let mut warnings: Vec<NoticeBody> =
-        geometry.warnings.iter().map(|warning| NoticeBody::new(warning.code(), warning)).collect();
+    let mut warnings: Vec<NoticeBody> = geometry.warnings.iter().map(NoticeBody::from).collect();
     warnings.extend(body.hand_assumed());
     warnings
 }

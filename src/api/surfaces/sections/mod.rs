@@ -59,7 +59,7 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     }
     for (code, count) in told.into_iter().filter(|(_, count)| *count > MOST_TOLD) {
         let more = counted(count - MOST_TOLD, "more plane", "more planes");
-        warnings.push(WarningBody { code: code.into(), message: format!("/families: the same of {more}") });
+        warnings.push(WarningBody::new(code, format!("/families: the same of {more}")));
     }
     let mut body = SectionsBody { families: answered, mesh: None, mesh_frame: None, mesh_error: None, warnings };
     if let (true, [u, v], [of_u, of_v]) = (mesh, &families[..], &found[..]) {
@@ -146,7 +146,7 @@ fn note(
         *count += 1;
         if *count <= MOST_TOLD {
             let message = format!("/families/{family}/offsets/{plane}: {what}");
-            warnings.push(WarningBody { code: code.into(), message });
+            warnings.push(WarningBody::new(code, message));
         }
     };
     if found.coincident {

@@ -1,0 +1,62 @@
+//! What the sentences of warnings speak of, as data: by it a client says them in another language.
+//!
+//! Everything that a warning of the engine holds stands here under a name, in one place for all of
+//! them. Lengths, angles and shares have their units in the names.
+
+mod fits;
+mod flanks;
+mod gears;
+
+pub use gears::quantity;
+
+use std::{borrow::Cow, collections::BTreeMap};
+
+use serde::{Deserialize, Serialize};
+use serde_json::Value;
+
+/// Parameters by their names.
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Params(BTreeMap<Cow<'static, str>, Value>);
+
+impl Params {
+    /// None at all, to be added to.
+    fn new() -> Self {
+        Params::default()
+    }
+
+    /// What is answered: nothing where there are none.
+    pub fn some(self) -> Option<Self> {
+        Some(self).filter(|Params(all)| !all.is_empty())
+    }
+
+    fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
+        let value = value.into();
+        // a number that leaves the range of double is none in JSON
+        if !value.is_null() {
+            self.0.insert(name.into(), value);
+        }
+        self
+    }
+
+    fn range(self, name: &'static str, ends: [f64; 2]) -> Self {
+        self.with(name, ends.to_vec())
+    }
+
+    fn list<T: Into<Value>>(self, name: &'static str, items: impl IntoIterator<Item = T>) -> Self {
+        self.with(name, items.into_iter().map(Into::into).collect::<Vec<Value>>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_number_is_left_out() {
+        assert_eq!(Params::new().some(), None);
+        assert_eq!(Params::new().with("factor", f64::INFINITY).some(), None);
+        let all = Params::new().with("count", 3_usize).with("share", 0.25).list("terms", ["u", "v"]);
+        assert_eq!(serde_json::to_string(&all).unwrap(), r#"{"count":3,"share":0.25,"terms":["u","v"]}"#);
+    }
+}
