@@ -1,4 +1,5 @@
-//! `GET /v1/jobs/{job_id}/events`: what happens to a job, as server-sent events.
+//! What happens to a job (`GET /v1/jobs/{job_id}/events`) or to all (`GET /v1/events`), as
+//! server-sent events.
 //!
 //! Events are read from the store in pages, after the last one sent: a client that reads slowly
 //! holds one page, whatever happens meanwhile, and one that comes back with `Last-Event-ID` goes on
@@ -13,7 +14,7 @@ use axum::{
 };
 use futures_util::{FutureExt, StreamExt, stream};
 use serde::Deserialize;
-use tokio::sync::watch;
+use tokio::{sync::watch, time::Instant};
 use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
@@ -30,7 +31,7 @@ use crate::{
         shutdown::OpenConnection,
         state::AppState,
     },
-    jobs::RepositoryError,
+    jobs::{EventPlace, Jobs, RepositoryError},
 };
 
 /// Events read at a time.
@@ -42,15 +43,35 @@ const RETRY_LINE: &str = "retry: 2000\n\n";
 static LAST_EVENT_ID: HeaderName = HeaderName::from_static("last-event-id");
 
 pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(get_job_events))
+    OpenApiRouter::new().routes(routes!(get_job_events)).routes(routes!(get_events))
 }
 
-/// What is said of an id of another form.
-fn not_an_event_id(from_header: bool) -> Problem {
-    const FORM: &str = "the last event id is the `id` of an event of this job, or `latest`";
-    match from_header {
-        true => Problem::new(ProblemCode::MalformedRequest, format!("Last-Event-ID: {FORM}.")),
-        false => Problem::invalid(Faults::one("/last_event_id", FORM)),
+/// Between two looks of those who listen to all jobs: what was stored is told once the transactions
+/// before it have ended, and nobody is woken by that.
+const LOOK: Duration = Duration::from_secs(1);
+
+/// The id of the last event that a client has seen, where it says one.
+struct Given {
+    id: Option<String>,
+    from_header: bool,
+}
+
+impl Given {
+    fn of(headers: &HeaderMap, query: EventsQuery) -> Self {
+        // the header is newer than the address it came back to
+        match headers.get(&LAST_EVENT_ID) {
+            Some(value) => Given { id: Some(value.to_str().unwrap_or("?").trim().to_owned()), from_header: true },
+            None => Given { id: query.last_event_id, from_header: false },
+        }
+    }
+
+    /// What is said of an id of another form.
+    fn refused(&self, of: &str) -> Problem {
+        let form = format!("the last event id is the `id` of an event of {of}, or `latest`");
+        match self.from_header {
+            true => Problem::new(ProblemCode::MalformedRequest, format!("Last-Event-ID: {form}.")),
+            false => Problem::invalid(Faults::one("/last_event_id", form)),
+        }
     }
 }
 
@@ -63,8 +84,8 @@ struct EventsQuery {
     last_event_id: Option<String>,
 }
 
-/// Sends what happens to a job: `iteration`, `fit`, `decision`, `stream`; from its beginning, or
-/// after `Last-Event-ID`.
+/// Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`, `job`
+/// (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
 ///
 /// As server-sent events; the connection stays open, and a comment line is sent now and then to
 /// keep it so. The id of each event is its number within the job, from which a client that lost its
@@ -93,48 +114,100 @@ async fn get_job_events(
     QueryOf(query): QueryOf<EventsQuery>,
 ) -> Result<Response, Problem> {
     let last = state.jobs.last_event(job).await?;
-    // the header is newer than the address it came back to
-    let from_header = headers.contains_key(&LAST_EVENT_ID);
-    let given = match headers.get(&LAST_EVENT_ID) {
-        Some(value) => Some(value.to_str().unwrap_or("?").trim().to_owned()),
-        None => query.last_event_id,
-    };
-    let after = match given.as_deref() {
+    let given = Given::of(&headers, query);
+    let after = match given.id.as_deref() {
         None | Some("") => 0,
         Some("latest") => last,
         // An id beyond the last event is of another database, say of one before a backup was
         // restored: everything is sent anew.
-        Some(text) => {
-            text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| not_an_event_id(from_header))?
+        Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| given.refused("this job"))?,
+    };
+    let changes = state.jobs.listen(job);
+    Ok(Listener::answer(state, Subject::Job { job, after }, changes))
+}
+
+/// Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
+///
+/// The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
+/// those of a job; the id of an event is its place among all. An id that is not of this database,
+/// as after a backup was restored, begins with now: read the list of jobs anew then.
+#[utoipa::path(
+    get, path = "/v1/events", operation_id = "get_events", tag = "jobs",
+    params(
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after \
+            it.", pattern = "^(latest|[0-9]{1,19}-[0-9]{1,19})?$"),
+        EventsQuery
+    ),
+    responses(
+        (status = 200, description = "Server-sent events without end; `data` of each is a JobEvent.",
+            body = JobEventBody, content_type = "text/event-stream"),
+        (status = 400, description = "`Last-Event-ID` is not the id of an event.", body = Problem,
+            content_type = "application/problem+json"),
+        (status = 422, description = "The query has something else in it, or `last_event_id` is not the id of an \
+            event.", body = Problem, content_type = "application/problem+json")
+    )
+)]
+async fn get_events(
+    state: CallerState,
+    headers: HeaderMap,
+    QueryOf(query): QueryOf<EventsQuery>,
+) -> Result<Response, Problem> {
+    // what happens between the two is heard of
+    let changes = state.jobs.listen_to_all();
+    let last = state.jobs.last_place().await?;
+    let given = Given::of(&headers, query);
+    let after = match given.id.as_deref() {
+        None | Some("" | "latest") => last,
+        Some(text) => events::place_of(text).ok_or_else(|| given.refused("`/v1/events`"))?.min(last),
+    };
+    Ok(Listener::answer(state, Subject::All { after }, changes))
+}
+
+/// Whose events are sent, after which.
+enum Subject {
+    Job { job: Uuid, after: u64 },
+    All { after: EventPlace },
+}
+
+impl Subject {
+    /// The next events, if there are any; they count as sent.
+    async fn page(&mut self, jobs: &Jobs) -> Result<Option<String>, RepositoryError> {
+        match self {
+            Subject::Job { job, after } => {
+                let page = jobs.events(*job, *after, PAGE).await?;
+                let Some(last) = page.last() else { return Ok(None) };
+                *after = last.number;
+                Ok(Some(events::to_text(page)))
+            }
+            Subject::All { after } => {
+                let page = jobs.all_events(*after, PAGE).await?;
+                let Some(last) = page.last() else { return Ok(None) };
+                *after = last.place;
+                Ok(Some(events::all_to_text(page)))
+            }
         }
-    };
-    let listener = Listener {
-        job,
-        after,
-        changes: state.jobs.listen(job),
-        stopped: Box::pin(state.shutdown.begun()),
-        refused: state.refused(),
-        _open: state.shutdown.register("events"),
-        begun: false,
-        state,
-    };
-    let chunks = stream::unfold(listener, |mut listener| async move {
-        let chunk = listener.next().await?;
-        Some((Ok::<_, std::convert::Infallible>(chunk), listener))
-    });
-    let mut response = Response::new(Body::from_stream(chunks.fuse()));
-    let headers = response.headers_mut();
-    headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream"));
-    headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
-    // proxies that collect answers would keep events back
-    headers.insert(HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
-    Ok(response)
+    }
+
+    /// Refuses a job that is there no more.
+    async fn check_exists(&self, jobs: &Jobs) -> Result<(), RepositoryError> {
+        match self {
+            Subject::Job { job, .. } => jobs.last_event(*job).await.map(drop),
+            Subject::All { .. } => Ok(()),
+        }
+    }
+
+    /// After how long it is worth looking without being woken.
+    fn patience(&self) -> Duration {
+        match self {
+            Subject::Job { .. } => KEEP_ALIVE,
+            Subject::All { .. } => LOOK,
+        }
+    }
 }
 
 struct Listener {
     state: CallerState,
-    job: Uuid,
-    after: u64,
+    subject: Subject,
     changes: watch::Receiver<()>,
     stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
     /// Whoever listens is not let in any more.
@@ -144,12 +217,36 @@ struct Listener {
 }
 
 impl Listener {
+    /// The answer without end.
+    fn answer(state: CallerState, subject: Subject, changes: watch::Receiver<()>) -> Response {
+        let listener = Listener {
+            subject,
+            changes,
+            stopped: Box::pin(state.shutdown.begun()),
+            refused: state.refused(),
+            _open: state.shutdown.register("events"),
+            begun: false,
+            state,
+        };
+        let chunks = stream::unfold(listener, |mut listener| async move {
+            let chunk = listener.next().await?;
+            Some((Ok::<_, std::convert::Infallible>(chunk), listener))
+        });
+        let mut response = Response::new(Body::from_stream(chunks.fuse()));
+        let headers = response.headers_mut();
+        headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("text/event-stream"));
+        headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
+        // proxies that collect answers would keep events back
+        headers.insert(HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
+        response
+    }
+
     /// What is sent next; `None` ends the answer (a client comes back by itself).
     async fn next(&mut self) -> Option<Bytes> {
         if !std::mem::replace(&mut self.begun, true) {
             return Some(Bytes::from_static(RETRY_LINE.as_bytes()));
         }
-        let mut quiet = false;
+        let quiet = Instant::now() + KEEP_ALIVE;
         loop {
             // also where there is always something to send
             if (&mut self.refused).now_or_never().is_some() {
@@ -157,33 +254,30 @@ impl Listener {
             }
             // seen before looking, so that what happens while looking wakes again
             self.changes.borrow_and_update();
-            match self.state.jobs.events(self.job, self.after, PAGE).await {
-                Ok(page) => {
-                    if let Some(last) = page.last().map(|event| event.number) {
-                        self.after = last;
-                        return Some(events::to_text(page).into());
-                    }
-                }
+            match self.subject.page(&self.state.jobs).await {
+                Ok(Some(text)) => return Some(text.into()),
+                Ok(None) => {}
                 Err(error) => return self.end(&error),
             }
-            if quiet {
-                return match self.state.jobs.last_event(self.job).await {
-                    Ok(_) => Some(Bytes::from_static(b": quiet\n\n")),
+            if Instant::now() >= quiet {
+                return match self.subject.check_exists(&self.state.jobs).await {
+                    Ok(()) => Some(Bytes::from_static(b": quiet\n\n")),
                     Err(error) => self.end(&error),
                 };
             }
+            let look = quiet.min(Instant::now() + self.subject.patience());
             tokio::select! {
                 _ = self.changes.changed() => {}
                 () = &mut self.stopped => return None,
                 () = &mut self.refused => return None,
-                () = tokio::time::sleep(KEEP_ALIVE) => quiet = true,
+                () = tokio::time::sleep_until(look) => {}
             }
         }
     }
 
     fn end(&self, error: &RepositoryError) -> Option<Bytes> {
         if !matches!(error, RepositoryError::NotFound(_)) {
-            tracing::warn!(%error, job = %self.job, "event stream closed after a store error");
+            tracing::warn!(%error, "event stream closed after a store error");
         }
         None
     }

@@ -4,6 +4,8 @@
 use std::time::Instant;
 
 use axum::{http::StatusCode, response::Response};
+use serde::Deserialize;
+use utoipa::IntoParams;
 use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
@@ -12,29 +14,35 @@ use super::{
     caller_state::CallerState,
     compute::{read_json, read_optional_json},
     conditional::{IfMatch, etag, set_etag},
-    extract::PathOf,
+    extract::{PathOf, QueryOf},
     fits::json,
     idempotency::{ClaimedKey, IdempotencyKey, idempotent},
     iterations,
+    paging::PageQuery,
     state::AppState,
+    unsent::with_permit,
 };
 use crate::{
     api::{
+        faults::Faults,
         gears::fit_figures::{self, OfFlank},
         jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
-        streams::stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
+        streams::{
+            listed::{self, StreamNodesBody, StreamPageBody},
+            stream::{self, BlockBody, EstimateBody, NewStreamBody, StreamBody},
+        },
     },
-    jobs::{Answer, KeyedRequest, NewStream, PostedBlock, Stored},
+    jobs::{Answer, KeyedRequest, List, NewStream, PostedBlock, Stored},
     telemetry,
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
 pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new()
-        .routes(routes!(create_stream))
+        .routes(routes!(create_stream, list_streams))
         .routes(routes!(get_stream, delete_stream))
-        .routes(routes!(add_stream_nodes))
+        .routes(routes!(add_stream_nodes, get_stream_nodes))
         .routes(routes!(finish_stream))
 }
 
@@ -82,6 +90,61 @@ fn opened(stream: &NewStream, stored: Stored) -> Answer {
         etag: Some(etag(stored.version)),
         body: stream::created(stream),
     }
+}
+
+/// Lists the streams of a job, oldest first.
+///
+/// Open ones and those that have become an iteration, in pages, without their specs and estimates.
+#[utoipa::path(
+    get, path = "/v1/jobs/{job_id}/streams", operation_id = "list_streams", tag = "streams",
+    params(("job_id" = Uuid, Path), PageQuery),
+    responses((status = 200, description = "Some streams, and where the next page begins.", body = StreamPageBody))
+)]
+async fn list_streams(
+    state: CallerState,
+    PathOf(job): PathOf<Uuid>,
+    QueryOf(query): QueryOf<PageQuery>,
+) -> Result<Response, Problem> {
+    Ok(json(listed::page(&state.jobs.streams(job, query.check(List::Streams)?).await?)))
+}
+
+/// Which blocks are wanted.
+#[derive(Clone, Debug, Deserialize, IntoParams)]
+#[serde(deny_unknown_fields)]
+#[into_params(parameter_in = Query)]
+struct BlocksQuery {
+    /// The number of the last block that is known; 0, the default, before the first.
+    #[param(value_type = Option<u64>, minimum = 0, default = 0)]
+    after: Option<String>,
+}
+
+/// Memory for blocks that are read at a time, as they are stored, as nodes and as text.
+const BLOCKS_IN_MEMORY: usize = 64 << 20;
+
+/// The nodes that were posted to an open stream, block by block after the one numbered `after`.
+///
+/// As many as a few megabytes hold, at least one where there is one. `sequence` is that of the last
+/// block of the stream: ask again after the last item until it is reached. Blocks of a stream that
+/// has become an iteration are its nodes.
+#[utoipa::path(
+    get, path = "/v1/streams/{stream_id}/nodes", operation_id = "get_stream_nodes", tag = "streams",
+    params(("stream_id" = Uuid, Path), BlocksQuery),
+    responses((status = 200, description = "Some blocks.", body = StreamNodesBody))
+)]
+async fn get_stream_nodes(
+    state: CallerState,
+    PathOf(id): PathOf<Uuid>,
+    QueryOf(query): QueryOf<BlocksQuery>,
+) -> Result<Response, Problem> {
+    let after = match query.after.as_deref().map(str::parse::<u64>) {
+        None => 0,
+        Some(Ok(after)) => after,
+        Some(Err(_)) => return Err(Problem::invalid(Faults::one("/after", "it must be a whole number from 0 on"))),
+    };
+    let permit = state.budget.take(BLOCKS_IN_MEMORY)?;
+    let (stream, blocks) = state.jobs.stream_blocks(id, after).await?;
+    let text = state.pool.run(move || listed::blocks(&stream, blocks)).await??;
+    Ok(with_permit(json(text), permit))
 }
 
 /// A stream, with the estimate after its last block.

@@ -9,12 +9,18 @@ use jiff::Timestamp;
 use tokio::sync::watch;
 use uuid::Uuid;
 
-use super::{callers::Owned, said::Decision, tasks::TaskState};
+use super::{
+    callers::{Owned, Tenant},
+    record::RecordKind,
+    said::Decision,
+    tasks::TaskState,
+};
 
 /// One thing that happened.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobEvent {
-    /// 1, 2, 3 … within the job, in the order in which things were stored.
+    /// 1, 2, 3 … within the job, in the order in which things were stored; 0 where the job itself
+    /// was made or deleted.
     pub number: u64,
     pub created_at: Timestamp,
     pub kind: EventKind,
@@ -53,10 +59,58 @@ pub enum EventKind {
         id: Uuid,
         state: TaskState,
     },
+    /// A record was kept with an iteration.
+    Record {
+        number: u32,
+        id: Uuid,
+        kind: RecordKind,
+    },
+    /// The job itself.
+    Job {
+        state: JobChange,
+    },
     /// The job was purged: what it held is in its archive alone.
     Purged {
         reason: String,
     },
+}
+
+/// What happened to a job itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JobChange {
+    /// No event of the job: told to those who listen to all.
+    Created,
+    /// Its own data were.
+    Changed,
+    /// As with `Created`.
+    Deleted,
+}
+
+impl JobChange {
+    pub fn named(name: &str) -> Option<Self> {
+        match name {
+            "created" => Some(JobChange::Created),
+            "changed" => Some(JobChange::Changed),
+            "deleted" => Some(JobChange::Deleted),
+            _ => None,
+        }
+    }
+}
+
+/// A place in the order of all that happens to the jobs of a tenant.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct EventPlace {
+    /// Of the transaction; 0 where the store has one writer, whose order is that of its numbers.
+    pub change: u64,
+    pub number: u64,
+}
+
+/// An event of some job, at its place among those of all.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ToldEvent {
+    pub place: EventPlace,
+    pub job: Uuid,
+    pub event: JobEvent,
 }
 
 /// What happened to a stream.
@@ -85,12 +139,13 @@ impl StreamEvent {
     }
 }
 
-/// Wakes those who listen to a job. It carries nothing: whoever is woken reads the stored events
+/// Wakes those who listen to a job, or to all of a tenant. It carries nothing: whoever is woken reads the stored events
 /// after the last one seen, so nobody is ever sent twice what is stored once, and a missed wake
 /// costs time, not events.
 #[derive(Debug, Default)]
 pub struct JobNotifier {
     jobs: Mutex<HashMap<Owned, watch::Sender<()>>>,
+    tenants: Mutex<HashMap<Tenant, watch::Sender<()>>>,
 }
 
 impl JobNotifier {
@@ -101,9 +156,19 @@ impl JobNotifier {
         jobs.entry(job).or_insert_with(|| watch::channel(()).0).subscribe()
     }
 
+    /// Hears of all jobs of the tenant from now on.
+    pub fn subscribe_all(&self, tenant: Tenant) -> watch::Receiver<()> {
+        let mut tenants = self.tenants.lock().unwrap_or_else(PoisonError::into_inner);
+        tenants.retain(|_, sender| sender.receiver_count() > 0);
+        tenants.entry(tenant).or_insert_with(|| watch::channel(()).0).subscribe()
+    }
+
     /// Something happened to the job.
     pub fn notify(&self, job: &Owned) {
         if let Some(sender) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(job) {
+            sender.send_replace(());
+        }
+        if let Some(sender) = self.tenants.lock().unwrap_or_else(PoisonError::into_inner).get(&job.tenant) {
             sender.send_replace(());
         }
     }
@@ -111,6 +176,9 @@ impl JobNotifier {
     /// Something may have happened to any job.
     pub fn notify_all(&self) {
         for sender in self.jobs.lock().unwrap_or_else(PoisonError::into_inner).values() {
+            sender.send_replace(());
+        }
+        for sender in self.tenants.lock().unwrap_or_else(PoisonError::into_inner).values() {
             sender.send_replace(());
         }
     }
@@ -147,5 +215,12 @@ mod tests {
         second.changed().await.unwrap();
         drop((second, again));
         assert_eq!(notifier.listened(), []);
+        let mut all = notifier.subscribe_all(two.tenant.clone());
+        let other = notifier.subscribe_all(one.tenant.clone());
+        notifier.notify(&two);
+        assert!(all.has_changed().unwrap() && !other.has_changed().unwrap());
+        all.borrow_and_update();
+        notifier.notify_all();
+        assert!(all.has_changed().unwrap() && other.has_changed().unwrap());
     }
 }

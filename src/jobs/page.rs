@@ -15,10 +15,11 @@ pub enum List {
     Audit,
     Seals,
     Tasks,
+    Streams,
 }
 
 impl List {
-    const ALL: [List; 9] = [
+    const ALL: [List; 10] = [
         List::Jobs,
         List::Iterations,
         List::Fits,
@@ -28,6 +29,7 @@ impl List {
         List::Audit,
         List::Seals,
         List::Tasks,
+        List::Streams,
     ];
 
     /// What its cursors begin with.
@@ -42,6 +44,8 @@ impl List {
             List::Audit => 8,
             List::Seals => 10,
             List::Tasks => 9,
+            // 11 and 12 are orders of jobs
+            List::Streams => 13,
         }
     }
 
@@ -57,6 +61,7 @@ impl List {
             List::Audit => "entries of the audit",
             List::Seals => "seals",
             List::Tasks => "operations",
+            List::Streams => "streams",
         }
     }
 }

@@ -24,7 +24,10 @@ impl Jobs {
         let now = self.now();
         let record = Arc::new(Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft });
         let receipt = keyed.map(|keyed| keyed.receipt(record.clone()));
-        let stored = self.repository.insert_record(job, number, record.clone(), receipt).await?;
+        let kept = record.clone();
+        let stored = self
+            .write(job, |repository| async move { repository.insert_record(job, number, kept, receipt).await })
+            .await?;
         Ok((record, stored))
     }
 

@@ -12,7 +12,7 @@ use super::{
     archive::{Holdings, Key},
     audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
     callers::{Caller, Credentials, Keys},
-    event::JobEvent,
+    event::{EventPlace, JobEvent, ToldEvent},
     fit::{FitRecord, NewFit},
     idempotency::{Answer, Receipt},
     iteration::{FitSummary, Iteration, ListedIteration, NewIteration, NewRun, Trace},
@@ -141,6 +141,8 @@ macro_rules! repository_operations {
                 /// The one of a kind that was kept last.
                 GetLatestRecord = latest_record(job: Uuid, number: u32, kind: RecordKind) -> Option<Record>;
 
+                /// Streams of a job, oldest first.
+                ListStreams = streams(job: Uuid, page: PageRequest) -> Page<Stream>;
                 GetStream = stream(id: Uuid) -> Stream;
                 /// The stream, its estimate as it was written down last, and the digest of its last
                 /// block, in one state.
@@ -155,6 +157,10 @@ macro_rules! repository_operations {
                 GetEvents = events(job: Uuid, after: u64, limit: u32) -> Vec<JobEvent>;
                 /// The number of a job's last event, 0 before the first.
                 GetLastEvent = last_event(job: Uuid) -> u64;
+                /// What happened to all jobs after a place, at most `limit` events.
+                GetAllEvents = all_events(after: EventPlace, limit: u32) -> Vec<ToldEvent>;
+                /// A place behind all that has happened, and before all that will.
+                GetLastPlace = last_place() -> EventPlace;
 
                 /// Entries of a chain, oldest first.
                 GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;

@@ -36,6 +36,7 @@ impl Jobs {
         let ids: Arc<Vec<Uuid>> = Arc::new(runs.iter().map(|run| run.job.id).collect());
         let receipt = keyed.map(|keyed| keyed.receipt(ids.clone()));
         let stored = self.repository.insert_runs(runs, receipt, now).await?;
+        ids.iter().for_each(|id| self.service.announce(&self.owned(*id)));
         Ok((ids, stored))
     }
 }

@@ -12,7 +12,7 @@ use super::{
     audit::{Chain, Entry, Seal, Sealing, SigningKey, Verdict, WholeSeal},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
-    event::{JobEvent, JobNotifier},
+    event::{EventPlace, JobEvent, JobNotifier, ToldEvent},
     idempotency::{Answer, Keyed},
     iteration::Trace,
     job::{Job, JobPatch},
@@ -178,7 +178,8 @@ impl Jobs {
     pub async fn create_job(&self, draft: JobDraft, keyed: Option<Keyed<Job>>) -> Result<Arc<Job>, RepositoryError> {
         let job = Arc::new(self.new_job(draft));
         let receipt = keyed.map(|keyed| keyed.receipt(job.clone()));
-        self.repository.insert_job(Job::clone(&job), receipt).await?;
+        let new = Job::clone(&job);
+        self.write(job.id, |repository| async move { repository.insert_job(new, receipt).await }).await?;
         self.service.known.add(self.owned(job.id));
         Ok(job)
     }
@@ -221,12 +222,13 @@ impl Jobs {
         patch: JobPatch,
         precondition: Precondition,
     ) -> Result<Job, RepositoryError> {
-        self.repository.patch_job(id, patch, precondition, self.now()).await
+        let now = self.now();
+        self.write(id, |repository| async move { repository.patch_job(id, patch, precondition, now).await }).await
     }
 
     /// Deletes a job that has no iterations.
     pub async fn delete_job(&self, id: Uuid, precondition: Precondition) -> Result<(), RepositoryError> {
-        self.repository.delete_job(id, precondition).await?;
+        self.write(id, |repository| async move { repository.delete_job(id, precondition).await }).await?;
         self.service.known.remove(&self.owned(id));
         Ok(())
     }
@@ -259,6 +261,21 @@ impl Jobs {
     /// The number of a job's last event.
     pub async fn last_event(&self, job: Uuid) -> Result<u64, RepositoryError> {
         self.repository.last_event(job).await
+    }
+
+    /// Some events of all jobs after a place, in order.
+    pub async fn all_events(&self, after: EventPlace, limit: u32) -> Result<Vec<ToldEvent>, RepositoryError> {
+        self.repository.all_events(after, limit).await
+    }
+
+    /// A place behind all that has happened to the jobs of the tenant.
+    pub async fn last_place(&self) -> Result<EventPlace, RepositoryError> {
+        self.repository.last_place().await
+    }
+
+    /// Is woken when something happens to any job of the tenant.
+    pub fn listen_to_all(&self) -> watch::Receiver<()> {
+        self.service.notifier.subscribe_all(self.tenant.clone())
     }
 
     /// Is woken when something happens to the job.

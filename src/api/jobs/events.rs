@@ -1,15 +1,15 @@
 //! Events of a job as they are sent to those who listen (`text/event-stream`).
 
-use std::fmt::Write as _;
+use std::fmt::{Display, Write as _};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::{iteration_requests::DecisionName, operation::OperationStateName};
+use super::{iteration_requests::DecisionName, operation::OperationStateName, records::RecordKindName};
 use crate::{
     api::json::{text::Moment, writer::text_of},
-    jobs::{Decision, EventKind, JobEvent},
+    jobs::{Decision, EventKind, EventPlace, JobChange, JobEvent, ToldEvent},
 };
 
 /// The `data` of an event. Its `event` is the `type`, its `id` the number.
@@ -17,8 +17,12 @@ use crate::{
 #[schema(as = JobEvent, example = json!({"number": 3, "type": "decision", "created_at": "2026-11-21T08:30:00.000000Z",
     "iteration_number": 1, "decision": "accept"}))]
 pub struct JobEventBody {
-    /// 1, 2, 3 … within the job.
+    /// 1, 2, 3 … within the job; 0 where the job was created or deleted, which only those hear who
+    /// listen to all jobs.
     pub number: u64,
+    /// The job; where events of all jobs are listened to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub job_id: Option<Uuid>,
     #[serde(rename = "type")]
     pub kind: EventName,
     /// When it was stored.
@@ -59,6 +63,35 @@ pub struct JobEventBody {
     /// `queued` for an operation that was begun, else how it has ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operation_state: Option<OperationStateName>,
+    /// Of a record that was kept with the iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub record_id: Option<Uuid>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub record_kind: Option<RecordKindName>,
+    /// What became of the job itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub job_state: Option<JobStateName>,
+}
+
+/// What became of a job itself.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = JobEventState)]
+pub enum JobStateName {
+    Created,
+    /// Its name, gear, requirements or what else is its own was written anew.
+    Changed,
+    Deleted,
+}
+
+impl From<JobChange> for JobStateName {
+    fn from(change: JobChange) -> Self {
+        match change {
+            JobChange::Created => JobStateName::Created,
+            JobChange::Changed => JobStateName::Changed,
+            JobChange::Deleted => JobStateName::Deleted,
+        }
+    }
 }
 
 /// What an event is about.
@@ -70,6 +103,10 @@ pub enum EventName {
     Decision,
     Stream,
     Operation,
+    /// Something was kept with an iteration.
+    Record,
+    /// The job itself was created, changed or deleted.
+    Job,
     /// The job was purged: its numbers stay, and whatever needs the rest is 410 from now on.
     Purged,
 }
@@ -82,6 +119,8 @@ impl EventName {
             EventName::Decision => "decision",
             EventName::Stream => "stream",
             EventName::Operation => "operation",
+            EventName::Record => "record",
+            EventName::Job => "job",
             EventName::Purged => "purged",
         }
     }
@@ -113,6 +152,7 @@ impl From<JobEvent> for JobEventBody {
     fn from(event: JobEvent) -> Self {
         let mut body = JobEventBody {
             number: event.number,
+            job_id: None,
             kind: EventName::Iteration,
             created_at: Moment(event.created_at),
             iteration_number: None,
@@ -127,6 +167,9 @@ impl From<JobEvent> for JobEventBody {
             node_count: None,
             operation_id: None,
             operation_state: None,
+            record_id: None,
+            record_kind: None,
+            job_state: None,
         };
         match event.kind {
             EventKind::Iteration { number, id, fit_id } => {
@@ -164,6 +207,16 @@ impl From<JobEvent> for JobEventBody {
                 body.operation_id = Some(id);
                 body.operation_state = Some(state.into());
             }
+            EventKind::Record { number, id, kind } => {
+                body.kind = EventName::Record;
+                body.iteration_number = Some(number);
+                body.record_id = Some(id);
+                body.record_kind = Some(kind.into());
+            }
+            EventKind::Job { state } => {
+                body.kind = EventName::Job;
+                body.job_state = Some(state.into());
+            }
             EventKind::Purged { reason } => {
                 body.kind = EventName::Purged;
                 body.reason = Some(reason);
@@ -173,17 +226,43 @@ impl From<JobEvent> for JobEventBody {
     }
 }
 
-/// Events in the form of `text/event-stream`.
+/// Events of a job in the form of `text/event-stream`.
 pub fn to_text(events: impl IntoIterator<Item = JobEvent>) -> String {
     let mut text = String::new();
     for event in events {
         let body = JobEventBody::from(event);
-        // JSON of one line: line breaks inside strings are escaped. Writing to a string cannot
-        // fail.
-        let data = text_of(&body);
-        let _ = write!(text, "id: {}\nevent: {}\ndata: {data}\n\n", body.number, body.kind.name());
+        push(&mut text, &body.number, &body);
     }
     text
+}
+
+/// The same of all jobs, each with its place among them as the id.
+pub fn all_to_text(events: impl IntoIterator<Item = ToldEvent>) -> String {
+    let mut text = String::new();
+    for ToldEvent { place, job, event } in events {
+        let body = JobEventBody { job_id: Some(job), ..JobEventBody::from(event) };
+        push(&mut text, &place_text(place), &body);
+    }
+    text
+}
+
+/// JSON of one line: line breaks inside strings are escaped.
+fn push(text: &mut String, id: &dyn Display, body: &JobEventBody) {
+    // writing to a string cannot fail
+    let _ = write!(text, "id: {id}\nevent: {}\ndata: {}\n\n", body.kind.name(), text_of(body));
+}
+
+/// A place as the id of an event.
+pub fn place_text(EventPlace { change, number }: EventPlace) -> String {
+    format!("{change}-{number}")
+}
+
+/// The place that an id is of.
+pub fn place_of(text: &str) -> Option<EventPlace> {
+    // signs are none
+    let whole = |digits: &str| digits.bytes().all(|digit| digit.is_ascii_digit()).then(|| digits.parse().ok());
+    let (change, number) = text.split_once('-')?;
+    Some(EventPlace { change: whole(change)??, number: whole(number)?? })
 }
 
 #[cfg(test)]
@@ -200,5 +279,15 @@ mod tests {
         let data: JobEventBody = serde_json::from_str(lines[2].strip_prefix("data: ").unwrap()).unwrap();
         assert_eq!((data.number, data.iteration_number, data.reason.as_deref()), (7, Some(2), Some("a\nb")));
         assert!(!text.contains("null"));
+    }
+
+    #[test]
+    fn places_come_back_from_their_ids() {
+        for place in [EventPlace::default(), EventPlace { change: 7, number: 12 }] {
+            assert_eq!(place_of(&place_text(place)), Some(place));
+        }
+        for odd in ["", "7", "7-", "-7", "+7-1", "7-+1", "7-1-1", "7 - 1", "99999999999999999999-1", "a-b"] {
+            assert_eq!(place_of(odd), None, "{odd}");
+        }
     }
 }

@@ -1,4 +1,5 @@
 //! Streams of nodes.
 
+pub mod listed;
 mod problem;
 pub mod stream;

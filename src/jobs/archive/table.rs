@@ -70,7 +70,7 @@ pub const TABLES: &[Table] = tables! {
     event: {
         number: Integer, kind: Text, iteration: Integer, fit: Integer, position: Integer, stream: Id,
         state: Text, sequence: Integer, node_count: Integer, operation: Id, operation_state: Text,
-        created_at: Time,
+        created_at: Time, record: Id,
     }
     audit: {
         number: Integer, id: Id, at: Time, actor: Text, action: Text, target: Text, request_id: Text,

@@ -124,11 +124,11 @@ const STATEMENTS: &[Statements] = &[
     Statements {
         table: "event",
         read: "SELECT e.number, e.kind, e.iteration, e.fit, e.position, e.stream, e.state, e.sequence, e.node_count,
-                      e.operation, e.operation_state, e.created_at
+                      e.operation, e.operation_state, e.created_at, e.record
                FROM jobs j JOIN events e ON e.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY e.number",
         write: "INSERT INTO events (job, number, kind, iteration, fit, position, stream, state, sequence, node_count,
-                                    operation, operation_state, created_at)
-                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
+                                    operation, operation_state, created_at, record)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13, $14)",
     },
     Statements {
         table: "audit",
@@ -147,13 +147,16 @@ const STATEMENTS: &[Statements] = &[
 ];
 
 /// The triggers that tell of events, and their tables.
-const TELLING: [(&str, &str); 6] = [
+const TELLING: [(&str, &str); 9] = [
     ("iterations", "events_of_iterations"),
     ("fits", "events_of_fits"),
     ("fit_choices", "events_of_choices"),
     ("decisions", "events_of_decisions"),
     ("streams", "events_of_new_streams"),
     ("purges", "events_of_purges"),
+    ("records", "events_of_records"),
+    ("jobs", "events_of_new_jobs"),
+    ("events", "events_of_all"),
 ];
 
 /// For a transaction, whatever the session's limits are.

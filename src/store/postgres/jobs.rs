@@ -144,6 +144,12 @@ impl Write<Session> for DeleteJob {
         streams::release_job(db, *id).await?;
         session.enter(asked, *id, Action::DeleteJob, target::job(*id)).await?;
         sqlx::query("DELETE FROM jobs WHERE id = $1").bind(*id).execute(&mut session.db).await?;
+        sqlx::query("INSERT INTO told (tenant, job, state, created_at) VALUES ($1, $2, 'deleted', $3)")
+            .bind(asked.tenant().as_str())
+            .bind(*id)
+            .bind(stamp(asked.at))
+            .execute(&mut session.db)
+            .await?;
         Ok(())
     }
 }

@@ -3,22 +3,32 @@
 use sqlx::{FromRow, PgConnection, PgPool};
 use uuid::Uuid;
 
-use super::{document::encode, gone, locate::signed, session::Session, time::stamp};
+use super::{document::encode, gone, jobs, locate::signed, open::snapshot, session::Session, time::stamp};
 use crate::{
-    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action},
+    jobs::{
+        Caller, Cursor, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action,
+    },
     store::shared::{
         Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, InsertTogether as _, Integer, JobPurge,
-        Outcome, Read, StreamRow, Write, target,
+        ListStreams, Outcome, Read, StreamRow, Write, target,
     },
 };
 
+/// What is read of streams.
+macro_rules! stream_columns {
+    () => {
+        "s.id, s.job AS job_id, s.spec, s.forgetting_factor, s.sequence, s.node_count, s.input_sha256, s.flank, s.tooth,
+         s.axes, s.iteration, s.version, s.created_at, s.updated_at"
+    };
+}
+
 /// A stream.
 pub async fn located(db: &mut PgConnection, tenant: &Tenant, id: Uuid) -> Outcome<Stream> {
-    let found: Option<StreamRow> = sqlx::query_as(
-        "SELECT s.id, s.job AS job_id, s.spec, s.forgetting_factor, s.sequence, s.node_count, s.input_sha256, s.flank,
-                s.tooth, s.axes, s.iteration, s.version, s.created_at, s.updated_at
-         FROM streams s JOIN jobs j ON j.id = s.job WHERE s.id = $1 AND j.tenant = $2",
-    )
+    let found: Option<StreamRow> = sqlx::query_as(concat!(
+        "SELECT ",
+        stream_columns!(),
+        " FROM streams s JOIN jobs j ON j.id = s.job WHERE s.id = $1 AND j.tenant = $2"
+    ))
     .bind(id)
     .bind(tenant.as_str())
     .fetch_optional(&mut *db)
@@ -34,6 +44,28 @@ impl Read<PgPool> for GetStream {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Stream> {
         let mut db = from.acquire().await?;
         located(&mut db, &caller.tenant, self.id).await
+    }
+}
+
+impl Read<PgPool> for ListStreams {
+    async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Page<Stream>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = snapshot(from).await?;
+        jobs::located(&mut db, &caller.tenant, self.job).await?;
+        let rows: Vec<StreamRow> = sqlx::query_as(concat!(
+            "SELECT ",
+            stream_columns!(),
+            " FROM streams s WHERE s.job = $1 AND s.id > $2 ORDER BY s.id LIMIT $3"
+        ))
+        .bind(self.job)
+        .bind(after.map_or(Uuid::nil(), |Cursor(id)| id))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        match rows.iter().find_map(StreamRow::is_gone) {
+            Some(job) => Err(gone::told(&mut db, job).await),
+            None => Ok(Page::of(rows.into_iter().map(Stream::from).collect(), limit, |stream| Cursor(stream.id))),
+        }
     }
 }
 

@@ -8,8 +8,8 @@ use sqlx::{Database, Decode, Type, error::BoxDynError};
 
 use super::error::damaged;
 use crate::jobs::{
-    Decision, Figures, JobStatus, KeyId, RecordKind, Role, San, Scope, Scopes, StreamEvent, TaskState, Tenant,
-    nodes_codec, side_named,
+    Decision, Figures, JobChange, JobStatus, KeyId, RecordKind, Role, San, Scope, Scopes, StreamEvent, TaskState,
+    Tenant, nodes_codec, side_named,
 };
 use flankfit_engine::{estimation::Nodes, gear::Side};
 
@@ -119,6 +119,7 @@ name_column!(Decision, "a decision", Decision::named);
 name_column!(JobStatus, "a status", JobStatus::named);
 name_column!(RecordKind, "a kind of record", RecordKind::named);
 name_column!(StreamEvent, "an event", StreamEvent::named);
+name_column!(JobChange, "what became of a job", JobChange::named);
 name_column!(KeyId, "a key's id", KeyId::named);
 name_column!(Tenant, "a tenant", Tenant::kept);
 name_column!(Role, "a role", Role::named);

@@ -37,13 +37,13 @@ pub use maintenance::{
 };
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
-    Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAnswer, GetAudit, GetBlockSha256,
-    GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent, GetLatestRecord,
-    GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord, GetSeals, GetStream, GetStreamState,
-    GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock, InsertFit, InsertIteration, InsertJob,
-    InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, Key, ListFits, ListIterations,
-    ListJobs, ListKeys, ListPlants, ListRecords, ListTasks, Operation, PatchJob, PatchKey, PatchPlant, PurgeJob,
-    RevokeKey, RotateKey, VerifyAudit, key_of,
+    Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer, GetAudit,
+    GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent,
+    GetLastPlace, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord,
+    GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock,
+    InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask,
+    Key, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords, ListStreams, ListTasks, Operation,
+    PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
@@ -52,7 +52,8 @@ pub use row::{
     GrownRow, HeadRow, IterationRow, JobPurge, JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow,
     Latest, ListedIterationRow, ListedJobRow, MachineRow, MachinesRow, MeasurandRow, MeasuredTooth, NewestSealRow,
     NodesRow, PlantRow, PurgeRow, RecordRow, RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StatusRow, StreamRow,
-    TaskResultRow, TaskRow, TracedFitRow, TracedIterationRow, counts, entries, grown, last_seals, page_of_seals,
+    TaskResultRow, TaskRow, ToldEventRow, TracedFitRow, TracedIterationRow, counts, entries, grown, last_seals,
+    page_of_seals,
 };
 pub(in crate::store) use row::{
     claimed_task_columns, entry_columns, figure_columns, job_columns, key_columns, plant_columns, seal_columns,

@@ -147,14 +147,14 @@ const STATEMENTS: &[Statements] = &[
                       CASE WHEN e.fit NOTNULL
                            THEN (SELECT count(*) FROM fits WHERE iteration = e.iteration AND seq <= e.fit) END,
                       e.position, e.stream, e.state, e.sequence, e.node_count, e.operation, e.operation_state,
-                      e.created_at
+                      e.created_at, e.record
                FROM jobs j JOIN events e ON e.job = j.seq LEFT JOIN iterations i ON i.seq = e.iteration
                WHERE j.id = ? AND j.tenant = ? ORDER BY e.number",
         write: "INSERT INTO events (job, number, kind, iteration, fit, position, stream, state, sequence, node_count,
-                                    operation, operation_state, created_at)
+                                    operation, operation_state, created_at, record)
                 SELECT j.seq, ?2, ?3, i.seq, (SELECT seq FROM fits WHERE iteration = i.seq AND ?5 NOTNULL
                                               ORDER BY seq LIMIT 1 OFFSET coalesce(?5, 1) - 1),
-                       ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13
+                       ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13, ?14
                 FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ?4 WHERE j.id = ?1",
     },
     Statements {

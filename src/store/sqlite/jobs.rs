@@ -152,6 +152,12 @@ impl Write<SqliteConnection> for DeleteJob {
         let mut chain = audit::of_job(db, asked.by(), *id).await?;
         streams::release_job(db, seq).await?;
         sqlx::query("DELETE FROM jobs WHERE seq = ?").bind(seq).execute(&mut *db).await?;
+        sqlx::query("INSERT INTO told (tenant, job, state, created_at) VALUES (?, ?, 'deleted', ?)")
+            .bind(asked.tenant().as_str())
+            .bind(*id)
+            .bind(time::to_text(asked.at))
+            .execute(&mut *db)
+            .await?;
         asked.enter(&mut chain, Action::DeleteJob, target::job(*id));
         audit::store(db, chain).await?;
         Ok(())

@@ -4,32 +4,39 @@ use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers, audit, gone, insert_iterations,
+    answers, audit, gone, insert_iterations, jobs,
     locate::{WithSeq, signed},
     time,
 };
 use crate::{
-    jobs::{Caller, JobGear, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action},
+    jobs::{
+        Caller, Cursor, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action,
+    },
     store::shared::{
-        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, JobPurge, Outcome, Read,
-        StreamRow, Write, target,
+        Asked, DeleteStream, FinishStream, GetStream, Incoming, InsertStream, Integer, JobPurge, ListStreams, Outcome,
+        Read, StreamRow, Write, target,
     },
 };
 
+/// What is read of streams, and where it stands.
+macro_rules! stream_columns {
+    () => {
+        "s.id AS id, j.id AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
+         s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256,
+         s.flank AS flank, s.tooth AS tooth, s.axes AS axes, i.number AS iteration, s.version AS version,
+         s.created_at AS created_at, s.updated_at AS updated_at
+         FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration"
+    };
+}
+
 /// A stream with its row.
 pub async fn located(db: &mut SqliteConnection, tenant: &Tenant, id: Uuid) -> Outcome<(i64, Stream)> {
-    let found: Option<WithSeq<StreamRow>> = sqlx::query_as(
-        "SELECT s.seq AS seq, s.id AS id, j.id AS job_id, s.spec AS spec, s.forgetting_factor AS forgetting_factor,
-                s.sequence AS sequence, s.node_count AS node_count, s.input_sha256 AS input_sha256,
-                s.flank AS flank, s.tooth AS tooth, s.axes AS axes, i.number AS iteration, s.version AS version,
-                s.created_at AS created_at, s.updated_at AS updated_at
-         FROM streams s JOIN jobs j ON j.seq = s.job LEFT JOIN iterations i ON i.seq = s.iteration
-         WHERE s.id = ? AND j.tenant = ?",
-    )
-    .bind(id)
-    .bind(tenant.as_str())
-    .fetch_optional(&mut *db)
-    .await?;
+    let found: Option<WithSeq<StreamRow>> =
+        sqlx::query_as(concat!("SELECT s.seq AS seq, ", stream_columns!(), " WHERE s.id = ? AND j.tenant = ?"))
+            .bind(id)
+            .bind(tenant.as_str())
+            .fetch_optional(&mut *db)
+            .await?;
     let WithSeq { seq, row } = found.ok_or(RepositoryError::NotFound(Resource::Stream))?;
     match row.is_gone() {
         Some(job) => Err(gone::told(db, job).await),
@@ -41,6 +48,28 @@ impl Read<SqlitePool> for GetStream {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Stream> {
         let mut db = from.acquire().await?;
         Ok(located(&mut db, &caller.tenant, self.id).await?.1)
+    }
+}
+
+impl Read<SqlitePool> for ListStreams {
+    async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<Stream>> {
+        let PageRequest { limit, after } = self.page;
+        let mut db = from.begin().await?;
+        let (job, _) = jobs::located(&mut db, &caller.tenant, self.job).await?;
+        let rows: Vec<StreamRow> = sqlx::query_as(concat!(
+            "SELECT ",
+            stream_columns!(),
+            " WHERE s.job = ? AND s.id > ? ORDER BY s.id LIMIT ?"
+        ))
+        .bind(job)
+        .bind(after.map_or(Uuid::nil(), |Cursor(id)| id))
+        .bind(i64::from(limit) + 1)
+        .fetch_all(&mut *db)
+        .await?;
+        match rows.iter().find_map(StreamRow::is_gone) {
+            Some(job) => Err(gone::told(&mut db, job).await),
+            None => Ok(Page::of(rows.into_iter().map(Stream::from).collect(), limit, |stream| Cursor(stream.id))),
+        }
     }
 }
 

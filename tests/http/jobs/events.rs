@@ -38,6 +38,13 @@ impl Listener {
 
     /// The next event; `None` at the end.
     pub async fn next(&mut self) -> Option<Event> {
+        let (id, name, data) = self.entry().await?;
+        assert_eq!(data["number"].to_string(), id);
+        Some((id.parse().unwrap(), name, data))
+    }
+
+    /// The same with the id as it stands there.
+    pub async fn entry(&mut self) -> Option<(String, String, Value)> {
         loop {
             if let Some((entry, rest)) = self.text.split_once("\n\n") {
                 let (entry, rest) = (entry.to_owned(), rest.to_owned());
@@ -45,8 +52,8 @@ impl Listener {
                 let field = |name: &str| entry.lines().find_map(|l| l.strip_prefix(name)).map(str::to_owned);
                 if let (Some(id), Some(name), Some(data)) = (field("id: "), field("event: "), field("data: ")) {
                     let data: Value = serde_json::from_str(&data).unwrap();
-                    assert_eq!((data["number"].to_string(), data["type"].as_str()), (id.clone(), Some(name.as_str())));
-                    return Some((id.parse().unwrap(), name, data));
+                    assert_eq!(data["type"].as_str(), Some(name.as_str()));
+                    return Some((id, name, data));
                 }
                 continue;
             }

@@ -1,5 +1,6 @@
 //! Gear jobs over real HTTP.
 
+mod all_events;
 pub mod app;
 pub mod audit;
 mod by;
@@ -14,6 +15,7 @@ pub mod kill;
 mod lean;
 mod life;
 mod list;
+mod listed_streams;
 pub mod long;
 mod measurand;
 mod plant;

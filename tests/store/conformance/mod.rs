@@ -26,6 +26,7 @@ mod tampering;
 mod tasks;
 mod teeth;
 mod tenants;
+mod told;
 mod trace;
 mod upkeep;
 mod writers;
@@ -151,7 +152,8 @@ conformance! {
         streams:
             blocks_are_taken_in_their_turn_by_whoever_comes_first,
             a_job_lets_go_of_its_events_only_with_everything_else,
-            a_stream_ends_once;
+            a_stream_ends_once,
+            streams_are_listed_page_by_page;
         tasks:
             a_task_comes_back_and_is_done_under_a_lease,
             a_late_owner_stores_nothing,
@@ -168,6 +170,9 @@ conformance! {
             another_tenants_reads_find_nothing,
             another_tenants_writes_change_nothing,
             tenants_do_not_meet;
+        told:
+            all_events_are_told_in_order_to_their_tenant_alone,
+            what_many_write_is_told_once_to_who_reads_meanwhile;
         trace:
             a_job_comes_back_and_counts_its_changes,
             only_an_empty_job_is_deleted,

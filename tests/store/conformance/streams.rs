@@ -21,6 +21,8 @@ pub fn kinds(events: &[JobEvent]) -> Vec<&'static str> {
             EventKind::Decision { .. } => "decision",
             EventKind::Stream { state, .. } => state.name(),
             EventKind::Task { state, .. } => state.name(),
+            EventKind::Record { .. } => "record",
+            EventKind::Job { .. } => "job",
             EventKind::Purged { .. } => "purged",
         })
         .collect()
@@ -148,4 +150,32 @@ pub async fn a_stream_ends_once(pair: &mut Pair) {
     let events = events(&store, job).await;
     let told = events.iter().filter(|event| matches!(event.kind, EventKind::Iteration { .. })).count();
     assert_eq!(told, iterations as usize);
+}
+
+pub async fn streams_are_listed_page_by_page(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let (job, other) = (place.stored_job(&store).await.id, place.stored_job(&store).await.id);
+    let mut made = Vec::new();
+    for _ in 0..5 {
+        let stream = Arc::new(place.stream(job));
+        store.insert_stream(stream.clone(), None).await.unwrap();
+        made.push(stream.id);
+    }
+    store.insert_stream(Arc::new(place.stream(other)), None).await.unwrap();
+    store.insert_block(place.block(made[1], 1), None).await.unwrap();
+    let iteration = place.iteration(job);
+    store.finish_stream(FinishedStream { stream: made[1], sequence: 1, iteration }, None).await.unwrap();
+    store.delete_stream(made[3], Precondition::None, place.now()).await.unwrap();
+    let (mut found, mut request) = (Vec::new(), PageRequest { limit: 2, after: None });
+    loop {
+        let page = store.streams(job, request).await.unwrap();
+        found.extend(page.items);
+        let Some(next) = page.next else { break };
+        request.after = Some(next);
+    }
+    assert_eq!(found.iter().map(|stream| stream.id).collect::<Vec<_>>(), [made[0], made[1], made[2], made[4]]);
+    assert!(found.iter().map(|stream| stream.iteration).eq([None, Some(1), None, None]));
+    assert_eq!(found[1], store.stream(made[1]).await.unwrap());
+    let strange = pair.seen_by("other").streams(job, request).await;
+    assert!(matches!(strange, Err(RepositoryError::NotFound(Resource::Job))), "{strange:?}");
 }

@@ -25,7 +25,7 @@ pub use listing::{DayRow, ListedJobRow, MachineRow, MachinesRow, StatusRow, coun
 pub use purge::{FoundJobPurge, FoundPurge, JobPurge, PurgeRow, purge_name};
 pub use record::{RecordRow, RecordSummaryRow};
 pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, last_seals, page_of_seals};
-pub use stream::{BlockRow, EventRow, StateRow, StreamRow};
+pub use stream::{BlockRow, EventRow, StateRow, StreamRow, ToldEventRow};
 pub use task::{ClaimedTaskRow, KeyedTaskRow, TaskResultRow, TaskRow};
 pub(in crate::store) use {
     fit::figure_columns,

@@ -5,7 +5,10 @@ use uuid::Uuid;
 
 use super::iteration::MeasurandRow;
 use crate::{
-    jobs::{Block, Decision, EventKind, JobEvent, RepositoryError, Stream, StreamEvent, StreamState, TaskState},
+    jobs::{
+        Block, Decision, EventKind, EventPlace, JobChange, JobEvent, RecordKind, RepositoryError, Stream, StreamEvent,
+        StreamState, TaskState, ToldEvent,
+    },
     store::shared::{
         columns::{Digest, Document, Integer, Moment, NodesColumn},
         error::{StoreError, damaged},
@@ -101,6 +104,28 @@ pub struct EventRow {
     operation: Option<Uuid>,
     operation_state: Option<TaskState>,
     purge_reason: Option<String>,
+    record_id: Option<Uuid>,
+    record_kind: Option<RecordKind>,
+    job_state: Option<JobChange>,
+}
+
+/// The same among those of all jobs.
+#[derive(FromRow)]
+pub struct ToldEventRow {
+    changed_by: Integer<u64>,
+    place: Integer<u64>,
+    job_id: Uuid,
+    #[sqlx(flatten)]
+    event: EventRow,
+}
+
+impl TryFrom<ToldEventRow> for ToldEvent {
+    type Error = StoreError;
+
+    fn try_from(row: ToldEventRow) -> Result<Self, StoreError> {
+        let place = EventPlace { change: row.changed_by.0, number: row.place.0 };
+        Ok(ToldEvent { place, job: row.job_id, event: row.event.try_into()? })
+    }
 }
 
 impl TryFrom<EventRow> for JobEvent {
@@ -138,6 +163,12 @@ impl TryFrom<EventRow> for JobEvent {
                 id: row.operation.ok_or_else(damaged)?,
                 state: row.operation_state.ok_or_else(damaged)?,
             },
+            "record" => EventKind::Record {
+                number: iteration.ok_or_else(damaged)?,
+                id: row.record_id.ok_or_else(damaged)?,
+                kind: row.record_kind.ok_or_else(damaged)?,
+            },
+            "job" => EventKind::Job { state: row.job_state.ok_or_else(damaged)? },
             "purged" => EventKind::Purged { reason: row.purge_reason.ok_or_else(damaged)? },
             _ => return Err(damaged()),
         };

@@ -1,0 +1,107 @@
+//! Server-sent events of all jobs of a tenant.
+
+use std::time::Duration;
+
+use reqwest::Method;
+use serde_json::{Value, json};
+use tokio::time::timeout;
+
+use super::{
+    app::{TestApp, send},
+    events::Listener,
+};
+use flankfit::jobs::{Caller, JobDraft, Tenant};
+
+type Entry = (String, String, Value);
+
+async fn open(app: &TestApp, last: Option<&str>) -> Listener {
+    Listener::of(app.request(Method::GET, "/v1/events"), last).await.expect("a listener")
+}
+
+async fn some(listener: &mut Listener, count: usize) -> Vec<Entry> {
+    let mut found = Vec::new();
+    while found.len() < count {
+        found.push(listener.entry().await.expect("an event"));
+    }
+    found
+}
+
+fn id_of(job: &str) -> Value {
+    json!(job.rsplit('/').next().unwrap())
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn what_happens_to_all_jobs_is_told_once_and_in_order() {
+    let mut app = TestApp::start().await;
+    let earlier = app.job().await;
+    let mut listener = open(&app, None).await;
+    let (one, two) = (app.job().await, app.job().await);
+    let place = app.iteration(&one).await;
+    app.patch(&earlier, &json!({"name": "another name"})).await.expect(200);
+    app.patch(&place, &json!({"decision": "reject"})).await.expect(200);
+    app.delete(&two).await.expect(204);
+
+    let all = some(&mut listener, 6).await;
+    let told: Vec<(&str, &Value, Option<&str>)> =
+        all.iter().map(|(_, name, data)| (name.as_str(), &data["job_id"], data["job_state"].as_str())).collect();
+    let (one, two, earlier) = (id_of(&one), id_of(&two), id_of(&earlier));
+    assert_eq!(
+        told,
+        [
+            ("job", &one, Some("created")),
+            ("job", &two, Some("created")),
+            ("iteration", &one, None),
+            ("job", &earlier, Some("changed")),
+            ("decision", &one, None),
+            ("job", &two, Some("deleted")),
+        ]
+    );
+    assert_eq!((&all[4].2["decision"], &all[4].2["number"]), (&json!("reject"), &json!(2)));
+
+    // on from anywhere, after a restart too
+    app.restart().await;
+    for (k, (id, ..)) in all.iter().enumerate().take(5) {
+        let mut again = open(&app, Some(id)).await;
+        assert_eq!(some(&mut again, 5 - k).await, all[k + 1..]);
+    }
+    // an id that is not of this database, and `latest`: from now on
+    for last in ["9223372036854775806-9223372036854775806", "latest"] {
+        let mut late = open(&app, Some(last)).await;
+        // an id is read before anything is sent
+        let next = app.job().await;
+        assert_eq!(late.entry().await.unwrap().2["job_id"], id_of(&next), "{last}");
+    }
+    app.stop().await;
+    while listener.entry().await.is_some() {}
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn another_tenant_hears_nothing_of_it() {
+    let mut app = TestApp::start().await;
+    let mut listener = open(&app, None).await;
+    let others = Caller { tenant: Tenant::named("other").unwrap(), actor: "them".into(), origin: Default::default() };
+    let others = app.state().jobs.of(&others);
+    let mut bell = others.listen_to_all();
+    bell.borrow_and_update();
+    let draft = JobDraft { name: "theirs".to_owned(), ..JobDraft::default() };
+    others.create_job(draft, None).await.unwrap();
+    assert!(bell.has_changed().unwrap());
+    bell.borrow_and_update();
+    let own = app.job().await;
+    assert!(!bell.has_changed().unwrap(), "the bell of a tenant rings for it alone");
+    assert_eq!(listener.entry().await.unwrap().2["job_id"], id_of(&own));
+    assert!(timeout(Duration::from_millis(1500), listener.entry()).await.is_err(), "nothing more is told");
+    app.stop().await;
+}
+
+#[tokio::test]
+async fn ids_of_another_form_are_refused() {
+    let mut app = TestApp::start().await;
+    for odd in ["7", "x", "7-", "-7", "1-2-3", "+1-2"] {
+        let header = app.request(Method::GET, "/v1/events").header("Last-Event-ID", odd);
+        send(header).await.problem(400, "malformed_request");
+        let query = app.get(&format!("/v1/events?last_event_id={}", odd.replace('+', "%2B"))).await;
+        assert_eq!(query.problem(422, "invalid_request"), ["/last_event_id"], "{odd}");
+    }
+    app.stop().await;
+}

@@ -1,0 +1,113 @@
+//! What happens to all jobs of a tenant, in one order.
+
+use std::{
+    collections::HashMap,
+    sync::Arc,
+    time::{Duration, Instant},
+};
+
+use flankfit::jobs::{EventKind, EventPlace, JobChange, JobPatch, Precondition, RecordKind, Repository, ToldEvent};
+use tokio::{task::JoinSet, time::sleep};
+use uuid::Uuid;
+
+use super::{pair::Pair, streams::events};
+
+/// For events that stand behind transactions of others, of which a server may have many.
+const PATIENCE: Duration = Duration::from_secs(30);
+
+/// So many events after a place, a few at a time, and no more.
+async fn told(store: &Arc<dyn Repository>, mut after: EventPlace, count: usize) -> Vec<ToldEvent> {
+    let (mut all, begun) = (Vec::new(), Instant::now());
+    loop {
+        let page = store.all_events(after, 3).await.unwrap();
+        if let Some(last) = page.last() {
+            assert!(page.len() <= 3 && page[0].place > after, "{page:?}");
+            assert!(page.is_sorted_by(|a, b| a.place < b.place), "{page:?}");
+            after = last.place;
+            all.extend(page);
+        } else if all.len() >= count {
+            assert_eq!(all.len(), count, "{all:?}");
+            return all;
+        } else {
+            assert!(begun.elapsed() < PATIENCE, "{count} events are not told: {all:?}");
+            sleep(Duration::from_millis(20)).await;
+        }
+    }
+}
+
+pub async fn all_events_are_told_in_order_to_their_tenant_alone(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let before = store.last_place().await.unwrap();
+    let (one, two) = (place.stored_job(&store).await.id, place.stored_job(&store).await.id);
+    place.stored_iteration(&store, two).await;
+    let record = place.record(RecordKind::Pitch, "iso_1328_1");
+    store.insert_record(two, 1, record.clone(), None).await.unwrap();
+    store.patch_job(one, JobPatch::default(), Precondition::None, place.now()).await.unwrap();
+    let others = pair.seen_by("other");
+    let theirs = place.stored_job(&others).await.id;
+    place.stored_iteration(&others, theirs).await;
+    store.delete_job(one, Precondition::None).await.unwrap();
+    place.stored_iteration(&store, two).await;
+
+    let all = told(&store, before, 6).await;
+    let found: Vec<(Uuid, u64)> = all.iter().map(|told| (told.job, told.event.number)).collect();
+    // what happened to the job that was deleted went with it
+    assert_eq!(found, [(one, 0), (two, 0), (two, 1), (two, 2), (one, 0), (two, 3)]);
+    let job = |state| EventKind::Job { state };
+    let kinds: Vec<&EventKind> = all.iter().map(|told| &told.event.kind).collect();
+    assert_eq!((kinds[0], kinds[1]), (&job(JobChange::Created), &job(JobChange::Created)));
+    assert_eq!(kinds[3], &EventKind::Record { number: 1, id: record.id, kind: RecordKind::Pitch });
+    assert_eq!(kinds[4], &job(JobChange::Deleted));
+    // those of the job are the same
+    let own = events(&store, two).await;
+    assert!(all.iter().filter(|told| told.event.number > 0).map(|told| &told.event).eq(&own), "{own:?}");
+    // on from anywhere, and after the store was opened again
+    pair.reopen().await;
+    let store = pair.store.clone();
+    for (k, event) in all.iter().enumerate() {
+        assert_eq!(told(&store, event.place, 5 - k).await, all[k + 1..]);
+    }
+    assert_eq!(told(&store, store.last_place().await.unwrap(), 0).await, []);
+    let theirs_told = told(&pair.seen_by("other"), before, 2).await;
+    assert!(theirs_told.iter().all(|told| told.job == theirs), "{theirs_told:?}");
+    store.patch_job(two, JobPatch::default(), Precondition::None, place.now()).await.unwrap();
+    let last = told(&store, all[5].place, 1).await;
+    assert_eq!(&last[0].event.kind, &job(JobChange::Changed));
+    assert_eq!(events(&store, two).await.last(), Some(&last[0].event));
+}
+
+/// Whoever reads while many write at once misses nothing and hears nothing twice.
+pub async fn what_many_write_is_told_once_to_who_reads_meanwhile(pair: &mut Pair) {
+    const EACH: usize = 8;
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let mut after = store.last_place().await.unwrap();
+    let mut jobs = Vec::new();
+    for _ in 0..4 {
+        jobs.push(place.stored_job(&store).await.id);
+    }
+    let mut writers = JoinSet::new();
+    for job in jobs.clone() {
+        let (store, place) = (store.clone(), place.clone());
+        writers.spawn(async move {
+            for _ in 0..EACH {
+                place.stored_iteration(&store, job).await;
+            }
+        });
+    }
+    let (mut found, begun) = (HashMap::<Uuid, Vec<u64>>::new(), Instant::now());
+    while found.values().map(Vec::len).sum::<usize>() < jobs.len() * (EACH + 1) {
+        assert!(begun.elapsed() < PATIENCE, "{found:?}");
+        let page = store.all_events(after, 5).await.unwrap();
+        for told in &page {
+            found.entry(told.job).or_default().push(told.event.number);
+        }
+        match page.last() {
+            Some(last) => after = last.place,
+            None => sleep(Duration::from_millis(2)).await,
+        }
+    }
+    writers.join_all().await;
+    for job in jobs {
+        assert!(found[&job].iter().copied().eq(0..=EACH as u64), "{:?}", found[&job]);
+    }
+}
