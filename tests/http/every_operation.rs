@@ -57,6 +57,8 @@ impl Operation {
         let path = ids.iter().fold(self.path.clone(), |path, id| path.replace(&format!("{{{id}}}"), NOBODY));
         let path = path.replace("{number}", "1").replace("{key_id}", "0123456789abcdef").replace("{tenant}", "nobody");
         assert!(!path.contains('{'), "{path}");
+        // events of all jobs would come without end: after an id that is none there are none
+        let query = if self.id == "get_events" && query.is_empty() { "?last_event_id=none" } else { query };
         app.client.request(self.method.clone(), app.url(&format!("{path}{query}")))
     }
 }
@@ -105,7 +107,7 @@ async fn what_no_answer_has_is_not_acceptable() {
         let media = operation.media();
         let asked = async |accept: &str| send(operation.request(&app, "").header("accept", accept)).await;
         // events come without end, to whom they are sent
-        if !["get_job_events", "get_events"].contains(&operation.id.as_str()) {
+        if operation.id != "get_job_events" {
             assert_ne!(send(operation.request(&app, "")).await.status, 406, "{}", operation.id);
         }
         for accept in ["*/*", "image/png, */*;q=0.1"] {

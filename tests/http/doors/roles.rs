@@ -52,7 +52,8 @@ fn of_nothing(path: &str) -> String {
     let path = ids.iter().fold(path.to_owned(), |path, id| path.replace(&format!("{{{id}}}"), NOBODY));
     let path = path.replace("{number}", "1").replace("{key_id}", "0123456789abcdef").replace("{tenant}", "nobody");
     assert!(!path.contains('{'), "{path}");
-    path
+    // events of all jobs would come without end: after an id that is none there are none
+    if path == "/v1/events" { format!("{path}?last_event_id=none") } else { path }
 }
 
 #[test]
