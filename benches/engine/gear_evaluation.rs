@@ -18,6 +18,7 @@ use flankfit_engine::{
             settings::{DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign},
         },
         tolerance::Rounding,
+        trace::Direction,
     },
 };
 
@@ -96,6 +97,7 @@ fn flank_surface_of_a_grid(bencher: Bencher, (rows, columns): (usize, usize)) {
         helix_range: None,
         border: Border { root: 5.0, tip: 5.0, toe: 5.0, heel: 5.0 },
         given: DeviationSign::Material,
+        direction: Direction::Transverse,
         sign: SlopeSign::Din,
         limits: ToleranceLimits::default(),
         spec: FitSpec::new(model),

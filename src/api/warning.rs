@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use super::params::Params;
+use super::{json::writer::Object, params::Params};
 use flankfit_engine::{
     estimation::result::{Times, Warning},
     fault::words::{Shown, Size},
@@ -35,6 +35,11 @@ impl From<&Warning> for WarningBody {
 }
 
 impl WarningBody {
+    /// Writes it down.
+    pub fn write(&self, object: &mut Object<'_>) {
+        object.string("code", &self.code).string("message", &self.message).maybe("params", self.params.as_ref());
+    }
+
     /// Of a message that speaks of nothing but itself.
     pub fn new(code: &'static str, message: String) -> Self {
         WarningBody { code: code.into(), message, params: None }
@@ -42,7 +47,7 @@ impl WarningBody {
 }
 
 /// The engine's words, but where the contract has names for what they speak of.
-pub fn sentence(warning: &Warning) -> String {
+fn sentence(warning: &Warning) -> String {
     match warning {
         Warning::FilterNotConverged { filter, rounds, lines } => format!(
             "filters/{filter}: the robust filter still moved after {rounds} rounds on {lines} line(s); its last round \

@@ -14,6 +14,7 @@ use crate::api::{
     json::writer::{Json, Object},
     problem::Problem,
     shapes::places::beyond,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::{
@@ -134,7 +135,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
                 "a point is still {} off the curve; `knot_insertion` says why no more knots were inserted",
                 rounded(fit.max_error, 4)
             );
-            vec![("tolerance_not_met", message)]
+            vec![WarningBody::new("tolerance_not_met", message)]
         }
     };
     let swing = fit.swing(&points);
@@ -143,7 +144,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
             "between the points the curve swings out by {swing:.1} times their extent: take fewer control points, or \
              regularise"
         );
-        warnings.push(("swings_out", message));
+        warnings.push(WarningBody::new("swings_out", message));
     }
     write_warnings(&mut object, &warnings);
     object.end();
@@ -195,7 +196,7 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
         Vec::new()
     } else {
         let message = "what was asked for is not reached within the range of λ that doubles allow; its end is answered";
-        vec![("smoothing_not_reached", message.to_owned())]
+        vec![WarningBody::new("smoothing_not_reached", message.to_owned())]
     };
     write_warnings(&mut object, &warnings);
     object.end();

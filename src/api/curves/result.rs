@@ -106,10 +106,8 @@ pub fn write_curve(object: &mut Object<'_>, shape: &CurveShape, parameters: Opti
 }
 
 /// What every answer ends with.
-pub fn write_warnings(object: &mut Object<'_>, warnings: &[(&'static str, String)]) {
-    object.list("warnings", warnings, |object, (code, message)| {
-        object.string("code", code).string("message", message);
-    });
+pub fn write_warnings(object: &mut Object<'_>, warnings: &[WarningBody]) {
+    object.list("warnings", warnings, |object, warning| warning.write(object));
 }
 
 fn write_stability(object: &mut Object<'_>, stability: &Stability) {
@@ -132,10 +130,10 @@ fn write_stability(object: &mut Object<'_>, stability: &Stability) {
         .number("interpolation_error", *interpolation_error);
 }
 
-fn warnings(stability: &Stability) -> Vec<(&'static str, String)> {
+fn warnings(stability: &Stability) -> Vec<WarningBody> {
     let mut warnings = Vec::new();
     let mut absent = |figure: &str, absence: Absence| {
-        warnings.push(("figure_left_out", format!("{figure}: {absence}")));
+        warnings.push(WarningBody::new("figure_left_out", format!("{figure}: {absence}")));
     };
     if let Err(absence) = &stability.lebesgue {
         absent("lebesgue_constant", *absence);
@@ -147,7 +145,7 @@ fn warnings(stability: &Stability) -> Vec<(&'static str, String)> {
         && let Some(relative) = overshoot.relative.filter(|relative| *relative > NOTABLE_OVERSHOOT)
     {
         let [before, after] = overshoot.between;
-        warnings.push((
+        warnings.push(WarningBody::new(
             "overshoot",
             format!(
                 "between points {before} and {after} the curve leaves their range by {}, {:.0} % of the range of \

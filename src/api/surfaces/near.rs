@@ -10,7 +10,7 @@ use crate::api::{
     json::writer::{Json, Object},
     problem::Problem,
     shapes::places::beyond,
-    warning::sentence,
+    warning::WarningBody,
 };
 use flankfit_engine::{
     estimation::{
@@ -73,7 +73,7 @@ pub fn build(
     object.list("fits", [text], |object, text| {
         object.string("coordinate", "z").raw("result", &text);
     });
-    let warnings: Vec<_> = result.warnings.iter().map(|warning| (warning.code(), sentence(warning))).collect();
+    let warnings: Vec<_> = result.warnings.iter().map(WarningBody::from).collect();
     write_warnings(&mut object, &warnings);
     object.end();
     json.finish().map_err(|_| beyond(base))
@@ -110,7 +110,7 @@ fn banded(nodes: &Nodes, spec: &FitSpec, base: &str) -> Result<Vec<u8>, Problem>
     write_surface(&mut object, &SurfaceShape::BSpline(surface.clone()), None);
     object.object("banded_fit", |object| write_banded(object, &fit, columns));
     object.list("warnings", &fit.warnings, |object, warning| {
-        object.string("code", warning.code()).string("message", &sentence(warning));
+        WarningBody::from(warning).write(object);
     });
     object.end();
     json.finish().map_err(|_| beyond(base))

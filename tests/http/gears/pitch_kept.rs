@@ -318,10 +318,7 @@ async fn pitches_are_held_against_what_the_job_requires_and_keep_it() {
     assert!((held(left, "single_pitch_limits_um") - single).abs() <= 0.25, "rounded: {left}");
     assert_eq!(held(left, "single_pitch_limits_um"), -left["single_pitch_limits_um"][0].as_f64().unwrap());
     assert!((held(left, "cumulative_pitch_limits_um") - total).abs() <= 0.5, "rounded: {left}");
-    assert_eq!(
-        (&left["single_pitch_within"], &left["cumulative_pitch_within"]),
-        (&json!(true), &json!(true))
-    );
+    assert_eq!((&left["single_pitch_within"], &left["cumulative_pitch_within"]), (&json!(true), &json!(true)));
     assert_eq!(right["cumulative_pitch_limits_um"], json!([0.0, 5.0]));
     assert_eq!((&right["single_pitch_within"], &right["cumulative_pitch_within"]), (&json!(true), &json!(false)));
     let runout = &result["runout"];

@@ -794,7 +794,8 @@ export interface paths {
         /**
          * Keeps pitches of all teeth and the run-out with an iteration.
          * @description As `POST /v1/gears/pitch`, with the gear of the job unless the request has one. Pitches are of
-         *     all teeth; where the iteration says its flank, they are of that flank among others. By
+         *     all teeth; where the iteration says its flank, they are of that flank among others. Without
+         *     `pitch_limits` those of the job's `requirements` hold, and the answer tells them. By
          *     `Accept: application/x-q-das-dfq` the answer is a file for statistical process control.
          */
         post: operations["create_iteration_pitch"];
@@ -1075,13 +1076,35 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends what happens to a job: `iteration`, `fit`, `decision`, `stream`; from its beginning, or
-         *     after `Last-Event-ID`.
+         * Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`, `job`
+         *     (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
          * @description As server-sent events; the connection stays open, and a comment line is sent now and then to
          *     keep it so. The id of each event is its number within the job, from which a client that lost its
          *     connection goes on.
          */
         get: operations["get_job_events"];
+        put?: never;
+        post?: never;
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/events": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
+         * @description The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
+         *     those of a job; the id of an event is its place among all. An id that is not of this database,
+         *     as after a backup was restored, begins with now: read the list of jobs anew then.
+         */
+        get: operations["get_events"];
         put?: never;
         post?: never;
         delete?: never;
@@ -1097,7 +1120,11 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
+        /**
+         * Lists the streams of a job, oldest first.
+         * @description Open ones and those that have become an iteration, in pages, without their specs and estimates.
+         */
+        get: operations["list_streams"];
         put?: never;
         /**
          * Opens a stream: what is fitted to nodes that are still to come.
@@ -1142,7 +1169,13 @@ export interface paths {
             path?: never;
             cookie?: never;
         };
-        get?: never;
+        /**
+         * The nodes that were posted to an open stream, block by block after the one numbered `after`.
+         * @description As many as a few megabytes hold, at least one where there is one. `sequence` is that of the last
+         *     block of the stream: ask again after the last item until it is reached. Blocks of a stream that
+         *     has become an iteration are its nodes.
+         */
+        get: operations["get_stream_nodes"];
         put?: never;
         /**
          * Adds a block of nodes and answers the estimate of all nodes so far.
@@ -3553,14 +3586,14 @@ export interface components {
              */
             level?: number;
             tolerance_limits?: components["schemas"]["ToleranceLimits"];
-            /** @description Bands that traces must lie in; at most 20. */
+            /** @description Bands that traces must lie in; at most 20, of at most 4,000 points together. */
             k_bands?: components["schemas"]["KBand"][];
         };
         /**
          * @description What an event is about.
          * @enum {string}
          */
-        EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "purged";
+        EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "record" | "job" | "purged";
         /** @description A curve to be written as a file. Lengths are millimetres. */
         ExportCurve: {
             curve: components["schemas"]["Curve"];
@@ -3781,9 +3814,12 @@ export interface components {
             converged?: boolean;
         };
         /**
-         * @description Slopes, crownings and twist of the fitted surface, in µm over what the nodes span, transverse or
-         *     normal as the heights are: of the surface of second order that is nearest to it in the mean
-         *     square, with the signs of ISO 1328-1 and DIN's for slopes. They are by the gear and the
+         * @description Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the surface
+         *     of second order that is nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's
+         *     for slopes. Heights of nodes are along the normal of the flank; figures are transverse, as
+         *     tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over the whole
+         *     profile and the whole face width: what the nodes span is taken for the whole of the profile, and
+         *     of the width they have their share. They are by the gear and the
          *     requirements that the job had when the fit was made. What cannot be told is left out, and
          *     `warnings` say why.
          */
@@ -4239,11 +4275,11 @@ export interface components {
          */
         FlankLimits: {
             /**
-             * @description Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces
-             *     have their share of it.
+             * @description Of f_Hα over the reference length (of surfaces: the evaluation range). What is
+             *     evaluated of it has its share of the limits, and never more than the whole.
              */
             profile_slope_um?: number[];
-            /** @description Of f_Hβ, likewise. */
+            /** @description Of f_Hβ over the reference length (of surfaces: the face width), likewise. */
             helix_slope_um?: number[];
             /** @description Of C_α. */
             profile_crowning_um?: number[];
@@ -4333,8 +4369,33 @@ export interface components {
             /** @description Teeth that were not measured. */
             missing: number;
             class: components["schemas"]["PitchClasses"];
+            /** @description What each single pitch deviation was held against. */
+            single_pitch_limits_um?: number[];
+            /**
+             * @description Whether every single pitch deviation lies within, as it was measured. There where there are
+             *     limits; where teeth were not measured it is false or left out.
+             */
+            single_pitch_within?: boolean;
+            /**
+             * @description Of the single pitch with the least room; there where there are limits and an uncertainty,
+             *     and no tooth is missing.
+             */
+            single_pitch_conformity?: components["schemas"]["Conformity"];
+            /** @description What F_p was held against. */
+            cumulative_pitch_limits_um?: number[];
+            /** @description Whether F_p lies within, likewise. */
+            cumulative_pitch_within?: boolean;
+            /** @description Of F_p, likewise. */
+            cumulative_pitch_conformity?: components["schemas"]["Conformity"];
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["GearWarning"][];
+        };
+        /** @description What pitch deviations of one flank must lie within, `[low, high]` in µm. */
+        FlankPitchLimits: {
+            /** @description Of every single pitch deviation f_pi. */
+            single_pitch_um?: number[];
+            /** @description Of F_p. */
+            cumulative_pitch_um?: number[];
         };
         /** @description Which nodes of which flank. */
         FlankRequest: {
@@ -4447,8 +4508,13 @@ export interface components {
              */
             deviation_sign?: components["schemas"]["DeviationSign"];
             /**
-             * @description What the figures must lie within; those of slopes are of the surface, over the trimmed
-             *     range.
+             * @description Along what deviations were taken. Default `transverse`; figures and form are transverse,
+             *     as limits are. The fit itself (`result`) is of the deviations as they were posted.
+             */
+            direction?: components["schemas"]["DeviationDirection"];
+            /**
+             * @description What the figures must lie within. Limits of form and total deviations are of traces, and
+             *     refused here.
              */
             tolerance_limits?: components["schemas"]["ToleranceLimits"];
         };
@@ -5017,6 +5083,15 @@ export interface components {
             class?: number;
             /** @description Whether it exceeds even class 11. */
             beyond_classes: boolean;
+            /** @description What F_r was held against. */
+            limits_um?: number[];
+            /**
+             * @description Whether F_r lies within, as it was measured. There where there are limits; where readings
+             *     are missing it is false or left out.
+             */
+            within?: boolean;
+            /** @description There where there are limits and an uncertainty, and no reading is missing. */
+            conformity?: components["schemas"]["Conformity"];
             /** @description What to know about the run-out; empty where there is nothing to say. */
             warnings: components["schemas"]["GearWarning"][];
         };
@@ -5103,6 +5178,11 @@ export interface components {
             pointer?: string;
             /** @description In words, with the numbers that matter. */
             message: string;
+            /**
+             * @description What the message speaks of, by names that tell the units: with `code` enough to say it in
+             *     another language. Left out where it speaks of nothing, or where the words are the caller's.
+             */
+            params?: Record<string, never>;
         };
         /** @description What a file says of gears. */
         GearsOfFile: {
@@ -5819,9 +5899,15 @@ export interface components {
         JobEvent: {
             /**
              * Format: int64
-             * @description 1, 2, 3 … within the job.
+             * @description 1, 2, 3 … within the job; 0 where the job was created or deleted, which only those hear who
+             *     listen to all jobs.
              */
             number: number;
+            /**
+             * Format: uuid
+             * @description The job; where events of all jobs are listened to.
+             */
+            job_id?: string;
             type: components["schemas"]["EventName"];
             /**
              * Format: date-time
@@ -5872,7 +5958,20 @@ export interface components {
             operation_id?: string;
             /** @description `queued` for an operation that was begun, else how it has ended. */
             operation_state?: components["schemas"]["OperationState"];
+            /**
+             * Format: uuid
+             * @description Of a record that was kept with the iteration.
+             */
+            record_id?: string;
+            record_kind?: components["schemas"]["RecordKind"];
+            /** @description What became of the job itself. */
+            job_state?: components["schemas"]["JobEventState"];
         };
+        /**
+         * @description What became of a job itself.
+         * @enum {string}
+         */
+        JobEventState: "created" | "changed" | "deleted";
         /**
          * @description A field that a job need not have.
          * @enum {string}
@@ -6022,8 +6121,8 @@ export interface components {
         };
         /**
          * @description A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
-         *     `[place, µm]`, straight between them, of deviations from the unmodified flank, transverse and
-         *     positive where material stands out. Each trace may be shifted as a whole, since measuring
+         *     `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
+         *     from the unmodified flank, transverse and positive where material stands out. Each trace may be shifted as a whole, since measuring
          *     machines zero each by itself.
          * @example {
          *       "kind": "profile",
@@ -6508,6 +6607,49 @@ export interface components {
              *     it found none, or something beyond 11.
              */
             class?: number;
+        };
+        /** @description A stream in a list: without its spec and its estimate. */
+        ListedStream: {
+            /** @description The flank that was measured. */
+            flank?: components["schemas"]["FlankSide"];
+            /**
+             * @description The tooth that was measured, as on traces: its number from 1, or a name.
+             * @example 1
+             */
+            tooth?: string;
+            /** @description What the axes of the nodes mean. */
+            axes?: components["schemas"]["Axes"];
+            /**
+             * Format: uuid
+             * @description UUIDv7.
+             */
+            id: string;
+            state: components["schemas"]["StreamStateName"];
+            /**
+             * Format: int64
+             * @description Of the last block; 0 before the first.
+             */
+            sequence: number;
+            /**
+             * Format: int64
+             * @description Nodes posted so far, missing ones included.
+             */
+            node_count: number;
+            /**
+             * Format: int32
+             * @description The iteration that the stream has become.
+             */
+            iteration_number?: number;
+            /**
+             * Format: date-time
+             * @description When the stream was opened.
+             */
+            created_at: string;
+            /**
+             * Format: date-time
+             * @description When its last block was stored, or when it was finished.
+             */
+            updated_at: string;
         };
         /**
          * @description Huber's is convex; the others give far nodes no weight at all and may have several local
@@ -7511,6 +7653,41 @@ export interface components {
             /** @description About all of them; each part has its own. */
             warnings: components["schemas"]["GearWarning"][];
         };
+        /**
+         * @description What pitch deviations and the run-out must lie within, `[low, high]` in µm. Each figure that has
+         *     limits is answered with whether it lies within, and with its conformity where
+         *     `standard_uncertainty_um` tells how sure it is.
+         * @example {
+         *       "class": 6,
+         *       "left": {
+         *         "single_pitch_um": [
+         *           -5,
+         *           5
+         *         ]
+         *       },
+         *       "runout_um": [
+         *         0,
+         *         15
+         *       ]
+         *     }
+         */
+        PitchLimits: {
+            /**
+             * Format: int32
+             * @description Class 1 to 11 of ISO 1328-1:2013: its tolerances bound what no limits are given for here.
+             */
+            class?: number;
+            /** @description Of every single pitch deviation f_pi of both flanks. */
+            single_pitch_um?: number[];
+            /** @description Of F_p of both flanks. */
+            cumulative_pitch_um?: number[];
+            /** @description Of F_r. */
+            runout_um?: number[];
+            /** @description Of left flanks: each limit here goes before the one for both. */
+            left?: components["schemas"]["FlankPitchLimits"];
+            /** @description Of right flanks, likewise. */
+            right?: components["schemas"]["FlankPitchLimits"];
+        };
         /** @description Where the flanks of all teeth are, in one of three forms. */
         PitchMeasured: {
             /**
@@ -7554,6 +7731,34 @@ export interface components {
             counting?: components["schemas"]["ToothCounting"];
             /** @description Which tolerances decide the class. Default `rounded`. */
             tolerances?: components["schemas"]["ToleranceRounding"];
+            /**
+             * @description What the figures must lie within. In a job those of its `requirements` take its place where
+             *     it is left out.
+             */
+            pitch_limits?: components["schemas"]["PitchLimits"];
+            /** @description How sure the figures are, for a decision by ISO 14253-1. */
+            standard_uncertainty_um?: components["schemas"]["PitchUncertainty"];
+        };
+        /**
+         * @description Standard uncertainty of the measurement (one standard deviation, not an expanded one), which the
+         *     pitches themselves do not tell. What has none is answered without a decision.
+         */
+        PitchUncertainty: {
+            /**
+             * Format: double
+             * @description Of a single pitch deviation.
+             */
+            single_pitch?: number;
+            /**
+             * Format: double
+             * @description Of F_p.
+             */
+            cumulative_pitch?: number;
+            /**
+             * Format: double
+             * @description Of F_r.
+             */
+            runout?: number;
         };
         /**
          * @description Places in the unit of the nodes: `x` for a curve or, as rows, for a linear model; `u` and `v`
@@ -7679,6 +7884,16 @@ export interface components {
          * @enum {string}
          */
         PositiveHeight: "material_out" | "material_in";
+        /** @description A block of a stream as it was posted. */
+        PostedStreamBlock: {
+            /**
+             * Format: int64
+             * @description From 1.
+             */
+            sequence: number;
+            /** @description The nodes; a missing one is `null`. */
+            nodes: components["schemas"]["Nodes"];
+        };
         /**
          * @description Heights, slopes and bands of the fitted curve or surface at places of its domain.
          * @example {
@@ -8629,6 +8844,12 @@ export interface components {
          *           ]
          *         }
          *       ],
+         *       "pitch_limits": {
+         *         "runout_um": [
+         *           0,
+         *           15
+         *         ]
+         *       },
          *       "tolerance_limits": {
          *         "class": 6,
          *         "left": {
@@ -8647,7 +8868,12 @@ export interface components {
         Requirements: {
             /** @description Class and limits of figures. */
             tolerance_limits?: components["schemas"]["ToleranceLimits"];
-            /** @description Bands that traces must lie in; at most 20. */
+            /**
+             * @description Limits of pitch deviations and run-out. Without a class that of `tolerance_limits` bounds
+             *     them.
+             */
+            pitch_limits?: components["schemas"]["PitchLimits"];
+            /** @description Bands that traces must lie in; at most 20, of at most 4,000 points together. */
             k_bands?: components["schemas"]["KBand"][];
         };
         /** @description The scale of residuals, found anew in each iteration; default `mad_0_6745`. */
@@ -9642,6 +9868,33 @@ export interface components {
             /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
         };
+        /** @description Blocks of a stream, in order. */
+        StreamNodes: {
+            /**
+             * @description Some blocks after `after`; empty where there are none, and of a finished stream, whose nodes
+             *     are those of its iteration.
+             */
+            items: components["schemas"]["PostedStreamBlock"][];
+            /**
+             * Format: int64
+             * @description Of the last block that the stream has. While it is greater than that of the last item, ask
+             *     again after that item.
+             */
+            sequence: number;
+            state: components["schemas"]["StreamStateName"];
+            /**
+             * Format: int32
+             * @description The iteration that the stream has become.
+             */
+            iteration_number?: number;
+        };
+        /** @description Some streams of a job, oldest first. */
+        StreamPage: {
+            /** @description The streams of this page. */
+            items: components["schemas"]["ListedStream"][];
+            /** @description Where the next page begins; absent on the last one. */
+            next_cursor?: string;
+        };
         /**
          * @description Whether a stream takes nodes.
          * @enum {string}
@@ -10043,8 +10296,7 @@ export interface components {
              * Format: int32
              * @description Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes, and of traces the
              *     forms and totals, that no limits are given for here (the standard has none of crownings
-             *     and twist). Over a part of the evaluation range or of the face width a slope has that
-             *     share of them.
+             *     and twist).
              */
             class?: number;
             /** @description Of left flanks: each limit here goes before the one for both. */
@@ -10052,11 +10304,11 @@ export interface components {
             /** @description Of right flanks, likewise. */
             right?: components["schemas"]["FlankLimits"];
             /**
-             * @description Of f_Hα. In evaluations it is that of traces, over the reference length; surfaces
-             *     have their share of it.
+             * @description Of f_Hα over the reference length (of surfaces: the evaluation range). What is
+             *     evaluated of it has its share of the limits, and never more than the whole.
              */
             profile_slope_um?: number[];
-            /** @description Of f_Hβ, likewise. */
+            /** @description Of f_Hβ over the reference length (of surfaces: the face width), likewise. */
             helix_slope_um?: number[];
             /** @description Of C_α. */
             profile_crowning_um?: number[];
@@ -10568,6 +10820,11 @@ export interface components {
             code: string;
             /** @description In words, with the numbers that matter. */
             message: string;
+            /**
+             * @description What the message speaks of, by names that tell the units: with `code` enough to say it in
+             *     another language. Left out where it speaks of nothing, or where the words are the caller's.
+             */
+            params?: Record<string, never>;
         };
         /** @description Jobs changed last in one week. */
         WeekCount: {
@@ -27053,6 +27310,486 @@ export interface operations {
             };
         };
     };
+    get_events: {
+        parameters: {
+            query?: {
+                /**
+                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
+                 *     happens from now on.
+                 */
+                last_event_id?: string;
+            };
+            header?: {
+                /** @description The id of the last event seen: sending goes on after it. */
+                "Last-Event-ID"?: string;
+            };
+            path?: never;
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Server-sent events without end; `data` of each is a JobEvent. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "text/event-stream": components["schemas"]["JobEvent"];
+                };
+            };
+            /** @description `Last-Event-ID` is not the id of an event. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The query has something else in it, or `last_event_id` is not the id of an event. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    list_streams: {
+        parameters: {
+            query?: {
+                /** @description Most items on a page. */
+                limit?: number;
+                /** @description `next_cursor` of the page before. */
+                cursor?: string;
+            };
+            header?: never;
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Some streams, and where the next page begins. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StreamPage"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The limit or the cursor is not one. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     create_stream: {
         parameters: {
             query?: never;
@@ -27788,6 +28525,254 @@ export interface operations {
                      *       "status": 412,
                      *       "title": "The resource has changed meanwhile",
                      *       "type": "urn:flankfit:problem:precondition_failed"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The query has a parameter that this operation has not, or one twice. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    get_stream_nodes: {
+        parameters: {
+            query?: {
+                /** @description The number of the last block that is known; 0, the default, before the first. */
+                after?: number;
+            };
+            header?: never;
+            path: {
+                /** @description The stream, by its UUID. */
+                stream_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description Some blocks. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["StreamNodes"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];

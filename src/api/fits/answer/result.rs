@@ -23,7 +23,7 @@ use crate::api::{
     fits::spec::{representative::PieceBody, request::FitSpecBody},
     json::writer::Object,
     shapes::{curve_shape::CurveBody, domain::DomainBody, surface_shape::SurfaceBody},
-    warning::{WarningBody, sentence},
+    warning::WarningBody,
 };
 use flankfit_engine::estimation::{
     FitResult,
@@ -166,7 +166,7 @@ impl WriteAs<DomainBody> for Domain {
 impl ListAs<WarningBody> for Warning {
     fn list_as(items: &[Self], object: &mut Object<'_>, name: &'static str, _: &Include) {
         object.list(name, items, |object, warning| {
-            object.string("code", warning.code()).string("message", &sentence(warning));
+            WarningBody::from(warning).write(object);
         });
     }
 }
