@@ -84,8 +84,8 @@ struct EventsQuery {
     last_event_id: Option<String>,
 }
 
-/// Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`, `job`
-/// (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
+/// Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
+/// `job` (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
 ///
 /// As server-sent events; the connection stays open, and a comment line is sent now and then to
 /// keep it so. The id of each event is its number within the job, from which a client that lost its

@@ -26,14 +26,13 @@ use flankfit_engine::{
     },
 };
 
-/// Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the surface
-/// of second order that is nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's
-/// for slopes. Heights of nodes are along the normal of the flank; figures are transverse, as
-/// tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over the whole
-/// profile and the whole face width: what the nodes span is taken for the whole of the profile, and
-/// of the width they have their share. They are by the gear and the
-/// requirements that the job had when the fit was made. What cannot be told is left out, and
-/// `warnings` say why.
+/// Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the
+/// surface of second order that is nearest to it in the mean square, with the signs of ISO 1328-1
+/// and DIN's for slopes. Heights of nodes are along the normal of the flank; figures are
+/// transverse, as tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over
+/// the whole profile and the whole face width: what the nodes span is taken for the whole of the
+/// profile, and of the width they have their share. They are by the gear and the requirements that
+/// the job had when the fit was made. What cannot be told is left out, and `warnings` say why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitFigures)]
 pub struct FitFiguresBody {

@@ -98,8 +98,8 @@ mod tests {
     use super::*;
     use flankfit_engine::estimation::{result::PriorConflict, spec::Along};
 
-    /// Every number and every word that the engine's own sentence tells stands in the parameters, to
-    /// the digits of the sentence.
+    /// Every number and every word that the engine's own sentence tells stands in the parameters,
+    /// to the digits of the sentence.
     #[test]
     fn sentences_speak_of_nothing_else() {
         let all = [

@@ -1076,8 +1076,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`, `job`
-         *     (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
+         * Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
+         *     `job` (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
          * @description As server-sent events; the connection stays open, and a comment line is sent now and then to
          *     keep it so. The id of each event is its number within the job, from which a client that lost its
          *     connection goes on.
@@ -3814,14 +3814,13 @@ export interface components {
             converged?: boolean;
         };
         /**
-         * @description Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the surface
-         *     of second order that is nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's
-         *     for slopes. Heights of nodes are along the normal of the flank; figures are transverse, as
-         *     tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over the whole
-         *     profile and the whole face width: what the nodes span is taken for the whole of the profile, and
-         *     of the width they have their share. They are by the gear and the
-         *     requirements that the job had when the fit was made. What cannot be told is left out, and
-         *     `warnings` say why.
+         * @description Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the
+         *     surface of second order that is nearest to it in the mean square, with the signs of ISO 1328-1
+         *     and DIN's for slopes. Heights of nodes are along the normal of the flank; figures are
+         *     transverse, as tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over
+         *     the whole profile and the whole face width: what the nodes span is taken for the whole of the
+         *     profile, and of the width they have their share. They are by the gear and the requirements that
+         *     the job had when the fit was made. What cannot be told is left out, and `warnings` say why.
          */
         FitFigures: {
             /** @description From root to tip; positive where material grows towards the tip. */
@@ -6122,8 +6121,8 @@ export interface components {
         /**
          * @description A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
          *     `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
-         *     from the unmodified flank, transverse and positive where material stands out. Each trace may be shifted as a whole, since measuring
-         *     machines zero each by itself.
+         *     from the unmodified flank, transverse and positive where material stands out. Each trace may be
+         *     shifted as a whole, since measuring machines zero each by itself.
          * @example {
          *       "kind": "profile",
          *       "lower": [

@@ -162,10 +162,10 @@ impl ToleranceLimits {
         faults.list().iter().find(|fault| fault.field == ToleranceField::Class).map(|fault| fault.reason.clone())
     }
 
-    /// Limits of a slope over a share of the length that it refers to: as they were told, else those
-    /// of the class. ISO 1328-1 has slopes over the whole length (profiles: the evaluation length,
-    /// helices: the face width), so that a part of it has its share of the limits. What is longer
-    /// has no more than the whole.
+    /// Limits of a slope over a share of the length that it refers to: as they were told, else
+    /// those of the class. ISO 1328-1 has slopes over the whole length (profiles: the evaluation
+    /// length, helices: the face width), so that a part of it has its share of the limits. What is
+    /// longer has no more than the whole.
     pub(super) fn slope_over(
         &self,
         kind: Kind,

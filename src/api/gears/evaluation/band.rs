@@ -23,8 +23,8 @@ pub const MOST_POINTS_IN_ALL: usize = 4000;
 
 /// A band that traces must lie in, as a K-chart has it: an upper and a lower line through points
 /// `[place, µm]`, straight between them over the coordinate that places are given in, of deviations
-/// from the unmodified flank, transverse and positive where material stands out. Each trace may be shifted as a whole, since measuring
-/// machines zero each by itself.
+/// from the unmodified flank, transverse and positive where material stands out. Each trace may be
+/// shifted as a whole, since measuring machines zero each by itself.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = KBand, example = json!({"kind": "profile", "profile_axis": "diameter",
