@@ -75,6 +75,7 @@ mod plans;
 mod positions;
 mod predictions;
 mod prior;
+mod prior_intervals;
 mod problems;
 mod rank;
 mod recursive;
