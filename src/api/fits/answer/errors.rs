@@ -51,7 +51,8 @@ pub enum CorrelationName {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ErrorParameters)]
 pub struct ErrorParameters {
-    /// Of `ar1`: the correlation of neighbours.
+    /// Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
+    /// intervals hold in 0.92 only (docs/errors.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rho: Option<f64>,
     /// Of `ar2`: φ₁ and φ₂.
