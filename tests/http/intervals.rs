@@ -135,6 +135,34 @@ async fn faults_are_told_by_pointer() {
     assert_eq!(app.fit(&curve.to_string()).await.pointers(), ["/predict/at"]);
 }
 
+/// A fit has at most 600 coefficients, so that a covariance matrix has at most 180,300 numbers.
+#[tokio::test]
+async fn covariances_are_of_600_coefficients_at_most() {
+    let app = TestApp::start().await;
+    let axis: Vec<f64> = (0..26).map(|k| f64::from(k) / 25.0).collect();
+    let height = |k: usize| ((k * 7919) % 101) as f64 / 101.0;
+    let request = |degree: usize| {
+        json!({
+            "nodes": {"type": "grid", "u": axis, "v": axis, "z": (0..26 * 26).map(height).collect::<Vec<f64>>()},
+            "model": {"type": "polynomial", "degree": degree, "basis": "chebyshev"},
+            "regularization": {"type": "none"},
+            "include": ["covariance"]
+        })
+        .to_string()
+    };
+    let body = app.fit(&request(6)).await.json();
+    for of in ["coefficients", "least_squares"] {
+        let rows = body["covariance"][of].as_array().unwrap();
+        let lengths: Vec<usize> = rows.iter().map(|row| row.as_array().unwrap().len()).collect();
+        assert_eq!(lengths, (1..=49).collect::<Vec<usize>>());
+    }
+    let refused = app.fit(&request(24)).await;
+    refused.problem(422, "invalid_request");
+    assert_eq!(refused.pointers(), ["/model/degree"]);
+    let told = "625 coefficients are more than the 600 that a fit may have: take fewer";
+    assert!(refused.text.contains(told), "{}", refused.text);
+}
+
 #[tokio::test]
 async fn rows_of_a_linear_model_are_predicted() {
     let app = TestApp::start().await;

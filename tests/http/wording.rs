@@ -58,7 +58,8 @@ async fn tiny_and_huge_numbers_are_written_with_an_exponent() {
     let gear = r#"{"name":"w","gear":{"teeth":9,"normal_module_mm":-1e300}}"#;
     assert_eq!(details(&send(app.post("/v1/jobs", gear)).await), ["-1e300 mm is not a length of a µm to a kilometre"]);
     let huge = format!(r#"{{{curve},"model":{{"type":"polynomial","degree":18446744073709551615}}}}"#);
-    assert_eq!(details(&app.fit(&huge).await), ["so many coefficients are more than the 600 that a fit may have"]);
+    let told = "so many coefficients are more than the 600 that a fit may have: take fewer";
+    assert_eq!(details(&app.fit(&huge).await), [told]);
 }
 
 #[tokio::test]

@@ -50,7 +50,7 @@ pub enum ModelReason {
     },
     /// More coefficients than a fit may have; `None` where they cannot be counted.
     #[error(
-        "{} coefficients are more than the {most} that a fit may have",
+        "{} coefficients are more than the {most} that a fit may have: take fewer",
         .count.map_or("so many".to_owned(), |count| count.to_string())
     )]
     TooManyCoefficients {
