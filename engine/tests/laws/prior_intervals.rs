@@ -240,14 +240,16 @@ fn intervals_hold_with_few_degrees_of_freedom() {
 }
 
 /// A step that no prior allows for, where two iterations cannot tell a conflict: the interval is
-/// Student's about least squares, widened to the value.
+/// Student's about least squares, widened to the value, which is drawn back by the step over 10⁶
+/// standard errors and so by 10 of them at last.
 #[test]
 fn what_is_too_far_off_leaves_students_interval() {
     let flank = Flank::same(2, 20);
     for step in [3e3, 1e5, 1e7] {
         let found = flank.sets(400, |_, _, _| step);
         assert!(found.let_go == 0.0 && found.least >= 0.92 && found.mean >= 0.93, "{step}: {found:?}");
-        assert!((found.width - 1.0).abs() < 0.02, "{step}: {found:?}");
+        let most = if step < 1e6 { 1.02 } else { 7.0 };
+        assert!((0.98..most).contains(&found.width), "{step}: {found:?}");
     }
 }
 
