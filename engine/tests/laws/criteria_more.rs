@@ -179,8 +179,7 @@ fn corrected_predictions_are_near_the_truth() {
         let (plain, corrected) = (mean(&|p| p.0), mean(&|p| p.1));
         let slope = mean(&|p| (p.0 - plain) * (p.1 - corrected)) / mean(&|p| (p.0 - plain).powi(2));
         let (ratio, plain) = ((corrected - slope * (plain - expected)) / error, expected / error);
-        // the last case misses the aim of 1.25 with these draws: 1.267
-        assert!((0.8..1.27).contains(&ratio), "{} {truth:?} {noise}: {ratio}, uncorrected {plain}", design.name);
+        assert!((0.8..1.25).contains(&ratio), "{} {truth:?} {noise}: {ratio}, uncorrected {plain}", design.name);
         assert!(plain < 0.85, "{} {truth:?} {noise}: uncorrected {plain}", design.name);
     }
 }

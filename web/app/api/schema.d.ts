@@ -8662,9 +8662,10 @@ export interface components {
              * Format: double
              * @description Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
              *     choice that stands, corrected by simulation for that choice having been made by the same
-             *     nodes. With `min_mse` its mean is 0.8 to 1.25 times the true error in simulations, where
-             *     that of the uncorrected one is 0.3 to 1.0 times it (docs/choosing-lambda.md). Present
-             *     when `predicted_mse` was included; not with `press`, truncated SVD, James–Stein and
+             *     nodes. With `min_mse` its mean is 0.78 to 1.22 times the true error in simulations with
+             *     three degrees of freedom or more, 0.65 to 1.25 times with one or two, where that of the
+             *     uncorrected one is 0.2 to 1.0 times it (docs/choosing-lambda.md). Present when
+             *     `predicted_mse` was included; not with `press`, truncated SVD, James–Stein and
              *     attraction.
              */
             predicted_mse_corrected?: number;
