@@ -10,11 +10,14 @@ import { useDraft } from "../lib/draft.js";
 import { ABSENT } from "../lib/format.js";
 import { FIELDS, gearOf } from "../lib/gear_form.js";
 import { editOf, patchOf, rebased } from "../lib/job_edit.js";
+import { t as requirementText } from "../i18n/requirements.js";
+import { FIGURES, limitsOf, requirementsOf, SIDES } from "../lib/requirements.js";
 import { h, html, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
 import { Checkbox } from "./form.js";
 import { GearFields } from "./gear_fields.js";
 import { JobFields } from "./job_fields.js";
+import { RequirementsFields, shownPointers } from "./requirements_fields.js";
 import { Failure } from "./states.js";
 import { table } from "./table.js";
 import { notify } from "./toast.js";
@@ -42,7 +45,7 @@ export function EditJob({ version, onClose, onSaved }) {
   const [theirs, setTheirs] = useState(/** @type {Version | undefined} */ (undefined));
   const [sending, setSending] = useState(false);
   const params = { path: { job_id: version.data.id } };
-  const { job, gear, withGear } = mine;
+  const { job, gear, withGear, requirements } = mine;
 
   const save = async (/** @type {JobEdit} */ edit, /** @type {Version} */ over) => {
     const body = patchOf(edit, read(over));
@@ -98,7 +101,11 @@ export function EditJob({ version, onClose, onSaved }) {
         ${h(JobFields, { form: job, onChange: (form) => setMine({ ...mine, job: form }), error, told })}
         ${h(Checkbox, { label: t.gear, checked: withGear, onChange: (on) => setMine({ ...mine, withGear: on }) })}
         ${withGear && h(GearFields, { form: gear, onChange: (form) => setMine({ ...mine, gear: form }), error, at: "/gear", told })}
-        ${error !== undefined && h(Failure, { error, except: SHOWN })}
+        <section class="edit-requirements" aria-labelledby="edit-requirements">
+          <h3 id="edit-requirements">${requirementText.title}</h3>
+          ${h(RequirementsFields, { form: requirements, onChange: (form) => setMine({ ...mine, requirements: form }), error, told })}
+        </section>
+        ${error !== undefined && h(Failure, { error, except: [...SHOWN, ...shownPointers(requirements)] })}
         <div class="actions">
           <button type="submit" class="button primary" disabled=${sending}>${common.save}</button>
           <button type="button" class="button" onClick=${close}>${common.cancel}</button>
@@ -144,7 +151,7 @@ function rowsOf(mine, from, theirs) {
 }
 
 /** @param {JobEdit} edit */
-function describe({ job, gear, withGear }) {
+function describe({ job, gear, withGear, requirements }) {
   const written = Object.entries((withGear && gearOf(gear).gear) || {}).map(
     ([name, value]) => `${name}: ${typeof value === "number" ? fmt.value.input(value) : JSON.stringify(value)}`,
   );
@@ -155,5 +162,24 @@ function describe({ job, gear, withGear }) {
     { name: t.machine, value: job.machine || ABSENT },
     { name: t.tags, value: job.tags.replaceAll("\n", "; ") || ABSENT },
     { name: t.gear, value: written.sort().join("; ") || ABSENT },
+    { name: requirementText.title, value: inShort(requirements) || ABSENT },
   ];
+}
+
+/** Requirements in a line. @param {import("../lib/requirements.js").RequirementsForm} form */
+function inShort(form) {
+  const { requirements } = requirementsOf(form);
+  const of = requirements?.tolerance_limits?.class;
+  const limits = SIDES.flatMap((side) =>
+    FIGURES.flatMap(({ name, symbol }) => {
+      const ends = limitsOf(requirements, side, name)?.map(fmt.value.input).join(" … ");
+      const whose = side === "both" ? "" : `, ${requirementText[side]}`;
+      return ends ? [`${symbol.replace("_", " ")}${whose}: ${ends}`] : [];
+    }),
+  );
+  const bands = (requirements?.k_bands ?? []).map(
+    ({ kind, upper, lower }) =>
+      `${requirementText[kind]}: ${[upper, lower].map((line) => JSON.stringify(line)).join(" ")}`,
+  );
+  return [...(of === undefined ? [] : [`${requirementText.class}: ${of}`]), ...limits, ...bands].join("; ");
 }

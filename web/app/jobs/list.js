@@ -1,12 +1,16 @@
 // The list of jobs as a table, with what became of each one's last iteration.
 
 import { Badge } from "../components/figure.js";
+import { Within } from "../components/flank_figures.js";
 import { table } from "../components/table.js";
 import { Tags } from "../components/tags.js";
+import { Thumbnail } from "../components/thumbnail.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { gearInShort } from "../lib/gear.js";
+import { SURFACE_FIGURES } from "../lib/requirements.js";
+import { commonLimit } from "../lib/thumbnail.js";
 import { setQuery } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html } from "../../vendor/ui.js";
@@ -25,20 +29,23 @@ const KINDS = /** @type {const} */ ({
 
 /** @param {{ jobs: readonly ListedJob[], sort: string, tools: import("../components/table.js").Children }} props */
 export function JobList({ jobs, sort, tools }) {
-  return table({
+  const limit = commonLimit(jobs.map(({ figures }) => figures));
+  const flanks = jobs.some(({ figures }) => figures);
+  const list = table({
     caption: t.caption,
     hideCaption: true,
-    columns: columns(sort),
+    columns: columns(sort, flanks ? limit : undefined),
     rows: jobs,
     rowKey: (job) => job.id,
     csvName: "jobs",
     stacked: true,
     tools,
   });
+  return html`${list}${flanks && html`<p class="hint list-hint">${t.flankHint(fmt.value.input(limit))}</p>`}`;
 }
 
-/** @param {string} sort @returns {Column[]} */
-function columns(sort) {
+/** @param {string} sort @param {number | undefined} limit of the flanks' colours; none where no job has one @returns {Column[]} */
+function columns(sort, limit) {
   const by = (/** @type {string | undefined} */ value) => () => setQuery({ sort: value, ...firstPage }, { step: true });
   return [
     {
@@ -66,6 +73,23 @@ function columns(sort) {
       cell: ({ iteration_count: count }) => html`<span translate="no">${fmt.value.count(count)}</span>`,
       csv: (job) => job.iteration_count,
     },
+    {
+      key: "flank",
+      header: t.flank,
+      cell: limit === undefined ? undefined : ({ figures }) => (figures ? flankOf(figures, limit) : ABSENT),
+    },
+    ...SURFACE_FIGURES.map(({ name, symbol }) => {
+      const value = (/** @type {ListedJob} */ { figures }) => figures?.[/** @type {const} */ (`${name}_um`)];
+      return { key: name, header: symbol.replace("_", " "), unit: "µm", csv: value };
+    }),
+    { key: "within", header: t.withinLimits, csv: ({ figures }) => figures?.within },
+    {
+      key: "class",
+      header: t.class,
+      numeric: true,
+      cell: ({ class: of }) => (of === undefined ? ABSENT : html`<span translate="no">${fmt.value.count(of)}</span>`),
+      csv: (job) => job.class,
+    },
     number("rms", t.rms, ({ rms }) => rms, fmt.value.three),
     number("condition", t.condition, ({ condition }) => condition, fmt.value.condition),
     { key: "gear", header: t.gear, csv: (job) => gearInShort(job.gear) },
@@ -82,6 +106,11 @@ function columns(sort) {
       onSort: by(undefined),
     },
   ];
+}
+
+/** The flank, and whether all figures lie within their limits. @param {NonNullable<ListedJob["figures"]>} figures @param {number} limit */
+function flankOf(figures, limit) {
+  return html`<span class="flank-cell">${h(Thumbnail, { figures, limit })}${h(Within, { within: figures.within })}</span>`;
 }
 
 /** @param {string} key @param {string} header @param {(job: ListedJob) => number | undefined} of @param {(value: number | undefined) => string} write @returns {Column} */

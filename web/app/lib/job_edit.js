@@ -2,12 +2,14 @@
 // to a version that somebody else has stored meanwhile. Pure.
 
 import { formOf, gearOf, tagLines, tagsOf } from "./gear_form.js";
+import { requirementsForm, requirementsOf, requirementsRebased } from "./requirements.js";
 
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
 /** @typedef {import("../api/client.js").Schema<"JobPatch">} JobPatch */
 /** @typedef {import("./gear_form.js").GearForm} GearForm */
 /** @typedef {{ name: string, part_number: string, serial_number: string, machine: string, tags: string }} JobForm */
-/** @typedef {{ job: JobForm, gear: GearForm, withGear: boolean }} JobEdit */
+/** @typedef {import("./requirements.js").RequirementsForm} RequirementsForm */
+/** @typedef {{ job: JobForm, gear: GearForm, withGear: boolean, requirements: RequirementsForm }} JobEdit */
 
 export const OPTIONAL = /** @type {const} */ (["part_number", "serial_number", "machine"]);
 const LINES = /** @type {const} */ (["name", ...OPTIONAL]);
@@ -24,6 +26,7 @@ export function editOf(job, write) {
     },
     gear: formOf(job.gear ?? undefined, write),
     withGear: job.gear != null,
+    requirements: requirementsForm(job.requirements, write),
   };
 }
 
@@ -35,7 +38,9 @@ export function editOf(job, write) {
 export function patchOf(mine, from) {
   const tags = tagsOf(mine.job.tags);
   const gear = mine.withGear ? gearOf(mine.gear).gear : undefined;
+  const { requirements, faults } = requirementsOf(mine.requirements);
   if (mine.job.name.trim() === "" || !tags || (mine.withGear && !gear)) return undefined;
+  if (Object.keys(faults).length > 0) return undefined;
   /** @type {JobPatch} */
   const patch = {};
   /** @type {NonNullable<JobPatch["clear"]>} */
@@ -49,6 +54,10 @@ export function patchOf(mine, from) {
   if (!same(tags, tagsOf(from.job.tags))) patch.tags = tags;
   if (gear && !(from.withGear && same(gear, gearOf(from.gear).gear))) patch.gear = gear;
   if (!gear && from.withGear) clear.push("gear");
+  if (!same(requirements, requirementsOf(from.requirements).requirements)) {
+    if (requirements) patch.requirements = requirements;
+    else clear.push("requirements");
+  }
   if (clear.length > 0) patch.clear = clear;
   return patch;
 }
@@ -68,6 +77,7 @@ export function rebased(mine, from, theirs) {
     },
     gear: gearChanged && !theirs.withGear ? mine.gear : changed(mine.gear, from.gear, theirs.gear),
     withGear: gearChanged ? mine.withGear : theirs.withGear,
+    requirements: requirementsRebased(mine.requirements, from.requirements, theirs.requirements),
   };
 }
 

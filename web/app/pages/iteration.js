@@ -3,6 +3,7 @@
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
 import { Decision } from "../components/decision.js";
+import { FlankFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
 import { FlankCurve } from "../flank/curve.js";
@@ -85,6 +86,7 @@ function Whole({ job, iteration, traced, resource, reread }) {
       })}
       ${h(Measured, { iteration })}
     </div>
+    ${standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
     ${standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes })}
   </div>`;
 }

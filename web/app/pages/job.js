@@ -6,7 +6,9 @@ import { may } from "../api/key.js";
 import { Dialog } from "../components/dialog.js";
 import { EditJob } from "../components/edit_job.js";
 import { Badge, Facts } from "../components/figure.js";
+import { FiguresOfIterations } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
+import { RequirementsPanel } from "../components/requirements.js";
 import { Failure, loaded } from "../components/states.js";
 import { table } from "../components/table.js";
 import { Tags } from "../components/tags.js";
@@ -15,6 +17,7 @@ import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/job.js";
 import en from "../i18n/en/job.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { t as requirementText } from "../i18n/requirements.js";
 import { ABSENT } from "../lib/format.js";
 import { gearInShort } from "../lib/gear.js";
 import { heightUnit } from "../lib/units.js";
@@ -44,6 +47,8 @@ export default function JobOverview({ params }) {
         children: ({ iterations }) => html`<div class="job-main">
           ${h(NextStep, { job, last: iterations.at(-1) })}
           ${iterations.length > 0 && h(Iterations, { job, iterations })}
+          ${iterations.length > 0 && h(Figures, { job, iterations })}
+          ${h(RequirementsPanel, { requirements: job.requirements, name: job.name })}
         </div>`,
       })}
       ${h(AboutJob, { job })}
@@ -117,7 +122,6 @@ function Iterations({ job, iterations }) {
   };
   return html`<section class="panel" aria-labelledby="iterations">
     <h2 id="iterations">${t.iterations}</h2>
-    <p class="quiet">${t.figuresMissing}</p>
     ${table({
       caption: t.iterations,
       hideCaption: true,
@@ -183,6 +187,21 @@ function Iterations({ job, iterations }) {
           csv: (one) => one.decision,
         },
       ]),
+    })}
+  </section>`;
+}
+
+/** @param {{ job: Job, iterations: readonly TracedIteration[] }} props */
+function Figures({ job, iterations }) {
+  return html`<section class="panel" aria-labelledby="flank-figures">
+    <h2 id="flank-figures">${requirementText.figuresOfFit}</h2>
+    ${h(FiguresOfIterations, {
+      csvName: `${job.name} figures`,
+      rows: iterations.map((one) => ({
+        number: one.number,
+        link: numberLink(job, one.number),
+        figures: standingFit(one)?.figures,
+      })),
     })}
   </section>`;
 }

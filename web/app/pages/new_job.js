@@ -10,15 +10,18 @@ import { Derived, emptyGear, GearFields } from "../components/gear_fields.js";
 import { GearFile } from "../components/gear_file.js";
 import { emptyJob, JobFields } from "../components/job_fields.js";
 import { Page } from "../components/page.js";
+import { RequirementsFields, shownPointers } from "../components/requirements_fields.js";
 import { Failure } from "../components/states.js";
 import { notify } from "../components/toast.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/new_job.js";
 import en from "../i18n/en/new_job.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { t as requirementText } from "../i18n/requirements.js";
 import { useDraft } from "../lib/draft.js";
 import { FIELDS, formOf, gearOf, tagsOf } from "../lib/gear_form.js";
 import { OPTIONAL } from "../lib/job_edit.js";
+import { emptyRequirements, requirementsOf } from "../lib/requirements.js";
 import { navigate } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html, useRef, useState } from "../../vendor/ui.js";
@@ -48,8 +51,13 @@ export default function NewJob() {
 }
 
 function Form() {
-  const [draft, setDraft, forget] = useDraft("new job", () => ({ job: emptyJob, withGear: true, gear: emptyGear() }));
-  const { job, withGear, gear } = draft;
+  const [draft, setDraft, forget] = useDraft("new job with requirements", () => ({
+    job: emptyJob,
+    withGear: true,
+    gear: emptyGear(),
+    requirements: emptyRequirements(),
+  }));
+  const { job, withGear, gear, requirements } = draft;
   const setJob = (/** @type {typeof emptyJob} */ next) => setDraft({ ...draft, job: next });
   const setWithGear = (/** @type {boolean} */ next) => setDraft({ ...draft, withGear: next });
   const setGear = (/** @type {import("../lib/gear_form.js").GearForm} */ next) => setDraft({ ...draft, gear: next });
@@ -61,7 +69,7 @@ function Form() {
 
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
-    const body = read(job, withGear ? gear : undefined);
+    const body = read(job, withGear ? gear : undefined, requirements);
     setTold(true);
     if (!body) return toFault(form.current);
     setSending(true);
@@ -105,7 +113,11 @@ function Form() {
               : html`<p class="quiet">${t.gearAbout}</p>`
           }
         </section>
-        ${error !== undefined && h(Failure, { error, except: SHOWN })}
+        <section class="panel" aria-labelledby="new-requirements">
+          <h2 id="new-requirements">${requirementText.title}</h2>
+          ${h(RequirementsFields, { form: requirements, onChange: (form) => setDraft({ ...draft, requirements: form }), error, told })}
+        </section>
+        ${error !== undefined && h(Failure, { error, except: [...SHOWN, ...shownPointers(requirements)] })}
         <div class="actions">
           <button type="submit" class="button primary" disabled=${sending}>${t.create}</button>
           <a class="button" href=${href("/jobs")}>${common.cancel}</a>
@@ -119,17 +131,21 @@ function Form() {
 /**
  * The request of a form, unless something of it cannot be read.
  * @param {typeof emptyJob} job @param {import("../lib/gear_form.js").GearForm | undefined} gearForm
+ * @param {import("../lib/requirements.js").RequirementsForm} requirementsForm
  * @returns {NewJob | undefined}
  */
-function read(job, gearForm) {
+function read(job, gearForm, requirementsForm) {
   const tags = tagsOf(job.tags);
   const gear = gearForm === undefined ? undefined : gearOf(gearForm).gear;
   if (job.name.trim() === "" || !tags || (gearForm !== undefined && !gear)) return undefined;
+  const { requirements, faults } = requirementsOf(requirementsForm);
+  if (Object.keys(faults).length > 0) return undefined;
   /** @type {NewJob} */
   const body = { name: job.name.trim() };
   for (const name of OPTIONAL) if (job[name].trim() !== "") body[name] = job[name].trim();
   if (Object.keys(tags).length > 0) body.tags = tags;
   if (gear) body.gear = gear;
+  if (requirements) body.requirements = requirements;
   return body;
 }
 

@@ -1,6 +1,7 @@
 // One entry of the story.
 
 import { Criterion } from "../components/criterion.js";
+import { FiguresInShort } from "../components/flank_figures.js";
 import { Badge } from "../components/figure.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/trace.js";
@@ -31,7 +32,7 @@ export function EntryText({ entry, jobId, unit }) {
     );
     return html`${head(t.fitEntry, entry.fit.chosen && h(Badge, { kind: "good", children: t.standsNow }))}
       <p>${to ? html`<a href=${to}>${h(Criterion, { name: entry.fit.criterion })}</a>` : h(Criterion, { name: entry.fit.criterion })}</p>
-      ${h(Figures, { fit: entry.fit, unit })}${reason(entry.fit.reason)}`;
+      ${h(Figures, { fit: entry.fit, unit })}${h(FiguresInShort, { figures: entry.fit.figures })}${reason(entry.fit.reason)}`;
   }
   if (entry.kind === "choice") {
     return html`${head(entry.until ? t.stoodEntry : t.standsEntry)}

@@ -2,18 +2,11 @@
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
+import { agrees } from "./numbers.js";
 
 const posted = async () => JSON.parse(await example("requests/gear_evaluate.json"));
 /** @param {string} id */
 const pathOf = (id) => `/jobs/${id}/iterations/1/evaluation`;
-
-/** A number as it is shown, which has to be the interface's to its last digit. @param {string | null | undefined} text @param {number} value */
-function agrees(text, value) {
-  const written = /[−+]?\d+(\.\d+)?/.exec(text ?? "")?.[0];
-  assert.ok(written, `no number in ${text}`);
-  const decimals = written.split(".")[1]?.length ?? 0;
-  assert.equal(Number(written.replace("−", "-")), Number(value.toFixed(decimals)), text ?? "");
-}
 
 browserTest("the figures of a sheet are the interface's, and a class brings band and tolerances", {}, async (world) => {
   const { page, open, stands, job, iteration, call } = world;

@@ -14,8 +14,6 @@ export default {
   toCorrection: "Korrigieren",
   toReport: "Bericht",
   iterations: "Iterationen",
-  figuresMissing:
-    "Winkelabweichungen, Balligkeiten und Verschränkung mit Unsicherheit und Grenze stehen hier nicht: Der Server nennt sie im Verlauf noch nicht.",
   number: "Iteration",
   flank: "Flanke, Zahn",
   tooth: "Zahn",

@@ -33,6 +33,11 @@ export default {
   machine: "Maschine",
   status: "Stand",
   iterations: "Iterationen",
+  flank: "Flanke",
+  flankHint: (limit) =>
+    `Flanken nach Winkelabweichungen, Balligkeiten und Verschränkung der letzten Iteration, Farben von −${limit} bis ${limit} µm: oben der Kopf; Stirnseite I bei linken Flanken links, bei rechten rechts. ✓, ✗: ob alle Kenngrößen in ihren Grenzen liegen.`,
+  withinLimits: "In den Grenzen",
+  class: "Klasse",
   rms: "RMS",
   rmsUnit: "RMS in der Einheit der Höhen jedes Auftrags",
   condition: "Kondition",

@@ -15,8 +15,6 @@ export default {
   toCorrection: "Correct",
   toReport: "Report",
   iterations: "Iterations",
-  figuresMissing:
-    "Slopes, crownings and twist with their errors and limits are not listed here: the server does not answer them with the trace yet.",
   number: "Iteration",
   flank: "Flank, tooth",
   tooth: "Tooth",

@@ -32,6 +32,11 @@ export default {
   machine: "Machine",
   status: "Status",
   iterations: "Iterations",
+  flank: "Flank",
+  flankHint: (/** @type {string} */ limit) =>
+    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip above; face I on the left of left flanks, on the right of right ones. ✓, ✗: whether all figures lie within their limits.`,
+  withinLimits: "Within limits",
+  class: "Class",
   rms: "RMS",
   rmsUnit: "RMS in the unit of each job’s heights",
   condition: "Condition",

@@ -1,0 +1,195 @@
+// Slopes, crownings and twist of fits: with errors, intervals, bounds, and against their limits.
+
+import { fmt } from "../i18n/i18n.js";
+import { t } from "../i18n/requirements.js";
+import { ABSENT } from "../lib/format.js";
+import { SURFACE_FIGURES } from "../lib/requirements.js";
+import { h, html } from "../../vendor/ui.js";
+import { Badge, WithError } from "./figure.js";
+import { GearSymbol } from "./symbol.js";
+import { table } from "./table.js";
+import { WarningList } from "./warnings.js";
+
+/** @typedef {import("../api/client.js").Schema<"FitFigures">} Figures */
+/** @typedef {import("../api/client.js").Schema<"FlankFigure">} FlankFigure */
+/** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
+/** @typedef {(typeof SURFACE_FIGURES)[number] & { figure: FlankFigure }} Row */
+
+/** @param {Figures | undefined} figures @param {(typeof SURFACE_FIGURES)[number]["name"]} name */
+const figureOf = (figures, name) => figures?.[/** @type {const} */ (`${name}_um`)];
+
+/** Those that a fit tells. @param {Figures | undefined} figures @returns {Row[]} */
+export function toldFigures(figures) {
+  return SURFACE_FIGURES.flatMap(({ name, symbol }) => {
+    const figure = figureOf(figures, name);
+    return figure ? [{ name, symbol, figure }] : [];
+  });
+}
+
+/** Whether a value lies within its limits, by a sign and in words; nothing where it has none. @param {{ within: boolean | null | undefined }} props */
+export function Within({ within }) {
+  if (typeof within !== "boolean") return null;
+  return html`<b class=${within ? "within" : "within not"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
+    class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
+}
+
+/** @param {{ conformity: Conformity | null | undefined }} props */
+export function Conforms({ conformity }) {
+  if (!conformity) return ABSENT;
+  const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
+  return h(Badge, { kind: kinds[conformity.decision], children: t[conformity.decision] });
+}
+
+/** Limits as they were asked for. @param {readonly number[] | undefined} limits */
+export function limitText(limits) {
+  return limits ? limits.map((end) => fmt.value.input(end).replace("-", "\u2212")).join(" … ") : ABSENT;
+}
+
+/** @param {string} text */
+const data = (text) => html`<span translate="no">${text}</span>`;
+
+/** The figures of one fit. @param {{ figures: Figures | undefined, level: number }} props `level`: of the intervals */
+export function FlankFigures({ figures, level }) {
+  const rows = toldFigures(figures);
+  const percent = fmt.value.input(Number((100 * level).toPrecision(12)));
+  const limited = rows.some(({ figure }) => figure.conformity);
+  return html`<section class="panel figures-panel" aria-labelledby="flank-figures">
+    <h2 id="flank-figures">${t.figuresOfFit}</h2>
+    ${
+      rows.length === 0
+        ? html`<p class="quiet">${t.noFigures}</p>`
+        : html`${table({
+            caption: t.figuresOfFit,
+            hideCaption: true,
+            csvName: "figures",
+            stacked: true,
+            rows,
+            rowKey: ({ name }) => name,
+            columns: columns(percent, limited),
+          })}<p class="hint">${t.figuresHint}${limited && ` ${t.conformityHint}`}</p>`
+    }
+    ${(figures?.warnings.length ?? 0) > 0 && h(WarningList, { warnings: figures?.warnings ?? [] })}
+  </section>`;
+}
+
+/** @param {string} percent @param {boolean} limited @returns {import("./table.js").Column<Row>[]} */
+function columns(percent, limited) {
+  const interval = t.interval(percent);
+  return [
+    {
+      key: "figure",
+      header: t.figure,
+      rowHeader: true,
+      cell: ({ name, symbol }) => html`${h(GearSymbol, { name: symbol })} <span class="figure-name">${t[name]}</span>`,
+      csv: ({ symbol }) => symbol.replace("_", " "),
+    },
+    {
+      key: "value",
+      header: t.value,
+      unit: "µm",
+      numeric: true,
+      cell: ({ figure }) =>
+        html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}`,
+      csv: ({ figure }) => figure.value,
+    },
+    { key: "error", header: `${t.value}: σ`, unit: "µm", csv: ({ figure }) => figure.std_error },
+    {
+      key: "interval",
+      header: interval,
+      unit: "µm",
+      numeric: true,
+      cell: ({ figure }) => data(fmt.value.interval(figure.interval, figure.std_error)),
+      csv: ({ figure }) => figure.interval?.join(" … "),
+    },
+    {
+      key: "bias",
+      header: t.biasBound,
+      unit: "µm",
+      numeric: true,
+      cell: ({ figure }) => data(fmt.value.significant(figure.bias_bound, 2)),
+      csv: ({ figure }) => figure.bias_bound,
+    },
+    {
+      key: "limits",
+      header: t.limitsOf,
+      unit: "µm",
+      numeric: true,
+      cell: limited ? ({ figure }) => data(limitText(figure.conformity?.limits_um)) : undefined,
+      csv: ({ figure }) => figure.conformity?.limits_um.join(" … "),
+    },
+    {
+      key: "conformity",
+      header: t.conformity,
+      cell: limited ? ({ figure }) => h(Conforms, { conformity: figure.conformity }) : undefined,
+      csv: ({ figure }) => figure.conformity?.decision,
+    },
+  ];
+}
+
+/**
+ * The figures of several iterations below each other, by their standing fits.
+ * @param {{ rows: readonly { number: number, link: import("../../vendor/ui.js").ComponentChildren, figures: Figures | undefined }[], csvName: string }} props
+ */
+export function FiguresOfIterations({ rows, csvName }) {
+  const told = SURFACE_FIGURES.filter(({ name }) => rows.some(({ figures }) => figureOf(figures, name)));
+  const limitsOf = (/** @type {(typeof SURFACE_FIGURES)[number]["name"]} */ name) =>
+    rows.flatMap(({ figures }) => figureOf(figures, name)?.conformity?.limits_um ?? []).slice(-2);
+  const limited = told.some(({ name }) => limitsOf(name).length > 0);
+  if (told.length === 0) return html`<p class="quiet">${t.noFigures}</p>`;
+  /** @typedef {(typeof rows)[number] | "limits"} Line */
+  /** @type {Line[]} */
+  const lines = [...rows, ...(limited ? [/** @type {const} */ ("limits")] : [])];
+  return html`${table({
+    caption: t.figuresOfFit,
+    hideCaption: true,
+    csvName,
+    stacked: true,
+    rows: lines,
+    rowKey: (line) => (line === "limits" ? line : line.number),
+    rowClass: (line) => (line === "limits" ? "summary" : ""),
+    columns: [
+      {
+        key: "iteration",
+        header: t.iteration,
+        rowHeader: true,
+        cell: (line) => (line === "limits" ? t.limitsOf : line.link),
+        csv: (line) => (line === "limits" ? t.limitsOf : line.number),
+      },
+      ...told.map(({ name, symbol }) => {
+        /** @type {import("./table.js").Column<Line>} */
+        const column = {
+          key: name,
+          header: `${symbol.replace("_", " ")} ${t[name]}`,
+          head: html`${h(GearSymbol, { name: symbol })} <span class="visually-hidden">${t[name]}</span>`,
+          unit: "µm",
+          numeric: true,
+          cell: (line) => {
+            if (line === "limits") {
+              const limits = limitsOf(name);
+              return data(limits.length > 0 ? limitText(limits) : ABSENT);
+            }
+            const figure = figureOf(line.figures, name);
+            if (!figure) return ABSENT;
+            return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}`;
+          },
+          csv: (line) => (line === "limits" ? limitsOf(name).join(" … ") : figureOf(line.figures, name)?.value),
+        };
+        return column;
+      }),
+    ],
+  })}<p class="hint">${t.figuresHint}${limited && ` ${t.conformityHint}`}</p>`;
+}
+
+/** In short, as an entry of the trace has them. @param {{ figures: Figures | undefined }} props */
+export function FiguresInShort({ figures }) {
+  const rows = toldFigures(figures);
+  if (rows.length === 0) return null;
+  return html`<dl class="figures-short" aria-label=${t.figuresOfFit}>
+    ${rows.map(
+      ({ name, symbol, figure }) => html`<div key=${name}>
+        <dt>${h(GearSymbol, { name: symbol })}<span class="visually-hidden">${t[name]}</span></dt>
+        <dd>${h(WithError, { value: figure.value, error: figure.std_error, unit: "µm" })} ${h(Within, { within: figure.within })}</dd>
+      </div>`,
+    )}
+  </dl>`;
+}

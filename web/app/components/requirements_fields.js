@@ -1,0 +1,168 @@
+// The fields of what a job asks of its flanks.
+
+import { faultsAt } from "../api/problem.js";
+import { t } from "../i18n/requirements.js";
+import { bandPlace, emptyBand, FIGURES, placeOf, requirementsOf } from "../lib/requirements.js";
+import { h, html, useId } from "../../vendor/ui.js";
+import { CLASSES } from "./evaluation_form.js";
+import { SelectField, TextField } from "./form.js";
+import { GearSymbol } from "./symbol.js";
+
+/** @typedef {import("../lib/requirements.js").RequirementsForm} RequirementsForm */
+/** @typedef {import("../lib/requirements.js").BandForm} BandForm */
+/** @typedef {import("../lib/requirements.js").Side} Side */
+/** @typedef {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} Typed */
+
+/** JSON Pointers of requests whose faults stand at these fields. @param {RequirementsForm} form */
+export const shownPointers = (form) => [
+  "/requirements/tolerance_limits/class",
+  ...["", "/left", "/right"].flatMap((side) =>
+    FIGURES.map(({ name }) => `/requirements/tolerance_limits${side}/${name}_um`),
+  ),
+  ...form.bands.flatMap((_, i) => ["upper", "lower"].map((edge) => `/requirements/k_bands/${i}/${edge}`)),
+];
+
+/** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, told: boolean }} props */
+export function RequirementsFields({ form, onChange, error, told }) {
+  const { faults } = requirementsOf(form);
+  const oneFlank = Object.keys(form.limits).some((place) => form.limits[place] && !place.startsWith("both"));
+  const ends = (/** @type {readonly Side[]} */ sides) =>
+    h(Limits, { sides, form, error, faults: told ? faults : onlyNumbers(faults), onChange });
+  return html`<div class="requirements-fields">
+    <div class="fields">
+      ${h(SelectField, {
+        label: t.class,
+        hint: t.classHint,
+        value: form.class,
+        error,
+        pointer: "/requirements/tolerance_limits/class",
+        onChange: (value) => onChange({ ...form, class: value }),
+        options: [
+          { value: "", label: t.noClass },
+          ...CLASSES.map((value) => ({ value, label: html`<span translate="no">${value}</span>` })),
+        ],
+      })}
+    </div>
+    <div role="group" aria-label=${t.limits}>
+      <h3>${t.limits}</h3>
+      <p class="hint">${t.limitsHint}</p>
+      ${ends(["both"])}
+      <details open=${oneFlank}><summary>${t.oneFlank}</summary>${ends(["left", "right"])}</details>
+    </div>
+    <div role="group" aria-label=${t.bands}>
+      <h3>${t.bands}</h3>
+      ${form.bands.map((band, i) =>
+        h(Band, {
+          key: i,
+          band,
+          index: i,
+          error,
+          fault: (edge) => (told ? faults[bandPlace(i, edge)] : undefined),
+          onChange: (next) => onChange({ ...form, bands: form.bands.map((one, k) => (k === i ? next : one)) }),
+          onRemove: () => onChange({ ...form, bands: form.bands.filter((_, k) => k !== i) }),
+        }),
+      )}
+      <div class="actions">
+        <button type="button" class="button" onClick=${() => onChange({ ...form, bands: [...form.bands, emptyBand()] })}>${t.addBand}</button>
+      </div>
+    </div>
+  </div>`;
+}
+
+/** What is said while somebody types. @param {Record<string, import("../lib/requirements.js").Fault>} faults */
+const onlyNumbers = (faults) =>
+  Object.fromEntries(Object.entries(faults).filter(([, fault]) => fault === "notANumber"));
+
+/** A table of two fields a figure, from and to. @param {{ sides: readonly Side[], form: RequirementsForm, faults: Record<string, import("../lib/requirements.js").Fault>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
+function Limits({ sides, form, faults, error, onChange }) {
+  const id = useId();
+  return html`<div class="limits-grid" data-sides=${sides.length}>
+    ${sides.length > 1 && html`<span></span>${sides.map((side) => html`<b key=${side} class="limits-side">${t[side]}</b>`)}`}
+    ${FIGURES.map(({ name, symbol }) => {
+      const told = sides.flatMap((side) => {
+        const pointer = `/requirements/tolerance_limits${side === "both" ? "" : `/${side}`}/${name}_um`;
+        const own = faults[placeOf(side, name, 0)];
+        return [
+          ...(own ? [html`<span key=${side}>${t[own]}</span>`] : []),
+          ...faultsAt(error, pointer).map((one) => html`<span key=${one.pointer} lang="en">${one.detail}</span>`),
+        ];
+      });
+      const fault = `${id}-${name}`;
+      return html`<div key=${name} class="limits-row" role="group" aria-label=${t[name]}>
+        <span class="limits-name">${h(GearSymbol, { name: symbol })} ${t[name]}</span>
+        ${sides.map(
+          (side) => html`<span key=${side} class="limits-ends" data-side=${sides.length > 1 ? t[side] : undefined}>
+          ${
+            /** @type {const} */ ([0, 1]).map((end) => {
+              const place = placeOf(side, name, end);
+              const label = `${t[name]}, ${t[side]}, ${end === 0 ? t.from : t.to}`;
+              return html`${end === 1 && html`<span class="quiet" aria-hidden="true">…</span>`}<input key=${place} type="text" class="numeric" inputmode="decimal"
+              autocomplete="off" spellcheck=${false} aria-label=${label} value=${form.limits[place] ?? ""}
+              aria-invalid=${told.length > 0 ? "true" : undefined} aria-describedby=${told.length > 0 ? fault : undefined}
+              onInput=${(/** @type {Typed} */ event) => onChange({ ...form, limits: { ...form.limits, [place]: event.currentTarget.value } })} />`;
+            })
+          }<span class="unit" translate="no">µm</span>
+        </span>`,
+        )}
+        ${told.length > 0 && html`<span class="fault" id=${fault}>${told}</span>`}
+      </div>`;
+    })}
+  </div>`;
+}
+
+/** @param {{ band: BandForm, index: number, error: unknown, fault: (edge: "upper" | "lower") => import("../lib/requirements.js").Fault | undefined, onChange: (band: BandForm) => void, onRemove: () => void }} props */
+function Band({ band, index, error, fault, onChange, onRemove }) {
+  const text = (/** @type {"upper" | "lower"} */ edge) => {
+    const wrong = fault(edge);
+    return h(TextField, {
+      key: edge,
+      label: t[edge],
+      hint: t.pointsHint,
+      required: true,
+      lines: 4,
+      value: band[edge],
+      error,
+      pointer: `/requirements/k_bands/${index}/${edge}`,
+      fault: wrong && t[wrong],
+      onInput: (value) => onChange({ ...band, [edge]: value }),
+    });
+  };
+  return html`<div class="band-fields" role="group" aria-label=${t.band(index + 1)}>
+    <header><h4>${t.band(index + 1)}</h4>
+      <button type="button" class="button small" onClick=${onRemove}>${t.removeBand(index + 1)}</button></header>
+    <div class="fields">
+      ${h(SelectField, {
+        label: t.kind,
+        required: true,
+        value: band.kind,
+        onChange: (kind) => onChange({ ...band, kind: /** @type {"profile"} */ (kind) }),
+        options: /** @type {const} */ (["profile", "helix"]).map((value) => ({ value, label: t[value] })),
+      })}
+      ${h(SelectField, {
+        label: t.flank,
+        required: true,
+        value: band.flank,
+        onChange: (flank) => onChange({ ...band, flank: /** @type {""} */ (flank) }),
+        options: [
+          { value: "", label: t.bothFlanks },
+          { value: "left", label: t.leftFlank },
+          { value: "right", label: t.rightFlank },
+        ],
+      })}
+      ${
+        band.kind === "profile" &&
+        h(SelectField, {
+          label: t.axis,
+          required: true,
+          value: band.axis,
+          onChange: (axis) => onChange({ ...band, axis: /** @type {"diameter"} */ (axis) }),
+          options: /** @type {const} */ (["roll_length", "diameter", "roll_angle"]).map((value) => ({
+            value,
+            label: t[value],
+          })),
+        })
+      }
+      ${text("upper")} ${text("lower")}
+    </div>
+  </div>`;
+}

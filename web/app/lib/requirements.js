@@ -1,0 +1,177 @@
+// What a job asks of its flanks, and the form of that: texts as they are typed. Pure.
+
+import { parseNumber } from "./format.js";
+
+/** @typedef {import("../api/client.js").Schema<"Requirements">} Requirements */
+/** @typedef {import("../api/client.js").Schema<"ToleranceLimits">} ToleranceLimits */
+/** @typedef {import("../api/client.js").Schema<"KBand">} KBand */
+/** @typedef {(typeof FIGURES)[number]["name"]} FigureName */
+/** @typedef {"both" | "left" | "right"} Side */
+/** @typedef {{ kind: "profile" | "helix", flank: "" | "left" | "right", axis: "roll_length" | "diameter" | "roll_angle", upper: string, lower: string }} BandForm */
+/** @typedef {"notANumber" | "twoEnds" | "order" | "points"} Fault */
+/**
+ * @typedef {object} RequirementsForm
+ * @property {string} class
+ * @property {Record<string, string>} limits by `placeOf`; what is left empty is not there
+ * @property {BandForm[]} bands
+ */
+
+/** The figures that have limits, with their symbols. */
+export const FIGURES = /** @type {const} */ ([
+  { name: "profile_slope", symbol: "f_Hα" },
+  { name: "helix_slope", symbol: "f_Hβ" },
+  { name: "profile_crowning", symbol: "C_α" },
+  { name: "helix_crowning", symbol: "C_β" },
+  { name: "twist", symbol: "S" },
+  { name: "profile_form", symbol: "f_fα" },
+  { name: "helix_form", symbol: "f_fβ" },
+  { name: "profile_total", symbol: "F_α" },
+  { name: "helix_total", symbol: "F_β" },
+]);
+
+/** Those that the surface of a fit has too. */
+export const SURFACE_FIGURES = FIGURES.slice(0, 5).map(
+  ({ name, symbol }) => /** @type {{ name: SurfaceFigure, symbol: string }} */ ({ name, symbol }),
+);
+/** @typedef {"profile_slope" | "helix_slope" | "profile_crowning" | "helix_crowning" | "twist"} SurfaceFigure */
+
+export const SIDES = /** @type {const} */ (["both", "left", "right"]);
+
+/** Where a limit stands in the form. @param {Side} side @param {FigureName} name @param {0 | 1} end */
+export const placeOf = (side, name, end) => `${side} ${name} ${end}`;
+
+/** The limits of one figure, as they were asked for. @param {Requirements | undefined} requirements @param {Side} side @param {FigureName} name */
+export function limitsOf(requirements, side, name) {
+  const all = requirements?.tolerance_limits;
+  const of = side === "both" ? all : all?.[side];
+  const [low, high] = of?.[/** @type {const} */ (`${name}_um`)] ?? [];
+  return low === undefined || high === undefined ? undefined : /** @type {const} */ ([low, high]);
+}
+
+/** @returns {RequirementsForm} */
+export const emptyRequirements = () => ({ class: "", limits: {}, bands: [] });
+
+/** @returns {BandForm} */
+export const emptyBand = () => ({ kind: "profile", flank: "", axis: "roll_length", upper: "", lower: "" });
+
+/** @param {Requirements | undefined} requirements @param {(value: number) => string} write @returns {RequirementsForm} */
+export function requirementsForm(requirements, write) {
+  const form = emptyRequirements();
+  form.class = String(requirements?.tolerance_limits?.class ?? "");
+  for (const side of SIDES)
+    for (const { name } of FIGURES) {
+      const limits = limitsOf(requirements, side, name);
+      if (!limits) continue;
+      form.limits[placeOf(side, name, 0)] = write(limits[0]);
+      form.limits[placeOf(side, name, 1)] = write(limits[1]);
+    }
+  const lines = (/** @type {readonly number[][]} */ points) =>
+    points.map((point) => point.map(write).join("  ")).join("\n");
+  form.bands = (requirements?.k_bands ?? []).map(({ kind, flank, profile_axis: axis, upper, lower }) => ({
+    kind,
+    flank: flank ?? "",
+    axis: axis ?? "roll_length",
+    upper: lines(upper),
+    lower: lines(lower),
+  }));
+  return form;
+}
+
+/**
+ * The requirements of a form; none where it says nothing. Faults by `placeOf` of the lower end, or by `bandPlace`.
+ * @param {RequirementsForm} form @returns {{ requirements: Requirements | undefined, faults: Record<string, Fault> }}
+ */
+export function requirementsOf(form) {
+  /** @type {Record<string, Fault>} */
+  const faults = {};
+  /** @type {Record<string, unknown>} */
+  const limits = {};
+  if (form.class) limits["class"] = Number(form.class);
+  for (const side of SIDES) {
+    /** @type {Record<string, readonly number[]>} */
+    const own = {};
+    for (const { name } of FIGURES) {
+      const found = endsOf(form, side, name);
+      if (typeof found === "string") faults[placeOf(side, name, 0)] = found;
+      else if (found) own[`${name}_um`] = found;
+    }
+    if (side === "both") Object.assign(limits, own);
+    else if (Object.keys(own).length > 0) limits[side] = own;
+  }
+  const bands = form.bands.map(({ kind, flank, axis, ...edges }, i) => {
+    const [upper, lower] = [pointsOf(edges.upper), pointsOf(edges.lower)];
+    if (!upper) faults[bandPlace(i, "upper")] = "points";
+    if (!lower) faults[bandPlace(i, "lower")] = "points";
+    const more = { ...(flank ? { flank } : {}), ...(kind === "profile" ? { profile_axis: axis } : {}) };
+    return { kind, ...more, upper: upper ?? [], lower: lower ?? [] };
+  });
+  const whole = {
+    ...(Object.keys(limits).length > 0 ? { tolerance_limits: /** @type {ToleranceLimits} */ (limits) } : {}),
+    ...(bands.length > 0 ? { k_bands: /** @type {KBand[]} */ (bands) } : {}),
+  };
+  return { requirements: Object.keys(whole).length > 0 ? whole : undefined, faults };
+}
+
+/** @param {number} i @param {"upper" | "lower"} edge */
+export const bandPlace = (i, edge) => `band ${i} ${edge}`;
+
+/** @param {RequirementsForm} form @param {Side} side @param {FigureName} name @returns {readonly number[] | Fault | undefined} */
+function endsOf({ limits }, side, name) {
+  const [low, high] = [0, 1].map((end) => parseNumber(limits[placeOf(side, name, /** @type {0 | 1} */ (end))] ?? ""));
+  if (low === undefined && high === undefined) return undefined;
+  if (Number.isNaN(low) || Number.isNaN(high)) return "notANumber";
+  if (low === undefined || high === undefined) return "twoEnds";
+  return low <= high ? [low, high] : "order";
+}
+
+/**
+ * Points as lines `place deviation`, places ascending; none where they are no line.
+ * @param {string} text @returns {number[][] | undefined}
+ */
+export function pointsOf(text) {
+  const lines = text.split("\n").filter((line) => line.trim() !== "");
+  const points = lines.map((line) =>
+    line
+      .trim()
+      .split(/[\s;]+/)
+      .map(parseNumber),
+  );
+  const whole = points.every(([at, value, ...more]) => isNumber(at) && isNumber(value) && more.length === 0);
+  const found = /** @type {number[][]} */ (points);
+  if (!whole || found.length < 2) return undefined;
+  return found.every(([at = 0], i) => i === 0 || at > (found[i - 1]?.[0] ?? 0)) ? found : undefined;
+}
+
+/** @param {number | undefined} value */
+const isNumber = (value) => value !== undefined && Number.isFinite(value);
+
+/**
+ * The changes from one form to another, made to a third.
+ * @param {RequirementsForm} mine @param {RequirementsForm} from @param {RequirementsForm} theirs @returns {RequirementsForm}
+ */
+export function requirementsRebased(mine, from, theirs) {
+  /** @type {Record<string, string>} */
+  const limits = {};
+  for (const place of new Set([...Object.keys(mine.limits), ...Object.keys(theirs.limits)])) {
+    const [own = "", begun = ""] = [mine.limits[place], from.limits[place]];
+    const value = own === begun ? theirs.limits[place] : own;
+    if (value) limits[place] = value;
+  }
+  const bandsTouched = JSON.stringify(mine.bands) !== JSON.stringify(from.bands);
+  return {
+    class: mine.class === from.class ? theirs.class : mine.class,
+    limits,
+    bands: bandsTouched ? mine.bands : theirs.bands,
+  };
+}
+
+/** The height of a line at a place; none beyond its ends. @param {readonly number[][]} points @param {number} x */
+export function heightAt(points, x) {
+  const i = points.findLastIndex(([at = 0]) => at <= x);
+  const [from, to] = [points[i], points[i + 1]];
+  if (!from) return undefined;
+  const [a = 0, low = 0] = from;
+  if (!to) return x === a ? low : undefined;
+  const [b = 1, high = 0] = to;
+  return low + ((high - low) * (x - a)) / (b - a);
+}

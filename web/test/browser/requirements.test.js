@@ -1,0 +1,121 @@
+// What a job asks of its flanks, and figures held against it.
+
+import assert from "node:assert/strict";
+import { browserTest, example } from "./harness.js";
+import { agrees } from "./numbers.js";
+
+const asked = async () => JSON.parse(await example("requests/job_requirements.json")).requirements;
+const NAMES = /** @type {const} */ (["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"]);
+
+browserTest("requirements are shown, edited, and refused where they cannot be", { statuses: [422] }, async (world) => {
+  const { page, open, job, call } = world;
+  const { id } = await job();
+  await open(`/jobs/${id}`);
+  const panel = page.getByRole("region", { name: "Requirements" });
+  await panel.getByText("The job asks nothing of its flanks").waitFor();
+  await page.getByRole("button", { name: "Edit" }).click();
+  const dialog = page.getByRole("dialog");
+  await dialog.getByLabel("Accuracy class").selectOption("6");
+  await dialog.getByLabel("Twist, Both flanks, from").fill("-4,5");
+  await page.getByRole("button", { name: "Save" }).click();
+  await dialog.getByText("Both ends are needed, or none.").waitFor();
+  await dialog.getByLabel("Twist, Both flanks, to").fill("4");
+  await dialog.getByText("Limits of one flank").click();
+  await dialog.getByLabel("Helix slope, Left flank, from").fill("-6");
+  await dialog.getByLabel("Helix slope, Left flank, to").fill("2");
+  await dialog.getByRole("button", { name: "Add a K-band" }).click();
+  await dialog.getByLabel("Upper line").fill("0 2\n15 2");
+  await dialog.getByLabel("Lower line").fill("0 -10\n7,5 3\n15 -10");
+  await page.getByRole("button", { name: "Save" }).click();
+  // a lower line above the upper one: the server says where
+  await dialog.locator(".fault [lang=en]").first().waitFor();
+  await dialog.getByLabel("Lower line").fill("0 -10\n7,5 -3\n15 -10");
+  await page.getByRole("button", { name: "Save" }).click();
+  await page.getByText("The job has been changed.").waitFor();
+  const { requirements } = await call("GET", `/v1/jobs/${id}`);
+  assert.deepEqual(requirements.tolerance_limits, { class: 6, twist_um: [-4.5, 4], left: { helix_slope_um: [-6, 2] } });
+  assert.deepEqual(requirements.k_bands[0].lower, [
+    [0, -10],
+    [7.5, -3],
+    [15, -10],
+  ]);
+  await panel.getByText("Class 6 of ISO 1328-1:2013").waitFor();
+  await panel.getByText("−4.5 … 4", { exact: true }).waitFor();
+  await panel.getByRole("button", { name: "As table" }).click();
+  await panel.getByRole("cell", { name: "−3", exact: true }).waitFor();
+});
+
+browserTest("a new job brings its requirements", {}, async ({ page, open, call }) => {
+  await open("/jobs/new");
+  await page.getByLabel("Name").fill("with limits");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByLabel("Profile crowning, Both flanks, from").fill("1");
+  await page.getByLabel("Profile crowning, Both flanks, to").fill("6");
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("heading", { name: "with limits" }).waitFor();
+  const { items } = await call("GET", "/v1/jobs");
+  const stored = await call("GET", `/v1/jobs/${items[0].id}`);
+  assert.deepEqual(stored.requirements, { tolerance_limits: { profile_crowning_um: [1, 6] } });
+});
+
+browserTest("figures of fits are the interface's on every page, against their limits", {}, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { id } = await job({ requirements: await asked() });
+  await iteration(id);
+  await iteration(id, "flank_z52_remachined.json");
+  const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+  const all = iterations.map((/** @type {any} */ one) => one.fits[0].figures);
+  assert.equal(all[0].profile_slope_um.within, false, "the first iteration is beyond a limit");
+
+  await open(`/jobs/${id}`);
+  const rows = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
+  for (const [i, figures] of all.entries())
+    for (const [k, name] of NAMES.entries()) {
+      const text = await rows.nth(i).locator("td .cell").nth(k).textContent();
+      const { value, std_error, within } = figures[`${name}_um`];
+      agrees(text, value, std_error);
+      assert.ok(text?.includes(within ? "within the limits" : "outside the limits"), text ?? "");
+    }
+  for (const [k, name] of NAMES.entries()) {
+    const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
+    assert.equal(await rows.nth(2).locator("td .cell").nth(k).textContent(), limits);
+  }
+
+  await open(`/jobs/${id}/iterations/1`);
+  const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
+  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+  for (const [k, name] of NAMES.entries()) {
+    const { value, std_error, interval, bias_bound, conformity } = all[0][`${name}_um`];
+    const cells = await own.nth(k).locator("td .cell").allTextContents();
+    agrees(cells[0], value, std_error);
+    agrees(cells[1], interval[0], interval[1]);
+    agrees(cells[2], bias_bound);
+    assert.equal(cells[3], conformity.limits_um.join(" … ").replaceAll("-", "−"));
+    assert.equal(cells[4]?.trim(), words[/** @type {"conforms"} */ (conformity.decision)]);
+  }
+
+  await open(`/jobs/${id}/trace`);
+  const told = page.locator(".figures-short").first().locator("dd");
+  for (const [k, name] of NAMES.entries()) {
+    const { value, std_error } = all[0][`${name}_um`];
+    agrees(await told.nth(k).textContent(), value, std_error);
+  }
+
+  await open("/jobs");
+  const { items } = await call("GET", "/v1/jobs");
+  const flank = page.getByRole("img", { name: /^Flank by its figures/ });
+  const said = (await flank.getAttribute("aria-label")) ?? "";
+  for (const [k, name] of NAMES.entries())
+    agrees(said.split(", ")[k]?.split(" ").at(-1), items[0].figures[`${name}_um`]);
+  const painted = await flank.evaluate((canvas) => {
+    const { width, height } = /** @type {HTMLCanvasElement} */ (canvas);
+    const { data } = /** @type {CanvasRenderingContext2D} */ (
+      /** @type {HTMLCanvasElement} */ (canvas).getContext("2d")
+    ).getImageData(0, 0, width, height);
+    return {
+      colours: new Set(Array.from({ length: width * height }, (_, i) => data.slice(4 * i, 4 * i + 3).join())).size,
+      alpha: data[3],
+    };
+  });
+  assert.ok(painted.colours > 20 && painted.alpha === 255, JSON.stringify(painted));
+});

@@ -1,0 +1,101 @@
+// What a job asks of its flanks: the form and what it says, and the small flank of its figures.
+
+import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
+import { test } from "node:test";
+import { editOf, patchOf, rebased } from "../../app/lib/job_edit.js";
+import {
+  emptyBand,
+  heightAt,
+  placeOf,
+  pointsOf,
+  requirementsForm,
+  requirementsOf,
+} from "../../app/lib/requirements.js";
+import { COLUMNS, heightsOf, materialAt, ROWS } from "../../app/lib/thumbnail.js";
+
+const example = JSON.parse(
+  await readFile(new URL("../../../examples/requests/job_requirements.json", import.meta.url), "utf8"),
+);
+
+test("the form of requirements says what they say, with point and with comma", () => {
+  const german = (/** @type {number} */ value) => String(value).replace(".", ",");
+  for (const write of [String, german]) {
+    const { requirements, faults } = requirementsOf(requirementsForm(example.requirements, write));
+    assert.deepEqual(requirements, example.requirements);
+    assert.deepEqual(faults, {});
+  }
+  assert.equal(requirementsOf(requirementsForm(undefined, String)).requirements, undefined);
+});
+
+test("what cannot be read of requirements is named where it stands", () => {
+  const form = requirementsForm(example.requirements, String);
+  form.limits[placeOf("both", "twist", 0)] = "5";
+  form.limits[placeOf("left", "helix_slope", 1)] = "x";
+  form.limits[placeOf("both", "profile_form", 1)] = "";
+  form.bands.push({ ...emptyBand(), upper: "0 1\n0 2", lower: "0 1 2\n3 4" });
+  assert.deepEqual(requirementsOf(form).faults, {
+    [placeOf("both", "twist", 0)]: "order",
+    [placeOf("left", "helix_slope", 0)]: "notANumber",
+    [placeOf("both", "profile_form", 0)]: "twoEnds",
+    "band 2 upper": "points",
+    "band 2 lower": "points",
+  });
+  assert.deepEqual(pointsOf("0; 1,5\n\n 7,5\t\u22122 \n"), [
+    [0, 1.5],
+    [7.5, -2],
+  ]);
+});
+
+test("requirements are sent whole where they were touched, and cleared where nothing is left", () => {
+  const job = /** @type {import("../../app/lib/job_edit.js").Job} */ (
+    /** @type {unknown} */ ({ name: "a", tags: {}, requirements: example.requirements })
+  );
+  const from = editOf(job, String);
+  assert.deepEqual(patchOf(from, from), {});
+  const mine = { ...from, requirements: { ...from.requirements, class: "5" } };
+  const wanted = structuredClone(example.requirements);
+  wanted.tolerance_limits.class = 5;
+  assert.deepEqual(patchOf(mine, from), { requirements: wanted });
+  assert.deepEqual(patchOf({ ...from, requirements: { class: "", limits: {}, bands: [] } }, from), {
+    clear: ["requirements"],
+  });
+  // others have set another limit meanwhile: both stand
+  const theirs = structuredClone(from);
+  theirs.requirements.limits[placeOf("both", "twist", 1)] = "7";
+  const both = patchOf(rebased(mine, from, theirs), theirs)?.requirements;
+  assert.deepEqual([both?.tolerance_limits?.class, both?.tolerance_limits?.twist_um], [5, [-4, 7]]);
+});
+
+test("a line is straight between its points and says nothing beyond them", () => {
+  const line = [
+    [0, 4],
+    [8, 4],
+    [10, 0],
+  ];
+  assert.deepEqual(
+    [-0.1, 0, 8, 9, 10, 10.1].map((at) => heightAt(line, at)),
+    [undefined, 4, 4, 2, 0, undefined],
+  );
+});
+
+test("the small flank has the figures that it is drawn of", () => {
+  const figures = {
+    profile_slope_um: 6,
+    helix_slope_um: -4,
+    profile_crowning_um: 3,
+    helix_crowning_um: 5,
+    twist_um: 8,
+  };
+  const at = (/** @type {number} */ u, /** @type {number} */ v) => materialAt(figures, u, v);
+  const near = (/** @type {number} */ a, /** @type {number} */ b) => assert.ok(Math.abs(a - b) < 1e-12, `${a} ${b}`);
+  near(at(1, 0) - at(-1, 0), 6);
+  near(at(0, 1) - at(0, -1), -4);
+  near(at(0, 0) - (at(1, 0) + at(-1, 0)) / 2, 3);
+  near(at(0, 0) - (at(0, 1) + at(0, -1)) / 2, 5);
+  near(at(1, 1) - at(-1, 1) - (at(1, -1) - at(-1, -1)), 8);
+  const heights = heightsOf(figures);
+  assert.ok(Math.abs(heights.reduce((sum, one) => sum + one, 0) / heights.length) < 0.1, "about its mean");
+  // the first row is the tip's
+  assert.ok((heights[0] ?? 0) > (heights[(ROWS - 1) * COLUMNS] ?? 0));
+});
