@@ -1,11 +1,12 @@
 // A K-chart, as testers print it: the length upright (or flat on narrow screens), the deviation across.
 
 import { fmt } from "../i18n/i18n.js";
-import { highest, isOutside } from "../lib/traces.js";
+import { outsideBy } from "../lib/traces.js";
 import { html, useId } from "../../vendor/ui.js";
 
 /** @typedef {import("../lib/traces.js").Sheet} Sheet */
 /** @typedef {import("../lib/traces.js").Sample} Sample */
+/** @typedef {import("../lib/traces.js").DrawnBand} DrawnBand */
 /**
  * What all charts of a sheet share.
  * @typedef {object} KScale
@@ -20,11 +21,11 @@ export const PIXEL = 25.4 / 96;
 const EDGE = { long: 18, across: 34, end: 34 };
 
 /**
- * @param {{ sheet: Sheet, scale: KScale, band?: number | undefined, flat?: boolean, dash?: string | undefined, name: string, summary: string,
- *   ends: readonly [string, string] }} props `band`: its width in µm; `dash`: of right flanks; `ends`: what lies at the ends of the
+ * @param {{ sheet: Sheet, scale: KScale, bands?: readonly DrawnBand[], flat?: boolean, dash?: string | undefined, name: string, summary: string,
+ *   ends: readonly [string, string] }} props `dash`: of right flanks; `ends`: what lies at the ends of the
  *   length axis
  */
-export function KChart({ sheet, scale, band, flat = false, dash, name, summary, ends }) {
+export function KChart({ sheet, scale, bands = [], flat = false, dash, name, summary, ends }) {
   const id = useId();
   const long = (scale.length[1] - scale.length[0]) * scale.perLength;
   const wide = (scale.deviation[1] - scale.deviation[0]) * scale.perDeviation;
@@ -38,10 +39,6 @@ export function KChart({ sheet, scale, band, flat = false, dash, name, summary, 
   const [width, height] = flat ? [long, wide] : [wide, long];
   const line = (/** @type {readonly { at: number, value: number }[]} */ points) =>
     points.length > 1 ? `M${points.map(({ at, value }) => point(at, value)).join("L")}` : "";
-  const top = highest(sheet);
-  const used = sheet.samples.filter(({ inside }) => inside);
-  const edge = (/** @type {number} */ below) =>
-    used.map(({ at, design }) => ({ at, value: design + (top ?? 0) - below }));
   const { samples } = sheet;
   const [a, b] = scale.deviation;
   const ticks = ticksOf(a, b, wide);
@@ -63,34 +60,34 @@ export function KChart({ sheet, scale, band, flat = false, dash, name, summary, 
     })}
     ${units(flat, width, height)}
     ${ends.map((text, i) => endMark(text, i === 1, flat, width, height))}
-    ${
-      band !== undefined &&
-      top !== undefined &&
-      used.length > 1 &&
-      html`<path class="k-band" d=${`${line([...edge(0), ...edge(band).reverse()])}z`} />`
-    }
+    ${bands.map(
+      ({ upper, lower, required }, i) =>
+        html`<path key=${`band${i}`} class=${required ? "k-band required" : "k-band"} d=${`${line([...upper, ...[...lower].reverse()])}z`} />`,
+    )}
     ${sheet.range?.map((at) => html`<path key=${at} class="k-range" d=${line(scale.deviation.map((value) => ({ at, value })))} />`)}
     ${samples.some(({ design }) => design !== 0) && html`<path class="k-design" d=${line(samples.map(({ at, design }) => ({ at, value: design })))} />`}
     ${runs(samples, () => true).map((run, i) => html`<path key=${`thin${i}`} class="k-trace thin" d=${line(run)} />`)}
     ${runs(samples, ({ inside }) => inside).map((run, i) => html`<path key=${`run${i}`} class="k-trace" d=${line(run)} stroke-dasharray=${dash} />`)}
-    ${
-      band !== undefined &&
-      top !== undefined &&
-      runs(samples, (sample) => isOutside(sample, top, band)).map((run, i) => {
-        const limit = run.map(({ at, design }) => ({ at, value: design + top - band })).reverse();
+    ${bands.flatMap(({ limits }, k) =>
+      runs(samples, (sample, i) => outsideBy(sample, limits[i]) !== 0).map((run, i) => {
+        const limit = run.map(({ at, value, index }) => ({
+          at,
+          value: value - outsideBy(/** @type {Sample} */ (samples[index]), limits[index]),
+        }));
         const first = run[0];
-        return html`<g key=${`out${i}`} class="k-outside">
-          ${run.length > 1 && html`<path class="k-outside-area" d=${`${line([...run, ...limit])}z`} fill=${`url(#${id})`} />`}
+        return html`<g key=${`out${k} ${i}`} class="k-outside">
+          ${run.length > 1 && html`<path class="k-outside-area" d=${`${line([...run, ...limit.reverse()])}z`} fill=${`url(#${id})`} />`}
           ${
             run.length > 1
               ? html`<path class="k-outside-line" d=${line(run)} />`
               : first &&
-                html`<path class="k-outside-line" d=${`M${point(first.at, first.value)}L${point(first.at, first.design + top - band)}`} />`
+                html`<path class="k-outside-line" d=${`M${point(first.at, first.value)}L${point(first.at, limit[0]?.value ?? first.value)}`} />`
           }
         </g>`;
-      })
-    }
+      }),
+    )}
     ${sheet.mean.length > 1 && html`<path class="k-mean" d=${line(sheet.mean)} />`}
+    ${sheet.parabola.length > 1 && html`<path class="k-parabola" d=${line(sheet.parabola)} />`}
   </svg>`;
 }
 
@@ -112,17 +109,17 @@ function endMark(text, last, flat, width, height) {
   return html`<text key=${`end${last}`} class="k-end" x=${x} y=${y} text-anchor=${anchor}>${text}</text>`;
 }
 
-/** Stretches of samples that are there and of which something holds. @param {readonly Sample[]} samples @param {(sample: Sample) => boolean} holds */
+/** Stretches of samples that are there and of which something holds. @param {readonly Sample[]} samples @param {(sample: Sample, index: number) => boolean} holds */
 function runs(samples, holds) {
-  /** @type {{ at: number, value: number, design: number }[][]} */
+  /** @type {{ at: number, value: number, index: number }[][]} */
   const found = [];
   let open = false;
-  for (const sample of samples) {
-    if (sample.value === null || !holds(sample)) {
+  for (const [index, sample] of samples.entries()) {
+    if (sample.value === null || !holds(sample, index)) {
       open = false;
       continue;
     }
-    const kept = { at: sample.at, value: sample.value, design: sample.design };
+    const kept = { at: sample.at, value: sample.value, index };
     if (open) found.at(-1)?.push(kept);
     else found.push([kept]);
     open = true;

@@ -101,13 +101,13 @@ export function Rule({ plot, x, y, label, kind = "choice", row = 0 }) {
   </g>`;
 }
 
-/** Bars from 0, one for each bin. @param {{ plot: Plot, bins: readonly { from: number, to: number, count: number }[], series?: Series }} props */
+/** Bars from 0, one for each bin; below it where they are negative. @param {{ plot: Plot, bins: readonly { from: number, to: number, count: number }[], series?: Series }} props */
 export function Bars({ plot, bins, series = "blue" }) {
   return html`<g class=${`mark-bars series-${series}`}>
     ${bins.map(({ from, to, count }) => {
       const [left, right] = [plot.x(from), plot.x(to)];
-      const top = plot.y(count);
-      return html`<rect key=${from} x=${left + 0.5} y=${top} width=${Math.max(0, right - left - 1)} height=${Math.max(0, plot.y(0) - top)} />`;
+      const [end, zero] = [plot.y(count), plot.y(0)];
+      return html`<rect key=${from} x=${left + 0.5} y=${Math.min(end, zero)} width=${Math.max(1, right - left - 1)} height=${Math.abs(zero - end)} />`;
     })}
   </g>`;
 }

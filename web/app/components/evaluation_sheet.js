@@ -6,8 +6,9 @@ import { t } from "../i18n/evaluation.js";
 import { t as flankText } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { dashOf } from "../lib/colour.js";
-import { highest, isOutside, magnification, sheetOf } from "../lib/traces.js";
-import { symbolsOf } from "./evaluation_table.js";
+import { hangingBand, magnification, outsideBy, requiredBands, sheetOf } from "../lib/traces.js";
+import { bandWords, symbolsOf } from "./evaluation_table.js";
+import { Within } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { h, html, useEffect, useState } from "../../vendor/ui.js";
 
@@ -15,28 +16,37 @@ import { h, html, useEffect, useState } from "../../vendor/ui.js";
 /** @typedef {import("../lib/traces.js").EvaluatedTrace} EvaluatedTrace */
 /** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
+/** @typedef {import("../api/client.js").Schema<"KBandFinding">} KBandFinding */
 
 /**
- * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, paper?: boolean }} props
+ * @param {{ kind: "profile" | "helix", traces: readonly GearTrace[], evaluation: GearEvaluation, gear: Gear | undefined, band: number | undefined, required?: boolean, modified?: boolean, paper?: boolean }} props
+ *   `band`: its width, µm; `required`: instead of it the bands that traces were held against, where they were;
  *   `traces`: as posted, in the order of the answer; `paper`: upright whatever the screen, four beside each other
  */
-export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = false }) {
+export function EvaluationSheet({
+  kind,
+  traces,
+  evaluation,
+  gear,
+  band,
+  required = false,
+  modified = false,
+  paper = false,
+}) {
   const narrow = useNarrow();
   const flat = narrow && !paper;
   const [box, width] = useWidth();
+  const settings = evaluation.evaluation;
   const drawn = traces
     .map((trace, i) => ({ trace, evaluated: evaluation.traces[i] }))
-    .flatMap(({ trace, evaluated }) =>
-      evaluated && trace.kind === kind
-        ? [{ trace, evaluated, sheet: sheetOf(trace, evaluated, evaluation.evaluation, gear) }]
-        : [],
-    );
-  const scale = scaleOf(
-    drawn.map(({ sheet }) => sheet),
-    band,
-    flat ? Math.max(200, width - 80) : paper ? 340 : 420,
-    flat ? 140 : paper ? 94 : 230,
-  );
+    .flatMap(({ trace, evaluated }) => {
+      if (!evaluated || trace.kind !== kind) return [];
+      const sheet = sheetOf(trace, evaluated, settings, gear, modified);
+      const asked = required && gear ? requiredBands(sheet, trace, evaluated, settings, gear) : [];
+      const bands = asked.length > 0 || band === undefined ? asked : hangingBand(sheet, band);
+      return [{ trace, evaluated, sheet, bands }];
+    });
+  const scale = scaleOf(drawn, flat ? Math.max(200, width - 80) : paper ? 340 : 420, flat ? 140 : paper ? 94 : 230);
   const { value } = fmt;
   return html`<div class="k-sheet" ref=${box}>
     ${["left", "right"].map((flank) => {
@@ -46,14 +56,15 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
       return html`<section key=${flank} class="k-flank">
         <h3>${words}</h3>
         <div class="k-teeth">
-          ${own.map(({ trace, evaluated, sheet }, i) => {
-            const top = highest(sheet) ?? 0;
-            const outside = band === undefined ? 0 : sheet.samples.filter((one) => isOutside(one, top, band)).length;
+          ${own.map(({ trace, evaluated, sheet, bands }, i) => {
+            const outside = sheet.samples.filter((one, k) =>
+              bands.some(({ limits }) => outsideBy(one, limits[k]) !== 0),
+            );
             return html`<figure key=${i}>
               ${h(KChart, {
                 sheet,
                 scale,
-                band,
+                bands,
                 flat,
                 dash: dashOf(trace.flank),
                 ends:
@@ -72,7 +83,8 @@ export function EvaluationSheet({ kind, traces, evaluation, gear, band, paper = 
               <figcaption>
                 <b>${t.tooth(trace.tooth)}</b>
                 ${h(Values, { kind, evaluated })}
-                ${outside > 0 && html`<span class="k-count">${t.outside(outside)}</span>`}
+                ${bands.some((one) => one.required) && h(Bands, { found: evaluated.k_bands ?? [] })}
+                ${outside.length > 0 && html`<span class="k-count">${t.outside(outside.length)}</span>`}
               </figcaption>
             </figure>`;
           })}
@@ -97,19 +109,25 @@ function Values({ kind, evaluated }) {
   </dl>`;
 }
 
+/** Whether a trace lies in the bands that it must lie in. @param {{ found: readonly KBandFinding[] }} props */
+function Bands({ found }) {
+  return found.map(
+    (one) => html`<span key=${one.band} class="k-found">${h(Within, { within: one.within })} ${bandWords(one)}</span>`,
+  );
+}
+
 /**
  * One scale for all charts of a sheet.
- * @param {readonly import("../lib/traces.js").Sheet[]} sheets @param {number | undefined} band @param {number} long pixels @param {number} wide pixels
+ * @param {readonly { sheet: import("../lib/traces.js").Sheet, bands: readonly import("../lib/traces.js").DrawnBand[] }[]} drawn @param {number} long pixels @param {number} wide pixels
  */
-function scaleOf(sheets, band, long, wide) {
-  const places = sheets.flatMap(({ samples, range }) => [...samples.map(({ at }) => at), ...(range ?? [])]);
-  const heights = sheets.flatMap((sheet) => {
-    const top = highest(sheet);
-    return [
-      ...sheet.samples.flatMap(({ value, design }) => (value === null ? [] : [value, design])),
-      ...(band !== undefined && top !== undefined ? [top, top - band] : []),
-    ];
-  });
+function scaleOf(drawn, long, wide) {
+  const edges = drawn.flatMap(({ bands }) => bands.flatMap(({ upper, lower }) => [...upper, ...lower]));
+  const places = drawn.flatMap(({ sheet }) => [...sheet.samples.map(({ at }) => at), ...(sheet.range ?? [])]);
+  places.push(...edges.map(({ at }) => at));
+  const heights = drawn.flatMap(({ sheet }) =>
+    sheet.samples.flatMap(({ value, design }) => (value === null ? [] : [value, design])),
+  );
+  heights.push(...edges.map(({ value }) => value));
   const [low, high] = [Math.min(...places), Math.max(...places)];
   const [least, most] = [Math.floor(Math.min(0, ...heights) - 0.5), Math.ceil(Math.max(0, ...heights) + 0.5)];
   const forLength = magnification(high - low, long * PIXEL);

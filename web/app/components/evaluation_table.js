@@ -4,22 +4,25 @@ import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
-import { Badge, WithError } from "./figure.js";
+import { WithError } from "./figure.js";
+import { Conforms, limitText, Within } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
 /** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
 /** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
 /** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
-/** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
+/** @typedef {import("../api/client.js").Schema<"ToleranceLimits">} ToleranceLimits */
 /**
  * @typedef {object} Row
  * @property {string} key
  * @property {string} name
  * @property {string} flank
  * @property {EvaluatedTrace} [trace]
- * @property {Partial<Record<"slope" | "form" | "total" | "crowning", number | null | undefined>>} values
+ * @property {Partial<Record<FigureKey, number | null | undefined>>} values
+ * @property {Partial<Record<FigureKey, readonly number[] | undefined>>} [limits] instead of values
  */
+/** @typedef {"slope" | "form" | "total" | "crowning"} FigureKey */
 
 /** The figures' symbols. @param {"profile" | "helix"} kind */
 export const symbolsOf = (kind) =>
@@ -47,8 +50,11 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     head: h(GearSymbol, { name: symbols[key] }),
     unit: um,
     numeric: true,
-    cell: ({ values }) => data(value.um(values[key])),
-    csv: ({ values }) => values[key],
+    cell: ({ values, limits, trace }) =>
+      limits
+        ? data(limitText(limits[key]))
+        : html`${data(value.um(values[key]))} ${h(Within, { within: trace?.[`${key}_within`] })}`,
+    csv: ({ values, limits }) => limits?.[key]?.join(" … ") ?? values[key],
   });
   /** @param {"slope" | "crowning"} key @returns {import("./table.js").Column<Row>} */
   const estimated = (key) => ({
@@ -57,19 +63,22 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     head: h(GearSymbol, { name: symbols[key] }),
     unit: um,
     numeric: true,
-    cell: ({ values, trace }) =>
-      trace?.[`${key}_std_error_um`]
-        ? h(WithError, { value: values[key], error: trace[`${key}_std_error_um`] })
-        : data(value.um(values[key])),
-    csv: ({ values }) => values[key],
+    cell: ({ values, limits, trace }) => {
+      if (limits) return data(limitText(limits[key]));
+      const error = trace?.[`${key}_std_error_um`];
+      const figure = error ? h(WithError, { value: values[key], error }) : data(value.um(values[key]));
+      const ends = brief ? undefined : trace?.[`${key}_interval_um`];
+      return html`${figure} ${h(Within, { within: trace?.[`${key}_within`] })}${
+        ends && html`<span class="below" translate="no">${value.interval(ends, error)}</span>`
+      }`;
+    },
+    csv: ({ values, limits }) => limits?.[key]?.join(" … ") ?? values[key],
   });
   /** @param {"slope" | "crowning"} key @returns {import("./table.js").Column<Row>} */
   const interval = (key) => ({
     key: `${key}-interval`,
     header: t.intervalOf(symbols[key].replace("_", " ")),
     unit: um,
-    numeric: true,
-    cell: ({ trace }) => data(value.interval(trace?.[`${key}_interval_um`], trace?.[`${key}_std_error_um`])),
     csv: ({ trace }) => trace?.[`${key}_interval_um`]?.join(" … "),
   });
   /** @type {import("./table.js").Column<Row>[]} */
@@ -99,14 +108,40 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     {
       key: "conformity",
       header: t.conformity,
-      cell: ({ trace }) => decided(trace?.slope_conformity, symbols.slope),
-      csv: ({ trace }) => trace?.slope_conformity?.decision,
+      cell: ({ trace }) => {
+        const told = conformities(trace);
+        return told.length === 0
+          ? ABSENT
+          : told.map(
+              ([key, conformity]) =>
+                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(Conforms, { conformity })}</span>`,
+            );
+      },
+    },
+    ...ESTIMATED.map((key) => ({
+      key: `${key}-conformity`,
+      header: t.conformityOf(symbols[key].replace("_", " ")),
+      csv: (/** @type {Row} */ { trace }) => trace?.[`${key}_conformity`]?.decision,
+    })),
+    {
+      key: "band",
+      header: t.kBand,
+      cell: ({ trace }) =>
+        trace?.k_bands?.length
+          ? trace.k_bands.map(
+              (one) =>
+                html`<span key=${one.band} class="k-found">${h(Within, { within: one.within })} ${bandWords(one)}</span>`,
+            )
+          : ABSENT,
+      csv: ({ trace }) => trace?.k_bands?.map(({ band, within }) => `${band}: ${within ?? ""}`).join("; "),
     },
   ];
   const asked = brief ? columns.filter(({ key }) => key !== "sign" && !key.endsWith("interval")) : columns;
   // what no trace has takes no room; in the file it stands
   const shown = asked.map((column) => (isAnswered(column.key, rows) ? column : { ...column, cell: undefined }));
-  return table({
+  const level = fmt.value.input(Number((100 * (settings.level ?? 0.95)).toPrecision(12)));
+  const intervals = !brief && rows.some(({ trace }) => trace?.slope_interval_um || trace?.crowning_interval_um);
+  const body = table({
     caption: of ? `${t[kind]}, ${of}` : t[kind],
     hideCaption: true,
     csvName,
@@ -116,13 +151,31 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     rowClass: ({ trace }) => (trace ? "" : "summary"),
     columns: shown,
   });
+  return html`${body}${intervals && html`<p class="hint">${t.intervalsBelow(level)}</p>`}`;
+}
+
+/** Those with errors. */
+const ESTIMATED = /** @type {const} */ (["slope", "crowning"]);
+
+/** @param {EvaluatedTrace | undefined} trace */
+function conformities(trace) {
+  return ESTIMATED.flatMap((key) => {
+    const conformity = trace?.[`${key}_conformity`];
+    return conformity ? [/** @type {const} */ ([key, conformity])] : [];
+  });
+}
+
+/** How a trace lies in a band. @param {import("../api/client.js").Schema<"KBandFinding">} found */
+export function bandWords({ band, within, room_um: room }) {
+  const number = band + 1;
+  if (within === undefined) return t.bandUntold(number);
+  return within ? t.bandRoom(number, fmt.value.um(room)) : t.bandLack(number, fmt.value.um(-room));
 }
 
 /** Whether some trace has what a column tells. @param {string} key @param {readonly Row[]} rows */
 function isAnswered(key, rows) {
-  if (key === "conformity") return rows.some(({ trace }) => trace?.slope_conformity);
-  if (key === "slope-interval") return rows.some(({ trace }) => trace?.slope_interval_um);
-  return key !== "crowning-interval" || rows.some(({ trace }) => trace?.crowning_interval_um);
+  if (key === "conformity") return rows.some(({ trace }) => conformities(trace).length > 0);
+  return key !== "band" || rows.some(({ trace }) => trace?.k_bands?.length);
 }
 
 /** @param {"profile" | "helix"} kind @param {GearEvaluation} evaluation @param {GearTolerances | undefined} tolerances @returns {Row[]} */
@@ -130,6 +183,9 @@ function rowsOf(kind, evaluation, tolerances) {
   const order = (/** @type {{ flank: string }} */ { flank }) => (flank === "left" ? 0 : 1);
   const traces = evaluation.traces.filter((trace) => trace.kind === kind).sort((a, b) => order(a) - order(b));
   const means = evaluation.means.filter((mean) => mean.kind === kind).sort((a, b) => order(a) - order(b));
+  const flanks = /** @type {const} */ (["left", "right"]).filter((flank) =>
+    traces.some((trace) => trace.flank === flank),
+  );
   const rounded = evaluation.evaluation.tolerances === "unrounded" ? tolerances?.unrounded : tolerances?.rounded;
   return [
     ...traces.map((trace, i) => ({
@@ -152,6 +208,11 @@ function rowsOf(kind, evaluation, tolerances) {
         },
       })),
     ),
+    ...flanks.flatMap((flank) => {
+      const limits = limitsOf(kind, evaluation.evaluation.tolerance_limits, flank);
+      const row = { key: `limits ${flank}`, name: t.limits, flank: flankName(flank), values: {}, limits };
+      return Object.values(limits).some(Boolean) ? [row] : [];
+    }),
     ...(tolerances && rounded
       ? [
           {
@@ -186,12 +247,10 @@ function classOf({ class: of }) {
   return classes.length > 0 ? String(Math.max(...classes)) : ABSENT;
 }
 
-/** @param {Conformity | null | undefined} conformity @param {string} symbol */
-function decided(conformity, symbol) {
-  if (!conformity) return ABSENT;
-  const kind = { conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" };
-  const { decision } = conformity;
-  return html`<span translate="no">${symbol.replace("_", " ")}</span> ${h(Badge, { kind: /** @type {"good"} */ (kind[decision]), children: t[decision] })}`;
+/** The limits that were asked for by figure, each flank's own before those of both. @param {"profile" | "helix"} kind @param {ToleranceLimits | undefined} limits @param {"left" | "right"} flank */
+function limitsOf(kind, limits, flank) {
+  const of = (/** @type {FigureKey} */ key) => limits?.[flank]?.[`${kind}_${key}_um`] ?? limits?.[`${kind}_${key}_um`];
+  return { slope: of("slope"), form: of("form"), total: of("total"), crowning: of("crowning") };
 }
 
 /** @param {string} text */

@@ -2,7 +2,9 @@
 
 import { keyWanted } from "../api/key.js";
 import { ApiError, OfflineError } from "../api/problem.js";
+import german from "../i18n/de/problems.js";
 import { t } from "../i18n/common.js";
+import { shownLanguage } from "../settings.js";
 import { Fragment, h, html, useId } from "../../vendor/ui.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
@@ -81,9 +83,10 @@ function words(error) {
     overloaded: t.overloaded,
     draining: t.overloaded,
     store_unavailable: t.storeUnavailable,
-    rate_limited: t.tooMany,
+    too_many_requests: t.tooMany,
   });
-  const title = known[error.code] ?? html`<span lang="en">${error.problem.title}</span>`;
+  const own = shownLanguage.value === "de" ? german[error.code] : undefined;
+  const title = known[error.code] ?? own ?? html`<span lang="en">${error.problem.title}</span>`;
   return { title, detail: error.problem.detail };
 }
 

@@ -1,64 +1,100 @@
 // Measured traces as they are drawn: places in mm, deviations in µm. Pure.
 
+import { heightAt } from "./requirements.js";
+
 /** @typedef {import("../api/client.js").Schema<"GearTrace">} GearTrace */
 /** @typedef {import("../api/client.js").Schema<"EvaluatedTrace">} EvaluatedTrace */
 /** @typedef {import("../api/client.js").Schema<"EvaluationSettings">} EvaluationSettings */
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
+/** @typedef {import("../api/client.js").Schema<"KBand">} KBand */
 /** @typedef {{ at: number, value: number | null, design: number, inside: boolean }} Sample */
 /**
  * @typedef {object} Sheet a trace to be drawn
  * @property {readonly Sample[]} samples
  * @property {readonly [number, number] | undefined} range
- * @property {{ at: number, value: number }[]} mean ends of the mean line; none where it is not known
+ * @property {Point[]} mean the mean line; none where it is not known
+ * @property {Point[]} parabola the mean parabola, likewise
  */
+/** @typedef {{ at: number, value: number }} Point */
+/**
+ * A band as it is drawn over a trace.
+ * @typedef {object} DrawnBand
+ * @property {readonly Point[]} upper
+ * @property {readonly Point[]} lower
+ * @property {readonly { low: number | undefined, high: number | undefined }[]} limits at each sample
+ * @property {boolean} required by the job or the request; else hung from the highest point
+ */
+
+/** @param {number | undefined} degrees @param {number} otherwise */
+const radians = (degrees, otherwise) => ((degrees ?? otherwise) * Math.PI) / 180;
+
+/** @param {Gear} gear */
+function baseRadius(gear) {
+  const [beta, alpha] = [radians(gear.helix_angle_deg, 0), radians(gear.normal_pressure_angle_deg, 20)];
+  const diameter = (gear.teeth * gear.normal_module_mm) / Math.cos(beta);
+  return (diameter * Math.cos(Math.atan(Math.tan(alpha) / Math.cos(beta)))) / 2;
+}
 
 /** The roll length at a diameter. @param {Gear} gear @param {number} diameter */
 export function rollLength(gear, diameter) {
-  const beta = ((gear.helix_angle_deg ?? 0) * Math.PI) / 180;
-  const alpha = ((gear.normal_pressure_angle_deg ?? 20) * Math.PI) / 180;
-  const base =
-    ((gear.teeth * gear.normal_module_mm) / Math.cos(beta)) * Math.cos(Math.atan(Math.tan(alpha) / Math.cos(beta)));
-  return Math.sqrt(Math.max(0, diameter * diameter - base * base)) / 2;
+  return Math.sqrt(Math.max(0, (diameter / 2) ** 2 - baseRadius(gear) ** 2));
 }
 
 /**
- * Whether slopes are answered in the sign of the posted deviations.
- * @param {EvaluationSettings} settings
+ * What transverse heights of material are multiplied with to be deviations as they were posted.
+ * @param {EvaluationSettings} settings @param {GearTrace} trace @param {Gear} gear
  */
-export function sameSign({ sign = "din", deviation_sign, direction = "transverse" }) {
-  if (direction !== "transverse") return false;
-  return sign === "as_given" || (sign === "din" && (deviation_sign ?? "din") === "din");
+export function asPosted({ sign = "din", deviation_sign, direction = "transverse" }, { kind, flank }, gear) {
+  const side = flank === "left" ? 1 : -1;
+  const given = deviation_sign ?? (sign === "din" ? "din" : "material");
+  const signed = given === "clockwise" ? -side : given === "din" && kind === "helix" ? side : 1;
+  const [beta, alpha] = [radians(gear.helix_angle_deg, 0), radians(gear.normal_pressure_angle_deg, 20)];
+  const base = Math.asin(Math.sin(beta) * Math.cos(alpha));
+  return direction === "normal" ? signed * Math.cos(base) : signed;
 }
 
-/** @param {GearTrace} trace @param {EvaluatedTrace} evaluated @param {EvaluationSettings} settings @param {Gear | undefined} gear @returns {Sheet} */
-export function sheetOf(trace, evaluated, settings, gear) {
+/**
+ * @param {GearTrace} trace @param {EvaluatedTrace} evaluated @param {EvaluationSettings} settings @param {Gear | undefined} gear
+ * @param {boolean} [modified] the request told modifications, whose design lines are not answered
+ * @returns {Sheet}
+ */
+export function sheetOf(trace, evaluated, settings, gear, modified = false) {
   const profile = trace.kind === "profile";
   const rolled = (/** @type {number} */ diameter) => (gear ? rollLength(gear, diameter) : diameter);
   const places = profile ? (trace.roll_length_mm ?? (trace.diameter_mm ?? []).map(rolled)) : (trace.z_mm ?? []);
   const told = profile ? settings.profile_diameter_range_mm?.map(rolled) : settings.helix_range_mm;
-  const range = told && /** @type {[number, number]} */ ([...told].sort((a, b) => a - b));
+  const ends = evaluated.range_mm ?? told;
+  const range = ends && /** @type {[number, number]} */ ([...ends].sort((a, b) => a - b));
   const samples = places.map((at, i) => {
     const value = trace.valid?.[i] === false ? null : (trace.deviation_um[i] ?? null);
     const within = !range || (at >= range[0] - 1e-9 && at <= range[1] + 1e-9);
     return { at, value, design: trace.design_um?.[i] ?? 0, inside: within };
   });
-  return { samples, range, mean: sameSign(settings) ? meanLine(samples, range, trace, evaluated, settings, gear) : [] };
+  const curve = (/** @type {readonly number[] | undefined} */ heights) =>
+    heights && range && !modified ? aboutDesign(heights, range, samples) : [];
+  return { samples, range, mean: curve(evaluated.mean_line_um), parabola: curve(evaluated.mean_parabola_um) };
 }
 
-/** The line of the answered slope through the mean of the samples, about the design. @param {readonly Sample[]} samples @param {readonly [number, number] | undefined} range @param {GearTrace} trace @param {EvaluatedTrace} evaluated @param {EvaluationSettings} settings @param {Gear | undefined} gear */
-function meanLine(samples, range, trace, evaluated, settings, gear) {
-  const used = samples.filter(({ value, inside }) => value !== null && inside);
-  const own = range ? range[1] - range[0] : undefined;
-  const length =
-    trace.kind === "profile"
-      ? (settings.profile_reference_length_mm ?? (settings.profile_reference === "to_tip" ? undefined : own))
-      : (settings.helix_reference_length_mm ??
-        (settings.helix_reference === "evaluation_range" ? own : (gear?.face_width_mm ?? undefined)));
-  const { slope_um: slope } = evaluated;
-  if (!range || !length || typeof slope !== "number" || used.length < 2 || trace.design_um) return [];
-  const middle = used.reduce((sum, { at }) => sum + at, 0) / used.length;
-  const level = used.reduce((sum, { value }) => sum + (value ?? 0), 0) / used.length;
-  return range.map((at) => ({ at, value: level + (slope * (at - middle)) / length }));
+const PARABOLA_STEPS = 24;
+
+/**
+ * A mean line by its ends, or a mean parabola by its ends and its middle, drawn over the design line.
+ * @param {readonly number[]} heights @param {readonly [number, number]} range @param {readonly Sample[]} samples @returns {Point[]}
+ */
+function aboutDesign(heights, [low, high], samples) {
+  const [first = 0, second = 0, third] = heights;
+  const [end, middle] = third === undefined ? [second, (first + second) / 2] : [third, second];
+  const height = (/** @type {number} */ at) => {
+    const t = (2 * (at - low)) / (high - low) - 1;
+    return middle + ((end - first) / 2) * t + ((first + end) / 2 - middle) * t * t;
+  };
+  const design = samples.map(({ at, design: value }) => [at, value]).sort(([a = 0], [b = 0]) => a - b);
+  const plain = design.every(([, value]) => value === 0);
+  const even = third === undefined ? 1 : PARABOLA_STEPS;
+  const places = plain
+    ? Array.from({ length: even + 1 }, (_, i) => low + ((high - low) * i) / even)
+    : samples.flatMap(({ at, inside }) => (inside ? [at] : []));
+  return places.map((at) => ({ at, value: height(at) + (plain ? 0 : (heightAt(design, at) ?? 0)) }));
 }
 
 /** The band that hangs from the highest point within the range: how far its upper edge is above the design. @param {Sheet} sheet */
@@ -67,9 +103,49 @@ export function highest({ samples }) {
   return heights.length > 0 ? Math.max(...heights) : undefined;
 }
 
-/** Whether a sample lies outside of a band of this width. @param {Sample} sample @param {number} top @param {number} width */
-export function isOutside({ value, design, inside }, top, width) {
-  return value !== null && inside && value - design < top - width - 1e-9;
+/** A band of one width about the design, hung from the highest point. @param {Sheet} sheet @param {number} width @returns {DrawnBand[]} */
+export function hangingBand(sheet, width) {
+  const top = highest(sheet);
+  const used = sheet.samples.filter(({ inside }) => inside);
+  if (top === undefined || used.length < 2) return [];
+  const edge = (/** @type {number} */ below) => used.map(({ at, design }) => ({ at, value: design + top - below }));
+  const limits = sheet.samples.map(({ design, inside }) => ({
+    low: inside ? design + top - width : undefined,
+    high: undefined,
+  }));
+  return [{ upper: edge(0), lower: edge(width), limits, required: false }];
+}
+
+/**
+ * The bands that a trace was held against, shifted to where they take it best.
+ * @param {Sheet} sheet @param {GearTrace} trace @param {EvaluatedTrace} evaluated @param {EvaluationSettings} settings @param {Gear} gear
+ * @returns {DrawnBand[]}
+ */
+export function requiredBands(sheet, trace, evaluated, settings, gear) {
+  const factor = asPosted(settings, trace, gear);
+  return (evaluated.k_bands ?? []).flatMap(({ band: index, shift_um: shift }) => {
+    const band = settings.k_bands?.[index];
+    if (!band) return [];
+    const line = (/** @type {readonly number[][]} */ points) =>
+      points.map(([at = 0, value = 0]) => [placeOf(band, gear, at), factor * (value - shift)]);
+    const [upper, lower] = factor > 0 ? [line(band.upper), line(band.lower)] : [line(band.lower), line(band.upper)];
+    const drawn = (/** @type {readonly number[][]} */ points) => points.map(([at = 0, value = 0]) => ({ at, value }));
+    const limits = sheet.samples.map(({ at }) => ({ low: heightAt(lower, at), high: heightAt(upper, at) }));
+    return [{ upper: drawn(upper), lower: drawn(lower), limits, required: true }];
+  });
+}
+
+/** A place of a band as charts have it: roll lengths, or z. @param {KBand} band @param {Gear} gear @param {number} at */
+function placeOf({ kind, profile_axis: axis }, gear, at) {
+  if (kind === "helix" || axis === undefined || axis === "roll_length") return at;
+  return axis === "diameter" ? rollLength(gear, at) : baseRadius(gear) * radians(at, 0);
+}
+
+/** By how much a sample lies outside of a band: below 0 beneath it; 0 within. @param {Sample} sample @param {DrawnBand["limits"][number] | undefined} limits */
+export function outsideBy({ value }, limits) {
+  if (value === null || !limits) return 0;
+  if (limits.low !== undefined && value < limits.low - 1e-9) return value - limits.low;
+  return limits.high !== undefined && value > limits.high + 1e-9 ? value - limits.high : 0;
 }
 
 const STEPS = [1, 10, 100, 1000, 10000].flatMap((power) => [1, 2, 3, 4, 5, 8].map((step) => step * power));

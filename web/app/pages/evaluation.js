@@ -8,13 +8,14 @@ import { CLASSES, EvaluationForm } from "../components/evaluation_form.js";
 import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
 import { Facts } from "../components/figure.js";
+import { PitchSheet } from "../components/pitch_sheet.js";
 import { SelectField } from "../components/form.js";
 import { JobPage, useNews } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
-import { sameSign } from "../lib/traces.js";
+import { t as pitchText } from "../i18n/pitch.js";
 import { query, setQuery } from "../navigation.js";
 import { toMeasure } from "../router.js";
 import { WarningList } from "../components/warnings.js";
@@ -22,6 +23,7 @@ import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
 /** @typedef {import("../api/client.js").Schema<"JobRecord">} JobRecord */
+/** @typedef {import("../api/client.js").Schema<"RecordSummary">} RecordSummary */
 /** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
 /** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
 /** @typedef {import("../api/client.js").Schema<"EvaluateGear">} EvaluateGear */
@@ -60,28 +62,31 @@ function Evaluations({ job, number, news }) {
         label: html`<span translate="no">${fmt.value.time(one.created_at)}, ${fmt.value.clock(one.created_at)}</span>`,
       })),
     });
+  const pitches = records.data?.filter(({ kind }) => kind === "pitch") ?? [];
   return loaded({
     resource: records,
     children: () =>
-      id === undefined
-        ? h(Empty, { children: t.none, action })
-        : loaded({
-            resource: record,
-            lines: 12,
-            children: (data) =>
-              h(Evaluation, {
-                key: id,
-                job,
-                number,
-                record: /** @type {JobRecord} */ (data),
-                choice,
-                onDone: (next) => {
-                  setQuery({ record: next }, { step: true });
-                  records.reload();
-                  scrollTo(0, 0);
-                },
-              }),
-          }),
+      html`${
+        id === undefined
+          ? pitches.length === 0 && h(Empty, { children: t.none, action })
+          : loaded({
+              resource: record,
+              lines: 12,
+              children: (data) =>
+                h(Evaluation, {
+                  key: id,
+                  job,
+                  number,
+                  record: /** @type {JobRecord} */ (data),
+                  choice,
+                  onDone: (next) => {
+                    setQuery({ record: next }, { step: true });
+                    records.reload();
+                    scrollTo(0, 0);
+                  },
+                }),
+            })
+      }${pitches.length > 0 && h(Pitch, { job, number, made: pitches })}`,
   });
 }
 
@@ -92,21 +97,16 @@ function Evaluation({ job, number, record, choice, onDone }) {
   const traces = Array.isArray(request.traces) ? request.traces : [];
   const settings = evaluation.evaluation;
   const gear = request.gear ?? record.gear ?? job.gear ?? undefined;
-  const of = query.value.get("class") ?? String(settings.tolerance_limits?.class ?? "");
+  const bands = settings.k_bands ?? [];
+  const picked = query.value.get("class") ?? "";
+  const of = picked || String(settings.tolerance_limits?.class ?? "");
   const wanted = gear && CLASSES.includes(of) && may("compute") ? of : undefined;
-  const tolerances = useResource(wanted ? `tolerances ${wanted} ${JSON.stringify(gear)}` : null, (signal) =>
-    answer(
-      api.POST("/v1/gears/tolerances", {
-        signal,
-        body: { gear: /** @type {NonNullable<typeof gear>} */ (gear), class: Number(wanted) },
-      }),
-    ),
-  );
+  const tolerances = useTolerances(gear, of);
   const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
     evaluation.traces.some((trace) => trace.kind === kind),
   );
   const modified = (request.modifications?.length ?? 0) > 0;
-  const parabola = settings.profile_mean === "parabola" || settings.helix_mean === "parabola";
+  const without = modified || evaluation.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
   return html`
     <section class="panel" aria-labelledby="about">
       <header><h2 id="about">${t.record}</h2></header>
@@ -122,28 +122,29 @@ function Evaluation({ job, number, record, choice, onDone }) {
         ${h(SelectField, {
           label: t.classOfBand,
           required: true,
-          value: of,
+          value: bands.length > 0 ? picked : of,
           onChange: (value) => setQuery({ class: value || undefined }),
           options: [
-            { value: "", label: t.noClass },
+            { value: "", label: bands.length > 0 ? t.asRequired : t.noClass },
             ...CLASSES.map((value) => ({ value, label: html`<span translate="no">${value}</span>` })),
           ],
         })}
         ${choice}
       </div>
-      ${!gear && html`<p>${t.noTolerance}</p>`}${gear && !wanted && html`<p class="quiet">${t.noBand}</p>`}
+      ${!gear && html`<p>${t.noTolerance}</p>`}${gear && !wanted && bands.length === 0 && html`<p class="quiet">${t.noBand}</p>`}
       ${tolerances.error !== undefined && loaded({ resource: tolerances, children: () => null })}
       ${traces.length === 0 && html`<p class="note">${t.imported}</p>`}
-      ${traces.length > 0 && html`<p class="hint">${t.drawn}${(!sameSign(settings) || modified) && ` ${t.noMeanLine}`}${parabola && ` ${t.noParabola}`}</p>`}
+      ${traces.length > 0 && html`<p class="hint">${t.drawn}${without && ` ${t.noMeanLine}`}${bands.length > 0 && !picked && ` ${t.requiredBands}`}</p>`}
     </section>
     ${kinds.map((kind) => {
       const known = wanted ? tolerances.data : undefined;
       const values = settings.tolerances === "unrounded" ? known?.unrounded : known?.rounded;
+      const required = !picked && evaluation.traces.some((one) => one.kind === kind && one.k_bands?.length);
       const band = modified ? undefined : (values?.[`${kind}_total_um`] ?? undefined);
       return html`<section key=${kind} class="panel" aria-labelledby=${kind}>
         <header><h2 id=${kind}>${t[kind]}</h2></header>
-        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band })}
-        ${band !== undefined && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", ""))}</p>`}
+        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band, required, modified })}
+        ${band !== undefined && !required && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", ""))}</p>`}
         ${h(EvaluationTable, { kind, evaluation, tolerances: known, csvName: `${job.name} ${number} ${t[kind]}` })}
       </section>`;
     })}
@@ -161,6 +162,59 @@ function Evaluation({ job, number, record, choice, onDone }) {
         ${h(EvaluationForm, { jobId: job.id, number, record: record.id, request: /** @type {EvaluateGear} */ (request), settings, onDone })}
       </details>`
     }`;
+}
+
+/** Pitches and run-out, as they were kept. @param {{ job: Job, number: number, made: readonly RecordSummary[] }} props */
+function Pitch({ job, number, made }) {
+  const id = query.value.get("pitch") ?? made.at(-1)?.id;
+  const record = useRecord(job.id, number, id);
+  return html`<section class="panel" aria-labelledby="pitch">
+    <header><h2 id="pitch">${pitchText.title}</h2></header>
+    ${
+      made.length > 1 &&
+      html`<div class="fields">${h(SelectField, {
+        label: pitchText.record,
+        required: true,
+        value: id ?? "",
+        onChange: (value) => setQuery({ pitch: value }, { step: true }),
+        options: made.map((one) => ({
+          value: one.id,
+          label: data(`${fmt.value.time(one.created_at)}, ${fmt.value.clock(one.created_at)}`),
+        })),
+      })}</div>`
+    }
+    ${loaded({
+      resource: record,
+      lines: 8,
+      children: (whole) => h(PitchWithTolerances, { key: id, job, number, record: /** @type {JobRecord} */ (whole) }),
+    })}
+  </section>`;
+}
+
+/** @param {{ job: Job, number: number, record: JobRecord }} props */
+function PitchWithTolerances({ job, number, record }) {
+  const request = /** @type {{ gear?: Job["gear"] }} */ (record.request);
+  const gear = request.gear ?? record.gear ?? job.gear ?? undefined;
+  const of = query.value.get("class") || String(job.requirements?.tolerance_limits?.class ?? "");
+  const tolerances = useTolerances(gear, of);
+  return h(PitchSheet, {
+    pitch: /** @type {import("../api/client.js").Schema<"PitchEvaluation">} */ (/** @type {unknown} */ (record.result)),
+    tolerances: tolerances.data,
+    csvName: `${job.name} ${number} ${pitchText.title}`,
+  });
+}
+
+/** Those of a class; nothing is asked for without gear or class. @param {Job["gear"]} gear @param {string} of */
+function useTolerances(gear, of) {
+  const wanted = gear && CLASSES.includes(of) && may("compute");
+  return useResource(wanted ? `tolerances ${of} ${JSON.stringify(gear)}` : null, (signal) =>
+    answer(
+      api.POST("/v1/gears/tolerances", {
+        signal,
+        body: { gear: /** @type {NonNullable<typeof gear>} */ (gear), class: Number(of) },
+      }),
+    ),
+  );
 }
 
 /** @param {string} text */

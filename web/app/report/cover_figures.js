@@ -71,7 +71,7 @@ export function CoverFigures({ told }) {
     </table>
     <div class="report-notes">
       <p>${notes.all().map(({ sign, text }) => html`<span key=${sign}><sup translate="no">${sign}</sup> ${text} </span>`)}</p>
-      <p>${without.length < told.length && html`${source === "nodes" ? t.ofNodes : t.ofTraces} `}${t.errors}${changes && html` ${t.changeAbout}`}
+      <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
         ${decided && DECISIONS.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${SIGNS[one]}</b> ${t[one]}</span>`)}</p>
     </div>
   </div>`;

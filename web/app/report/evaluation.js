@@ -9,7 +9,6 @@ import { fmt } from "../i18n/i18n.js";
 import { t as words } from "../i18n/evaluation.js";
 import { t } from "../i18n/report.js";
 import { ABSENT } from "../lib/format.js";
-import { sameSign } from "../lib/traces.js";
 import { Fragment, h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
@@ -32,7 +31,8 @@ function OneEvaluation({ number, evaluated }) {
   const traces = Array.isArray(request.traces) ? request.traces : [];
   const settings = result.evaluation;
   const modified = (request.modifications?.length ?? 0) > 0;
-  const parabola = settings.profile_mean === "parabola" || settings.helix_mean === "parabola";
+  const without = modified || result.traces.some((trace) => trace.slope_um !== undefined && !trace.mean_line_um);
+  const bands = settings.k_bands ?? [];
   const values = settings.tolerances === "unrounded" ? tolerances?.unrounded : tolerances?.rounded;
   const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
     result.traces.some((trace) => trace.kind === kind),
@@ -43,16 +43,17 @@ function OneEvaluation({ number, evaluated }) {
       ${
         traces.length === 0
           ? html`<p>${t.noTraces}</p>`
-          : html`<p class="quiet">${words.drawn}${(!sameSign(settings) || modified) && ` ${words.noMeanLine}`}${parabola && ` ${words.noParabola}`}${!values && ` ${t.noBand}`}</p>`
+          : html`<p class="quiet">${words.drawn}${without && ` ${words.noMeanLine}`}${bands.length > 0 && ` ${words.requiredBands}`}${!values && bands.length === 0 && ` ${t.noBand}`}</p>`
       }
     </div>
     ${kinds.map((kind) => {
       const band = modified ? undefined : (values?.[`${kind}_total_um`] ?? undefined);
+      const required = result.traces.some((one) => one.kind === kind && one.k_bands?.length);
       const symbol = symbolsOf(kind).total.replace("_", " ");
       return html`<div key=${kind} class="report-kind-of">
         <h4>${words[kind]}</h4>
-        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation: result, gear, band, paper: true })}
-        ${band !== undefined && tolerances && html`<p class="quiet">${words.band(fmt.value.um(band), tolerances.class, symbol)}</p>`}
+        ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation: result, gear, band, required, modified, paper: true })}
+        ${band !== undefined && !required && tolerances && html`<p class="quiet">${words.band(fmt.value.um(band), tolerances.class, symbol)}</p>`}
         ${h(EvaluationTable, { kind, evaluation: result, tolerances, brief: true, of: common.iteration(number) })}
       </div>`;
     })}

@@ -38,9 +38,10 @@ const FLANK = [
 ];
 
 /**
- * Figures of the second-order surface: as corrections answer them, of the nodes, or as evaluations do, of traces. One
- * source for all iterations, that which tells more of them.
- * @param {readonly Told[]} told @returns {{ rows: Row[], source: "nodes" | "traces" }}
+ * Figures of the second-order surface: of the fits that stand, of the nodes as corrections answer them, or of traces as
+ * evaluations do. One source for all iterations: that which
+ * tells more of them, and where they are alike that which has limits.
+ * @param {readonly Told[]} told @returns {{ rows: Row[], source: "fits" | "nodes" | "traces" }}
  */
 export function flankRows(told) {
   const whole =
@@ -53,11 +54,32 @@ export function flankRows(told) {
       name,
       flank: undefined,
       cells: told.map((one) => cell(one, name)),
-      change: cell === ofNodes ? whole?.answer?.figure_changes?.[name]?.change : undefined,
-      limits: told.flatMap((one) => limitsOf([tracedFigure(one, name)])).at(-1),
+      change: cell === ofTraces ? undefined : whole?.answer?.figure_changes?.[name]?.change,
+      limits: told
+        .flatMap((one) => limitsOf([cell === ofFits ? fittedFigure(one, name) : tracedFigure(one, name)]))
+        .at(-1),
     }));
-  const [nodes, traces] = [rows(ofNodes), rows(ofTraces)];
-  return covered(traces) > covered(nodes) ? { rows: traces, source: "traces" } : { rows: nodes, source: "nodes" };
+  const [fits, nodes, traces] = /** @type {const} */ ([
+    { rows: rows(ofFits), source: "fits" },
+    { rows: rows(ofNodes), source: "nodes" },
+    { rows: rows(ofTraces), source: "traces" },
+  ]);
+  // a change goes with the figures that it is the difference of
+  const all = whole?.answer ? [nodes, fits, traces] : [fits, nodes, traces];
+  const score = (/** @type {{ rows: readonly Row[] }} */ { rows: own }) =>
+    2 * covered(own) + (own.some(({ limits }) => limits) ? 1 : 0);
+  return all.reduce((best, one) => (score(one) > score(best) ? one : best));
+}
+
+/** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
+function ofFits(told, name) {
+  const figure = fittedFigure(told, name);
+  return figure && { value: figure.value, error: figure.std_error, decision: figure.conformity?.decision };
+}
+
+/** @param {Told} told @param {FlankFigureName} name */
+function fittedFigure({ iteration: { fits } }, name) {
+  return fits.find(({ chosen }) => chosen)?.figures?.[/** @type {const} */ (`${name}_um`)];
 }
 
 /** How many iterations have a figure. @param {readonly Row[]} rows */

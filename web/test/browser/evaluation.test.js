@@ -29,11 +29,9 @@ browserTest("the figures of a sheet are the interface's, and a class brings band
     for (const [i, trace] of traces.entries()) {
       const cells = rows.nth(i).locator("td .cell");
       agrees(await cells.nth(1).textContent(), trace.slope_um);
-      // a column of intervals stands where some trace has one
-      const after = traces.some((/** @type {any} */ one) => one.slope_interval_um) ? 4 : 3;
-      agrees(await cells.nth(after).textContent(), trace.form_um);
-      agrees(await cells.nth(after + 1).textContent(), trace.total_um);
-      agrees(await cells.nth(after + 2).textContent(), trace.crowning_um);
+      agrees(await cells.nth(3).textContent(), trace.form_um);
+      agrees(await cells.nth(4).textContent(), trace.total_um);
+      agrees(await cells.nth(5).textContent(), trace.crowning_um);
     }
     const mean = record.result.means.find((/** @type {any} */ one) => one.kind === kind);
     agrees(await rows.nth(traces.length).locator("td .cell").nth(1).textContent(), mean.slope_um.mean);
@@ -47,7 +45,7 @@ browserTest("the figures of a sheet are the interface's, and a class brings band
   const tolerances = await call("POST", "/v1/gears/tolerances", { gear, class: 3 });
   const row = page.getByRole("table", { name: "Profiles" }).locator("tbody tr", { hasText: "Tolerance, class 3" });
   agrees(await row.locator("td .cell").nth(1).textContent(), tolerances.rounded.profile_slope_um);
-  agrees(await row.locator("td .cell").nth(5).textContent(), tolerances.rounded.profile_total_um);
+  agrees(await row.locator("td .cell").nth(4).textContent(), tolerances.rounded.profile_total_um);
   await page.locator(".k-outside-line").first().waitFor();
   await page.reload();
   await page.locator(".k-band").first().waitFor();
@@ -104,3 +102,129 @@ browserTest(
     });
   },
 );
+
+browserTest("traces are held against the limits and bands that the job asks for", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+  // from end to end of the example's traces, one with room for them and one that is too narrow
+  const band = (/** @type {number} */ wide) => ({
+    kind: "profile",
+    profile_axis: "diameter",
+    upper: [50.3, 54.02].map((at) => [at, wide]),
+    lower: [50.3, 54.02].map((at) => [at, -wide]),
+  });
+  requirements.k_bands = [band(8), band(1)];
+  const { id } = await job({ requirements });
+  await iteration(id);
+  const { result } = await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await posted());
+  await open(pathOf(id));
+  const traces = result.traces.filter((/** @type {any} */ one) => one.kind === "profile");
+  const rows = page.getByRole("table", { name: "Profiles" }).locator("tbody tr");
+  const within = (/** @type {boolean} */ is) => (is ? "within the limits" : "outside the limits");
+  for (const [i, trace] of traces.entries()) {
+    const cells = await rows.nth(i).locator("td .cell").allTextContents();
+    agrees(cells[1], trace.slope_um, trace.slope_std_error_um, ...trace.slope_interval_um);
+    for (const [cell, name] of /** @type {const} */ ([
+      [1, "slope"],
+      [3, "form"],
+      [4, "total"],
+      [5, "crowning"],
+    ]))
+      assert.ok(cells[cell]?.includes(within(trace[`${name}_within`])), `${name}: ${cells[cell]}`);
+    const [wide, narrow] = trace.k_bands;
+    assert.equal(narrow.within, false);
+    const said = cells.at(-1)?.split("Band 1: ")[1];
+    if (wide.within === undefined) assert.match(said ?? "", /^cannot be told/);
+    else agrees(said, wide.room_um);
+    agrees(cells.at(-1)?.split("Band 2: ")[1], -narrow.room_um);
+  }
+  assert.ok(
+    traces.some((/** @type {any} */ { k_bands: [wide] }) => wide.within),
+    "one of them lies in the wide band",
+  );
+  const limits = page.getByRole("table", { name: "Profiles" }).getByRole("row", { name: "Limits" });
+  await limits.getByText("1 … 6", { exact: true }).waitFor();
+
+  // two bands a chart; mean line and parabola lie where the answer says
+  const chart = page.getByRole("img", { name: /^Profiles, Tooth 1/ });
+  assert.equal(await chart.locator(".k-band.required").count(), 2);
+  assert.ok((await chart.locator(".k-outside-line").count()) > 0, "what is outside of the narrow band is marked");
+  const ends = await chart.evaluate((svg) => {
+    const points = (/** @type {string} */ path) =>
+      [...(svg.querySelector(path)?.getAttribute("d") ?? "").matchAll(/(-?[\d.]+) (-?[\d.]+)/g)].map(([, x, y]) => [
+        Number(x),
+        Number(y),
+      ]);
+    const ticks = [...svg.querySelectorAll("text[text-anchor=middle]")].map((text) => [
+      Number(text.getAttribute("x")),
+      Number(text.textContent?.replace("−", "-")),
+    ]);
+    return { mean: points(".k-mean"), parabola: points(".k-parabola"), ticks };
+  });
+  const [[x0 = 0, value0 = 0] = [], [x1 = 0, value1 = 0] = []] = [ends.ticks[0], ends.ticks.at(-1)];
+  const drawn = (/** @type {number | undefined} */ x) => value0 + ((x ?? 0) - x0) * ((value1 - value0) / (x1 - x0));
+  const near = (/** @type {number | undefined} */ x, /** @type {number} */ value) =>
+    assert.ok(Math.abs(drawn(x) - value) < 0.02, `drawn at ${drawn(x)}, answered ${value}`);
+  near(ends.mean[0]?.[0], traces[0].mean_line_um[0]);
+  near(ends.mean[1]?.[0], traces[0].mean_line_um[1]);
+  near(ends.parabola[12]?.[0], traces[0].mean_parabola_um[1]);
+
+  await page.getByLabel("Class of the K-band").selectOption("6");
+  await chart.locator(".k-band:not(.required)").waitFor();
+  await page.getByLabel("Class of the K-band").selectOption({ label: "as required" });
+  await chart.locator(".k-band.required").first().waitFor();
+  await stands();
+});
+
+browserTest("pitches and run-out are drawn, and every figure is the interface's", {}, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { id } = await job({ requirements: { tolerance_limits: { class: 5 } } });
+  await iteration(id);
+  const sent = JSON.parse(await example("requests/iteration_pitch.json"));
+  // both flanks, one of them with a tooth that was not measured
+  const right = { single_pitch_um: sent.left.single_pitch_um.map((/** @type {number} */ one) => -2 * one) };
+  const { result } = await call("POST", `/v1/jobs/${id}/iterations/1/pitch`, { ...sent, right });
+  await open(pathOf(id));
+  const { gear } = await call("GET", `/v1/jobs/${id}`);
+  const { rounded } = await call("POST", "/v1/gears/tolerances", { gear, class: 5 });
+  const rows = page.getByRole("table", { name: "Pitch and run-out" }).locator("tbody tr");
+  let at = 0;
+  for (const flank of [result.left, result.right]) {
+    for (const [value, tooth, tolerance, of] of [
+      [flank.single_pitch.value_um, flank.single_pitch.tooth, rounded.single_pitch_um, flank.class.single_pitch],
+      [flank.cumulative_pitch_um, undefined, rounded.cumulative_pitch_um, flank.class.cumulative_pitch],
+      [flank.sector_pitch.value_um, flank.sector_pitch.tooth],
+      [flank.adjacent_pitch_difference.value_um, flank.adjacent_pitch_difference.tooth],
+    ]) {
+      const cells = await rows.nth(at).locator("td .cell").allTextContents();
+      agrees(cells[1], value);
+      if (tooth !== undefined) agrees(cells[2], tooth);
+      if (tolerance !== undefined) agrees(cells[3], tolerance);
+      if (of !== undefined) agrees(cells[4], of);
+      at += 1;
+    }
+  }
+  agrees(await rows.nth(at).locator("td .cell").nth(1).textContent(), result.runout.runout_um);
+  const { amount_um, std_error_um, angle_deg } = result.runout.eccentricity;
+  const runout = page.getByRole("region", { name: "Run-out", exact: true });
+  agrees(await runout.locator("dd").nth(0).textContent(), amount_um, std_error_um);
+  agrees(await runout.locator("dd").nth(1).textContent(), angle_deg);
+
+  // a bar a tooth, above 0 where the pitch is too long; the same as a table
+  const left = page.getByRole("region", { name: "left flanks" });
+  const bars = await left
+    .locator(".mark-bars.series-blue rect")
+    .evaluateAll((all) => all.map((one) => [Number(one.getAttribute("y")), Number(one.getAttribute("height"))]));
+  const singles = result.left.single_pitch_deviation_um;
+  assert.equal(bars.length, singles.length);
+  const [tallest = 0] = bars.map(([, height = 0]) => height).sort((a, b) => b - a);
+  const zero = Math.max(...bars.filter((_, i) => singles[i] > 0).map(([y = 0, height = 0]) => y + height));
+  const greatest = Math.max(...singles.map(Math.abs));
+  for (const [i, [y = 0, height = 0]] of bars.entries()) {
+    assert.ok(Math.abs(height / tallest - Math.abs(singles[i]) / greatest) < 1e-6, `bar ${i + 1}`);
+    assert.ok(Math.abs(singles[i] > 0 ? y + height - zero : y - zero) < 1e-6, `bar ${i + 1} begins at 0`);
+  }
+  await left.getByRole("button", { name: "As table" }).nth(1).click();
+  const cells = left.getByRole("table").locator("tbody td .cell");
+  for (const [i, value] of result.left.index_deviation_um.entries()) agrees(await cells.nth(i).textContent(), value);
+});

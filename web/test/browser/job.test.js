@@ -13,7 +13,7 @@ browserTest(
     await iteration(id, "flank_z52_remachined.json");
     await open(`/jobs/${id}`);
     await page.getByText("Decide on iteration 2").waitFor();
-    const rows = page.locator("tbody tr");
+    const rows = page.getByRole("region", { name: "Iterations", exact: true }).locator("tbody tr");
     assert.equal(await rows.count(), 2);
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
     const fit = iterations[0].fits[0];

@@ -24,7 +24,7 @@ browserTest("names are text, in the page and in the file", {}, async ({ page, op
   const [head, row] = text.split("\r\n");
   assert.equal(
     head,
-    "Job,Part number,Serial number,Machine,Status,Iterations,RMS,Condition,Gear,Tags,Last measured,Created,Last change",
+    "Job,Part number,Serial number,Machine,Status,Iterations,f Hα [µm],f Hβ [µm],C α [µm],C β [µm],S [µm],Within limits,Class,RMS,Condition,Gear,Tags,Last measured,Created,Last change",
   );
   assert.ok(row?.startsWith(`"${name.replaceAll('"', '""')}",97340,0017,'=cmd(),new,0,,,`), row);
 });
@@ -49,7 +49,7 @@ browserTest(
       const status = { new: "new", open: "open", accepted: "accepted" }[/** @type {"new"} */ (item.status)];
       assert.equal(cells[4]?.trim(), status);
       assert.equal(cells[5], String(item.iteration_count));
-      assert.equal(cells[6], item.rms === undefined ? "–" : String(Number(item.rms.toPrecision(3))));
+      assert.equal(cells[8], item.rms === undefined ? "–" : String(Number(item.rms.toPrecision(3))));
     }
     const counts = page.getByRole("navigation", { name: "Jobs by status" });
     for (const [name, count] of [

@@ -186,7 +186,15 @@ browserTest("names are text in print too, and long ones leave the first page one
   await open(`/jobs/${long.id}/report?parts=summary`);
   const alone = await printed(world);
   assert.equal(alone.pages.length, 1);
-  holds(alone.pages[0] ?? "", ["rejected", "Signature", "Page 1/1", "of the one before that it answers"]);
+  const { fits } = await world.call("GET", `/v1/jobs/${long.id}/iterations/1`);
+  const slope = fits[0].figures.profile_slope_um;
+  // without a correction and without traces the fit's own figures stand there
+  holds(alone.pages[0] ?? "", [
+    "rejected",
+    "Signature",
+    "Page 1/1",
+    formats("en").withError(slope.value, slope.std_error),
+  ]);
 });
 
 browserTest("limits that an evaluation names stand beside its figures, with what holds of them", {}, async (world) => {

@@ -1,9 +1,10 @@
 // Every warning of the program has its German sentence.
 
 import assert from "node:assert/strict";
-import { readFile } from "node:fs/promises";
+import { readdir, readFile } from "node:fs/promises";
 import { test } from "node:test";
 import dependency from "../../app/i18n/de/dependencies.js";
+import problems from "../../app/i18n/de/problems.js";
 import german from "../../app/i18n/de/warnings.js";
 import { counted } from "../../app/lib/warnings.js";
 
@@ -38,6 +39,31 @@ test("every code of the engine's warnings has a sentence in German", async () =>
     codes.filter((code) => !german[code]),
     [],
   );
+});
+
+const api = new URL("../../../src/api/", import.meta.url);
+
+test("every code of the interface's own warnings has a sentence in German", async () => {
+  /** @type {Set<string>} */
+  const codes = new Set();
+  for (const name of await readdir(api, { recursive: true })) {
+    if (!name.endsWith(".rs")) continue;
+    const [text = ""] = (await readFile(new URL(name, api), "utf8")).split("#[cfg(test)]");
+    const made = /\b(?:NoticeBody::new|notice|warn)\(\s*"([a-z_]{3,})"|\bcode: "([a-z_]+)"|vec!\[\("([a-z_]{3,})",/g;
+    for (const [, ...found] of text.matchAll(made)) codes.add(found.find(Boolean) ?? "");
+  }
+  assert.ok(codes.size > 25, `${codes.size} codes`);
+  assert.deepEqual(
+    [...codes].filter((code) => !german[code]),
+    [],
+  );
+});
+
+test("every problem of the interface has its title in German", async () => {
+  const text = await readFile(new URL("problem.rs", api), "utf8");
+  const codes = new Set([...text.matchAll(/"urn:flankfit:problem:([a-z_]+)"/g)].map(([, code = ""]) => code));
+  assert.ok(codes.size > 25, `${codes.size} codes`);
+  assert.deepEqual([...codes].sort(), Object.keys(problems).sort());
 });
 
 test("a warning that is said of several traces stands once, with their number", () => {

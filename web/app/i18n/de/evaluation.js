@@ -3,7 +3,7 @@ export default {
   title: "Auswertung",
   none: "Von dieser Iteration sind noch keine Kurven ausgewertet worden. Kurven kommen mit einer Auswertung, die gesendet wird, oder mit dem Import der Datei einer Messmaschine.",
   imported:
-    "Diese Auswertung kam aus einer Datei, von der der Server die Kenngrößen und noch nicht die Kurven aufbewahrt. Die Kenngrößen stehen unten; Diagramme importierter Kurven fehlen.",
+    "Diese Auswertung kam aus einer Datei, von der keine Kurven aufbewahrt sind. Die Kenngrößen stehen unten, ohne Diagramme.",
   record: "Auswertung",
   profile: "Profile",
   helix: "Flankenlinien",
@@ -17,10 +17,18 @@ export default {
   magnification: (deviation, length) =>
     `Abweichung ${deviation}:1, Länge ${length}:1 auf einem Bildschirm mit 96 Punkten je Zoll; auf Papier wie gedruckt.`,
   drawn:
-    "Linie: Kurve. Dünn: außerhalb des Auswertebereichs. Strichpunktiert: mittlere Gerade, mit der beantworteten Neigung durch das Mittel der Messpunkte. Punktiert: Sollkurve. Gestrichelt: Enden des Auswertebereichs.",
+    "Linie: Kurve. Dünn: außerhalb des Auswertebereichs. Strichpunktiert: mittlere Gerade. Kurz gestrichelt: mittlere Parabel. Punktiert: Sollkurve. Gestrichelt: Enden des Auswertebereichs.",
   noMeanLine:
-    "Mittlere Geraden sind nicht gezeichnet: Die Abweichungen wurden mit anderem Vorzeichen gesendet, als Neigungen beantwortet werden.",
-  noParabola: "Mittlere Parabeln sind nicht gezeichnet.",
+    "Mittlere Geraden und Parabeln sind nicht gezeichnet, wo ihre Sollkurve nicht beantwortet ist, und bei Auswertungen, die sie noch nicht hatten.",
+  requiredBands:
+    "Bänder sind die, in denen die Kurven liegen müssen, jedes dahin verschoben, wo seine Kurve am meisten Platz hat; außerhalb ist die Kurve dick und schraffiert.",
+  asRequired: "wie verlangt",
+  kBand: "K-Band",
+  bandRoom: (number, room) => `Band ${number}: ${room} µm Platz`,
+  bandLack: (number, lack) => `Band ${number}: um ${lack} µm zu eng`,
+  bandUntold: (number) => `Band ${number}: nicht zu entscheiden, Messpunkte fehlen`,
+  limits: "Grenzen",
+  conformityOf: (symbol) => `Konformität ${symbol}`,
   band: (width, of, symbol) =>
     `K-Band: ${symbol} = ${width} µm der Klasse ${of} nach ISO 1328-1:2013, vom höchsten Punkt im Bereich abwärts. Außerhalb ist die Kurve dick und schraffiert.`,
   noBand: "Kein K-Band: Wählen Sie eine Klasse.",
@@ -29,6 +37,7 @@ export default {
   outside: (count) => (count === 1 ? "1 Messpunkt außerhalb des Bandes" : `${count} Messpunkte außerhalb des Bandes`),
   symbol: (symbol) => symbol,
   intervalOf: (symbol) => `Intervall ${symbol}`,
+  intervalsBelow: (percent) => `Unter Kenngrößen mit Fehler: ihre ${percent}-%-Intervalle.`,
   class: "Klasse",
   conformity: "Konformität",
   sign: "Vorzeichen",

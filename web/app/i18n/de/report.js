@@ -61,13 +61,14 @@ export default {
   does_not_conform: "nicht konform",
   cannot_be_told: "nicht zu entscheiden",
   whyFigures: (numbers) =>
-    `Winkelabweichungen, Balligkeiten und Verschränkung werden mit ausgewerteten Kurven beantwortet, mit einer Korrektur der Iteration oder mit der vorigen, auf die sie antwortet; Iteration ${numbers} hat keine.`,
+    `Die Achsen von Iteration ${numbers} sagen nicht, was u, v und die Höhen sind, oder ihre Messpunkte lassen Winkelabweichungen, Balligkeiten und Verschränkung nicht erkennen.`,
   whyLimits: "Weder der Auftrag noch eine Auswertung nennt Grenzen dafür.",
   whyClass: (numbers) =>
     `Klassen nach ISO 1328-1 werden mit ausgewerteten Kurven beantwortet; Iteration ${numbers} hat keine.`,
   whyHeights: "Die Messpunkte sind keine Flanke.",
   errors: "± ist ein Standardfehler. Der regularisierter Werte nimmt λ* als gegeben.",
   changeAbout: "Änderung: aus den Unterschieden Messpunkt für Messpunkt.",
+  ofFits: "Winkelabweichungen, Balligkeiten und Verschränkung: der geltenden Anpassungen.",
   ofNodes: "Winkelabweichungen, Balligkeiten und Verschränkung: der Messpunkte, wie Korrekturen sie beantworten.",
   ofTraces: "Winkelabweichungen, Balligkeiten und Verschränkung: der Fläche durch die ausgewerteten Kurven.",
   surfaces: "Flächen zweiter Ordnung durch die Kurven",

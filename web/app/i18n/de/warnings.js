@@ -137,4 +137,37 @@ export default {
     "Die Messung sagt nichts über diese Einstellung, doch ihre Grenzen verlangen eine Änderung.",
   // streams
   too_few_nodes: "Noch zu wenige Knoten für ein Ergebnis.",
+  // figures of fits, requirements
+  axes_unknown: "Keine Kenngrößen: Die Achsen sagen nicht, was gemessen ist.",
+  no_extent: "Keine Kenngrößen: Die Messpunkte erstrecken sich nicht über die Flanke.",
+  no_gear: "Keine Kenngrößen: Der Auftrag hat kein Zahnrad.",
+  no_involute: "Keine Kenngrößen: Einzelne Messpunkte liegen, wo das Rad keine Evolvente hat.",
+  not_second_order:
+    "Keine Kenngrößen: Das Modell ist keine Fläche, die sich durch eine zweiter Ordnung beschreiben lässt.",
+  requirement_left_aside:
+    "Eine Anforderung des Auftrags ist auf diese Auswertung nicht anzuwenden und bleibt beiseite.",
+  traces_with_own_zeros:
+    "Keine Kenngrößen: Jede Kurve hat ihren eigenen Nullpunkt; ihre Auswertung nennt, was sie hat.",
+  // files
+  gear_differs: "Das Zahnrad der Datei weicht vom Zahnrad des Auftrags ab.",
+  hand_assumed: "Die Steigungsrichtung ist nicht angegeben: Rechtssteigend ist angenommen.",
+  impossible_gear: "Die Daten eines Zahnrads der Datei passen nicht zusammen.",
+  not_evaluated: "Die Kurven der Datei sind nicht ausgewertet.",
+  off_the_tooth: "Punkte der Datei liegen nicht auf dem Zahn.",
+  pitch_not_evaluated: "Die Teilungen der Datei sind nicht ausgewertet.",
+  pitch_not_read: "Eine Teilungstabelle der Datei ist nicht zu lesen.",
+  pitch_repeated: "Eine Flanke hat eine zweite Teilungstabelle; die erste gilt.",
+  pitch_sign_assumed: "Das Vorzeichen der Teilungen steht nicht in der Datei; es ist angenommen.",
+  pitch_without_flank: "Kein Titel sagt, von welcher Flanke diese Teilungen sind.",
+  sign_assumed: "Das Vorzeichen der Abweichungen steht nicht in der Datei; es ist angenommen.",
+  stray_point: "Ein Punkt der Datei gehört zu keiner Flanke.",
+  trace_without_positions: "Eine Kurve der Datei hat keine Orte und bleibt weg.",
+  unknown_tooth: "Eine Kurve nennt einen Zahn, den das Rad nicht hat.",
+  // pitches, sections
+  no_runout: "Kein Rundlauf: Die Teilungen lassen ihn nicht erkennen.",
+  coincident: "Ein Teil der Fläche liegt in der Schnittebene; er gehört zu keiner Schnittkurve.",
+  smoothing_not_reached: "Die verlangte Glättung ist nicht erreicht.",
+  unresolved:
+    "Stellenweise ist die Fläche zu flach, oder Zweige liegen zu nah beieinander: Schnittkurven können dort enden oder fehlen.",
+  tolerance_not_met: "Die verlangte Toleranz ist nicht erreicht.",
 };

@@ -15,10 +15,18 @@ export default {
   magnification: (/** @type {string} */ deviation, /** @type {string} */ length) =>
     `Deviation ${deviation}:1, length ${length}:1 on a screen of 96 pixels an inch; on paper as printed.`,
   drawn:
-    "Line: trace. Thin: outside the evaluation range. Dash-dotted: mean line, of the slope that was answered through the mean of the samples. Dotted: design line. Dashed: ends of the evaluation range.",
+    "Line: trace. Thin: outside the evaluation range. Dash-dotted: mean line. Short dashes: mean parabola. Dotted: design line. Dashed: ends of the evaluation range.",
   noMeanLine:
-    "Mean lines are not drawn: deviations were posted in another sign than slopes are answered, so they are not drawn over each other.",
-  noParabola: "Mean parabolas are not drawn.",
+    "Mean lines and parabolas are not drawn where they are about a design line that is not answered, and of evaluations from before they were.",
+  requiredBands:
+    "Bands are those that the traces must lie in, each shifted to where its trace has most room; outside of it the trace is thick and hatched.",
+  asRequired: "as required",
+  kBand: "K-band",
+  bandRoom: (/** @type {number} */ number, /** @type {string} */ room) => `Band ${number}: ${room} µm of room`,
+  bandLack: (/** @type {number} */ number, /** @type {string} */ lack) => `Band ${number}: ${lack} µm too narrow`,
+  bandUntold: (/** @type {number} */ number) => `Band ${number}: cannot be told, samples are missing`,
+  limits: "Limits",
+  conformityOf: (/** @type {string} */ symbol) => `Conformity ${symbol}`,
   band: (/** @type {string} */ width, /** @type {number} */ of, /** @type {string} */ symbol) =>
     `K-band: ${symbol} = ${width} µm of class ${of} of ISO 1328-1:2013, hung from the highest point within the range. Outside of it the trace is thick and hatched.`,
   noBand: "No K-band: choose a class.",
@@ -29,6 +37,7 @@ export default {
     count === 1 ? "1 sample outside the band" : `${count} samples outside the band`,
   symbol: (/** @type {string} */ symbol) => symbol,
   intervalOf: (/** @type {string} */ symbol) => `Interval ${symbol}`,
+  intervalsBelow: (/** @type {string} */ percent) => `Below figures with errors: their ${percent} % intervals.`,
   class: "Class",
   conformity: "Conformity",
   sign: "Sign",

@@ -60,13 +60,14 @@ export default {
   does_not_conform: "does not conform",
   cannot_be_told: "cannot be told",
   whyFigures: (/** @type {string} */ numbers) =>
-    `Slopes, crownings and twist are answered with evaluated traces or a correction of an iteration, or of the one before that it answers; iteration ${numbers} has none.`,
+    `The axes of iteration ${numbers} do not say what u, v and the heights are, or its nodes tell no slopes, crownings and twist.`,
   whyLimits: "Neither the job nor an evaluation names limits of it.",
   whyClass: (/** @type {string} */ numbers) =>
     `Classes of ISO 1328-1 are answered with evaluated traces; iteration ${numbers} has none.`,
   whyHeights: "The nodes are no flank.",
   errors: "± is one standard error. Those of regularised values take λ* as given.",
   changeAbout: "Change: of the differences node by node.",
+  ofFits: "Slopes, crownings and twist: of the standing fits.",
   ofNodes: "Slopes, crownings and twist: of the nodes, as corrections answer them.",
   ofTraces: "Slopes, crownings and twist: of the surface through the evaluated traces.",
   surfaces: "Second-order surfaces through the traces",

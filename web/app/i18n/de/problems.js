@@ -1,0 +1,38 @@
+/**
+ * Titles of the server's problems in German, by their codes; in English they are the server's own.
+ * @type {Record<string, string>}
+ */
+export default {
+  malformed_body: "Der Inhalt der Anfrage ist nicht zu lesen",
+  malformed_request: "Die Anfrage ist nicht zu lesen",
+  unauthorized: "Es braucht einen Schlüssel oder ein Token",
+  invalid_key: "Der Schlüssel oder das Token gilt nicht",
+  forbidden: "Das ist Ihnen nicht erlaubt",
+  cross_site: "Eine Seite von anderswo darf das nicht",
+  not_found: "Das gibt es hier nicht",
+  method_not_allowed: "Diese Methode gibt es hier nicht",
+  not_acceptable: "In der verlangten Form gibt es das nicht",
+  body_timeout: "Der Inhalt der Anfrage kam zu langsam",
+  conflict: "So, wie es steht, geht das nicht",
+  idempotency_key_in_use: "Die erste Anfrage mit diesem Idempotency-Key läuft noch",
+  operation_running: "Der Vorgang ist noch nicht zu Ende",
+  operation_cancelled: "Der Vorgang ist abgebrochen worden",
+  purged: "Das ist gelöscht worden",
+  precondition_failed: "Inzwischen ist es geändert worden",
+  body_too_large: "Der Inhalt der Anfrage ist zu groß",
+  unsupported_media_type: "Diese Art von Inhalt wird nicht angenommen",
+  unknown_host: "Die Anfrage gilt einem anderen Rechner",
+  invalid_request: "Die Anfrage enthält, was nicht angenommen werden kann",
+  rank_deficient: "Die Spalten sind linear abhängig",
+  not_converged: "Die Rechnung ist nicht zum Ende gekommen",
+  idempotency_key_reused: "Der Idempotency-Key gehört zu einer anderen Anfrage",
+  too_many_requests: "Zu viele Anfragen",
+  internal: "Im Dienst ist etwas schiefgegangen",
+  interrupted: "Der Vorgang ist immer wieder unterbrochen worden",
+  overloaded: "Der Dienst hat zu viel zu tun",
+  request_timeout: "Die Antwort hat zu lange gedauert",
+  store_unavailable: "Der Speicher antwortet nicht",
+  outcome_unknown: "Ob etwas gespeichert ist, ist nicht bekannt",
+  issuer_unavailable: "Die Stelle, die Identitäten bestätigt, antwortet nicht",
+  draining: "Der Prozess wird gleich beendet",
+};
