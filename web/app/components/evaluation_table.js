@@ -102,7 +102,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       key: "class",
       header: t.class,
       numeric: true,
-      cell: ({ trace }) => data(trace ? classOf(trace) : ""),
+      cell: ({ trace }) => (trace ? data(classOf(trace)) : ""),
       csv: ({ trace }) => (trace ? classOf(trace) : ""),
     },
     {

@@ -114,15 +114,15 @@ function columns(percent, limited) {
       header: t.limitsOf,
       unit: "µm",
       numeric: true,
-      cell: limited ? ({ figure }) => data(limitText(figure.conformity?.limits_um)) : undefined,
+      cell: limited
+        ? ({ figure: { conformity } }) =>
+            conformity
+              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { conformity })}</span>`
+              : ABSENT
+        : undefined,
       csv: ({ figure }) => figure.conformity?.limits_um.join(" … "),
     },
-    {
-      key: "conformity",
-      header: t.conformity,
-      cell: limited ? ({ figure }) => h(Conforms, { conformity: figure.conformity }) : undefined,
-      csv: ({ figure }) => figure.conformity?.decision,
-    },
+    { key: "conformity", header: t.conformity, csv: ({ figure }) => figure.conformity?.decision },
   ];
 }
 

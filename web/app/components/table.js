@@ -92,7 +92,7 @@ function Head({ column: { header, head, unit, numeric, sorted, onSort } }) {
 function cellOf({ key, header, head, numeric, rowHeader, cell }, row) {
   const value = cell?.(row);
   const content = html`<span class="cell-label" aria-hidden="true">${head ?? header}</span><span class="cell">${value}</span>`;
-  const name = [numeric && "numeric", value === ABSENT && "absent"].filter(Boolean).join(" ");
+  const name = [numeric && "numeric", (value === ABSENT || value === "") && "absent"].filter(Boolean).join(" ");
   if (rowHeader) return html`<th role="rowheader" scope="row" key=${key} class=${name}>${content}</th>`;
   return html`<td role="cell" key=${key} class=${name}>${content}</td>`;
 }

@@ -18,5 +18,5 @@ export function Thumbnail({ figures, limit }) {
     return value === undefined ? [] : [`${symbol.replace("_", "")} ${fmt.value.um(value)}\u202fµm`];
   }).join(", ");
   return html`<canvas class="thumbnail" ref=${canvas} width=${COLUMNS} height=${ROWS} role="img"
-    aria-label=${t.thumbnail(words)} title=${words}></canvas>`;
+    aria-label=${t.thumbnail(words)}></canvas>`;
 }

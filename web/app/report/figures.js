@@ -40,7 +40,7 @@ const FLANK = [
 /**
  * Figures of the second-order surface: of the fits that stand, of the nodes as corrections answer them, or of traces as
  * evaluations do. One source for all iterations: that which
- * tells more of them, and where they are alike that which has limits.
+ * tells more of them, and where they are alike that which is decided by limits.
  * @param {readonly Told[]} told @returns {{ rows: Row[], source: "fits" | "nodes" | "traces" }}
  */
 export function flankRows(told) {
@@ -67,7 +67,7 @@ export function flankRows(told) {
   // a change goes with the figures that it is the difference of
   const all = whole?.answer ? [nodes, fits, traces] : [fits, nodes, traces];
   const score = (/** @type {{ rows: readonly Row[] }} */ { rows: own }) =>
-    2 * covered(own) + (own.some(({ limits }) => limits) ? 1 : 0);
+    2 * covered(own) + (own.some(({ cells }) => cells.some((cell) => cell?.decision)) ? 1 : 0);
   return all.reduce((best, one) => (score(one) > score(best) ? one : best));
 }
 

@@ -24,31 +24,25 @@ browserTest(
 );
 
 browserTest(
-  "axe finds nothing on any page of a tablet",
+  "axe finds nothing on any page of a tablet, and targets are 44 px high",
   { settings: { theme: "light" }, context: TABLET, axe: true },
   async (world) => {
     for (const { path } of await pageList(world)) {
       await world.open(path);
       await world.accessible();
+      const small = await world.page.evaluate(() =>
+        [
+          ...document.querySelectorAll(
+            "button, .button, nav a, input:not([type=checkbox]), select, textarea, summary, label.checkbox",
+          ),
+        ]
+          .filter((one) => one.checkVisibility() && one.getBoundingClientRect().height < 43.5)
+          .map((one) => `${one.tagName} ${one.className} ${one.textContent} ${one.getBoundingClientRect().height}`),
+      );
+      assert.deepEqual(small, [], path);
     }
   },
 );
-
-browserTest("targets on a tablet are 44 px high", { context: TABLET }, async (world) => {
-  for (const { path } of await pageList(world)) {
-    await world.open(path);
-    const small = await world.page.evaluate(() =>
-      [
-        ...document.querySelectorAll(
-          "button, .button, nav a, input:not([type=checkbox]), select, textarea, summary, label.checkbox",
-        ),
-      ]
-        .filter((one) => one.checkVisibility() && one.getBoundingClientRect().height < 43.5)
-        .map((one) => `${one.tagName} ${one.className} ${one.textContent} ${one.getBoundingClientRect().height}`),
-    );
-    assert.deepEqual(small, [], path);
-  }
-});
 
 for (const language of ["en", "de"]) {
   const context = { viewport: { width: 360, height: 740 } };
@@ -112,7 +106,7 @@ browserTest(
     assert.equal(await page.locator("html").getAttribute("lang"), "de");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
     const rms = iterations[0].fits[0].rms.toFixed(1).replace(".", ",");
-    assert.ok(((await page.locator("tbody").textContent()) ?? "").includes(rms), rms);
+    assert.ok(((await page.locator("tbody").first().textContent()) ?? "").includes(rms), rms);
     await page.getByRole("link", { name: "Einstellungen" }).click();
     await page.getByLabel("Sprache").selectOption("en");
     await page.getByRole("heading", { name: "Settings" }).waitFor();

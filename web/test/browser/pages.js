@@ -25,7 +25,6 @@ export async function pageList({ job, iteration, call }) {
     { name: "measure", path: `/jobs/${id}/measure` },
     { name: "lambda", path: `/jobs/${id}/iterations/1/lambda?by=discrepancy` },
     { name: "evaluation", path: `/jobs/${id}/iterations/1/evaluation` },
-    { name: "evaluation-class", path: `/jobs/${id}/iterations/1/evaluation?class=4` },
     { name: "evaluation-empty", path: `/jobs/${id}/iterations/2/evaluation` },
     { name: "correction", path: `/jobs/${id}/iterations/1/correction` },
     { name: "correction-empty", path: `/jobs/${id}/iterations/2/correction` },

@@ -90,8 +90,8 @@ browserTest("figures of fits are the interface's on every page, against their li
     agrees(cells[0], value, std_error);
     agrees(cells[1], interval[0], interval[1]);
     agrees(cells[2], bias_bound);
-    assert.equal(cells[3], conformity.limits_um.join(" … ").replaceAll("-", "−"));
-    assert.equal(cells[4]?.trim(), words[/** @type {"conforms"} */ (conformity.decision)]);
+    const limits = conformity.limits_um.join(" … ").replaceAll("-", "−");
+    assert.equal(cells[3]?.trim(), limits + words[/** @type {"conforms"} */ (conformity.decision)]);
   }
 
   await open(`/jobs/${id}/trace`);
