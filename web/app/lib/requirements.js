@@ -14,6 +14,7 @@ import { parseNumber } from "./format.js";
  * @property {string} class
  * @property {Record<string, string>} limits by `placeOf`; what is left empty is not there
  * @property {BandForm[]} bands
+ * @property {Record<string, unknown>} [others] what the form has no fields for, which stays as it is
  */
 
 /** The figures that have limits, with their symbols. */
@@ -57,6 +58,8 @@ export const emptyBand = () => ({ kind: "profile", flank: "", axis: "roll_length
 /** @param {Requirements | undefined} requirements @param {(value: number) => string} write @returns {RequirementsForm} */
 export function requirementsForm(requirements, write) {
   const form = emptyRequirements();
+  const { tolerance_limits: _, k_bands: __, ...others } = requirements ?? {};
+  if (Object.keys(others).length > 0) form.others = others;
   form.class = String(requirements?.tolerance_limits?.class ?? "");
   for (const side of SIDES)
     for (const { name } of FIGURES) {
@@ -106,6 +109,7 @@ export function requirementsOf(form) {
     return { kind, ...more, upper: upper ?? [], lower: lower ?? [] };
   });
   const whole = {
+    ...form.others,
     ...(Object.keys(limits).length > 0 ? { tolerance_limits: /** @type {ToleranceLimits} */ (limits) } : {}),
     ...(bands.length > 0 ? { k_bands: /** @type {KBand[]} */ (bands) } : {}),
   };
@@ -162,6 +166,7 @@ export function requirementsRebased(mine, from, theirs) {
     class: mine.class === from.class ? theirs.class : mine.class,
     limits,
     bands: bandsTouched ? mine.bands : theirs.bands,
+    ...(theirs.others ? { others: theirs.others } : {}),
   };
 }
 

@@ -67,6 +67,16 @@ test("requirements are sent whole where they were touched, and cleared where not
   assert.deepEqual([both?.tolerance_limits?.class, both?.tolerance_limits?.twist_um], [5, [-4, 7]]);
 });
 
+test("what the form has no fields for stays as it is", () => {
+  const requirements = { ...example.requirements, pitch_limits: { class: 5 } };
+  const form = requirementsForm(requirements, String);
+  assert.deepEqual(requirementsOf(form).requirements, requirements);
+  form.class = "";
+  form.limits = {};
+  form.bands = [];
+  assert.deepEqual(requirementsOf(form).requirements, { pitch_limits: { class: 5 } });
+});
+
 test("a line is straight between its points and says nothing beyond them", () => {
   const line = [
     [0, 4],
