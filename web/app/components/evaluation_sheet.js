@@ -8,7 +8,7 @@ import { fmt } from "../i18n/i18n.js";
 import { dashOf } from "../lib/colour.js";
 import { hangingBand, magnification, outsideBy, requiredBands, sheetOf } from "../lib/traces.js";
 import { bandWords, symbolsOf } from "./evaluation_table.js";
-import { Within } from "./flank_figures.js";
+import { Within } from "./within.js";
 import { GearSymbol } from "./symbol.js";
 import { h, html, useEffect, useState } from "../../vendor/ui.js";
 

@@ -5,7 +5,8 @@ import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { WithError } from "./figure.js";
-import { Conforms, limitText, Within } from "./flank_figures.js";
+import { Conforms, limitText } from "./flank_figures.js";
+import { Within } from "./within.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 

@@ -9,6 +9,7 @@ import { Badge, WithError } from "./figure.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 import { WarningList } from "./warnings.js";
+import { Within } from "./within.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitFigures">} Figures */
 /** @typedef {import("../api/client.js").Schema<"FlankFigure">} FlankFigure */
@@ -24,13 +25,6 @@ export function toldFigures(figures) {
     const figure = figureOf(figures, name);
     return figure ? [{ name, symbol, figure }] : [];
   });
-}
-
-/** Whether a value lies within its limits, by a sign and in words; nothing where it has none. @param {{ within: boolean | null | undefined }} props */
-export function Within({ within }) {
-  if (typeof within !== "boolean") return null;
-  return html`<b class=${within ? "within" : "within not"}><span aria-hidden="true" translate="no">${within ? "✓" : "✗"}</span><span
-    class="visually-hidden">${within ? t.within : t.outside}</span></b>`;
 }
 
 /** @param {{ conformity: Conformity | null | undefined }} props */

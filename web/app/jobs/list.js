@@ -1,10 +1,10 @@
 // The list of jobs as a table, with what became of each one's last iteration.
 
 import { Badge } from "../components/figure.js";
-import { Within } from "../components/flank_figures.js";
 import { table } from "../components/table.js";
 import { Tags } from "../components/tags.js";
 import { Thumbnail } from "../components/thumbnail.js";
+import { Within } from "../components/within.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
