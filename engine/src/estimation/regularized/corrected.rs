@@ -346,6 +346,6 @@ mod tests {
             assert!(shares.is_sorted() && shares[0] > 0.0);
         }
         let alone = Noise { variance: 2.0, given: false, freedom: 0 };
-        assert_eq!((alone.at(alone.shares(60)[7]), alone.share_of_stein()), ((2.0, 0.0), 0.0));
+        assert_eq!((alone.at(alone.shares(60)[7]), alone.share_of_stein()), ([2.0, 0.0], 0.0));
     }
 }
