@@ -141,9 +141,10 @@ async fn covariances_are_of_600_coefficients_at_most() {
     let app = TestApp::start().await;
     let axis: Vec<f64> = (0..26).map(|k| f64::from(k) / 25.0).collect();
     let height = |k: usize| ((k * 7919) % 101) as f64 / 101.0;
+    let heights: Vec<Vec<f64>> = (0..26).map(|i| (26 * i..26 * i + 26).map(height).collect()).collect();
     let request = |degree: usize| {
         json!({
-            "nodes": {"type": "grid", "u": axis, "v": axis, "z": (0..26 * 26).map(height).collect::<Vec<f64>>()},
+            "nodes": {"type": "grid", "u": axis, "v": axis, "z": heights},
             "model": {"type": "polynomial", "degree": degree, "basis": "chebyshev"},
             "regularization": {"type": "none"},
             "include": ["covariance"]
