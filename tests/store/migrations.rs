@@ -36,6 +36,7 @@ const RELEASED: &[(i64, &str)] = &[
     (22, "13681a59398690e2ea8d841d69b243b0"),
     (23, "cb20f658e816bfdb7034b9058964c54e"),
     (24, "bcf13c03f7e620ce0e2f5dd69b6f8f9d"),
+    (25, "8441d81c99ab36f9c0ccc4b9cdc4eeba"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

@@ -35,6 +35,10 @@ async fn told(store: &Arc<dyn Repository>, mut after: EventPlace, count: usize) 
     }
 }
 
+fn named(name: &str) -> JobPatch {
+    JobPatch { name: Some(name.to_owned()), ..JobPatch::default() }
+}
+
 pub async fn all_events_are_told_in_order_to_their_tenant_alone(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let before = store.last_place().await.unwrap();
@@ -42,7 +46,7 @@ pub async fn all_events_are_told_in_order_to_their_tenant_alone(pair: &mut Pair)
     place.stored_iteration(&store, two).await;
     let record = place.record(RecordKind::Pitch, "iso_1328_1");
     store.insert_record(two, 1, record.clone(), None).await.unwrap();
-    store.patch_job(one, JobPatch::default(), Precondition::None, place.now()).await.unwrap();
+    store.patch_job(one, named("renamed"), Precondition::None, place.now()).await.unwrap();
     let others = pair.seen_by("other");
     let theirs = place.stored_job(&others).await.id;
     place.stored_iteration(&others, theirs).await;
@@ -70,7 +74,8 @@ pub async fn all_events_are_told_in_order_to_their_tenant_alone(pair: &mut Pair)
     assert_eq!(told(&store, store.last_place().await.unwrap(), 0).await, []);
     let theirs_told = told(&pair.seen_by("other"), before, 2).await;
     assert!(theirs_told.iter().all(|told| told.job == theirs), "{theirs_told:?}");
-    store.patch_job(two, JobPatch::default(), Precondition::None, place.now()).await.unwrap();
+    store.patch_job(two, JobPatch::default(), Precondition::None, place.now()).await.unwrap(); // changes nothing
+    store.patch_job(two, named("renamed"), Precondition::None, place.now()).await.unwrap();
     let last = told(&store, all[5].place, 1).await;
     assert_eq!(&last[0].event.kind, &job(JobChange::Changed));
     assert_eq!(events(&store, two).await.last(), Some(&last[0].event));

@@ -23,10 +23,11 @@ browserTest("beside the map no table is wider than its place", GERMAN, async ({ 
   for (const width of [1280, 1180, 1024, 768]) {
     await page.setViewportSize({ width, height: 800 });
     await open(`/jobs/${id}/iterations/1`);
-    const [room, needed] = await page
+    const wider = await page
       .locator(".flank-page .table-scroll")
-      .evaluate((box) => [box.clientWidth, box.scrollWidth]);
-    assert.ok(needed !== undefined && room !== undefined && needed <= room, `${width}: ${needed} in ${room}`);
+      .evaluateAll((boxes) => boxes.map((box) => [box.clientWidth, box.scrollWidth]));
+    assert.equal(wider.length, 2);
+    for (const [room = 0, needed = 0] of wider) assert.ok(needed <= room, `${width}: ${needed} in ${room}`);
   }
 });
 
