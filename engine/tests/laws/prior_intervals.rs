@@ -119,7 +119,7 @@ impl Flank {
         fit(&now, &FitSpec { prior: Some(Prior::Iterations(chain)), ..self.spec.clone() }).expect("a fit")
     }
 
-    /// Sets in which coefficient j moves by `moved(k, j)` standard errors before the k-th iteration.
+    /// Sets in which coefficient j moves by `moved(k, j)` standard errors before iteration k.
     /// Values and least squares always lie in their intervals.
     fn sets(&self, sets: usize, moved: impl Fn(usize, usize, &mut Random) -> f64) -> Sets {
         let mut random = Random::new(77);

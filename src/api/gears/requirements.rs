@@ -7,7 +7,6 @@ use super::{
     evaluation::{
         band::{self, KBandBody},
         conformity::ToleranceLimitsBody,
-        pitch::PitchRequestBody,
         pitch_limits::PitchLimitsBody,
         request::EvaluationSettingsBody,
     },
@@ -76,9 +75,9 @@ impl RequirementsBody {
         notices
     }
 
-    /// Likewise of pitches.
-    pub fn fill_pitch(&self, request: &mut PitchRequestBody, gear: &Gear) -> Option<NoticeBody> {
-        if request.pitch_limits.is_some() {
+    /// Likewise the limits of pitches.
+    pub fn fill_pitch(&self, asked: &mut Option<PitchLimitsBody>, gear: &Gear) -> Option<NoticeBody> {
+        if asked.is_some() {
             return None;
         }
         let mut limits = self.pitch_limits.unwrap_or_default();
@@ -87,7 +86,7 @@ impl RequirementsBody {
         if refused.is_some() {
             limits.class = None;
         }
-        request.pitch_limits = Some(limits).filter(|limits| *limits != PitchLimitsBody::default());
+        *asked = Some(limits).filter(|limits| *limits != PitchLimitsBody::default());
         refused.as_ref().map(class_left_aside)
     }
 

@@ -19,6 +19,13 @@ macro_rules! version {
 }
 pub(super) use version;
 
+/// Refuses a job that is not there.
+pub async fn job(db: &mut PgConnection, tenant: &Tenant, id: Uuid) -> Outcome<()> {
+    let found = sqlx::query("SELECT FROM jobs WHERE id = $1 AND tenant = $2").bind(id).bind(tenant.as_str());
+    found.fetch_optional(db).await?.ok_or(RepositoryError::NotFound(Resource::Job))?;
+    Ok(())
+}
+
 /// What a statement reads of the iteration that is its parameters: job, tenant and number.
 pub async fn row<T>(db: &mut PgConnection, sql: &'static str, (tenant, job, number): (&Tenant, Uuid, u32)) -> Outcome<T>
 where

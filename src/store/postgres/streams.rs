@@ -3,7 +3,14 @@
 use sqlx::{FromRow, PgConnection, PgPool};
 use uuid::Uuid;
 
-use super::{document::encode, gone, jobs, locate::signed, open::snapshot, session::Session, time::stamp};
+use super::{
+    document::encode,
+    gone,
+    locate::{self, signed},
+    open::snapshot,
+    session::Session,
+    time::stamp,
+};
 use crate::{
     jobs::{
         Caller, Cursor, JobGear, Page, PageRequest, RepositoryError, Resource, Stored, Stream, Tenant, audit::Action,
@@ -51,7 +58,7 @@ impl Read<PgPool> for ListStreams {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Page<Stream>> {
         let PageRequest { limit, after } = self.page;
         let mut db = snapshot(from).await?;
-        jobs::located(&mut db, &caller.tenant, self.job).await?;
+        locate::job(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<StreamRow> = sqlx::query_as(concat!(
             "SELECT ",
             stream_columns!(),

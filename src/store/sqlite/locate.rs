@@ -16,6 +16,12 @@ pub struct WithSeq<T> {
     pub row: T,
 }
 
+/// A job's row.
+pub async fn job(db: &mut SqliteConnection, tenant: &Tenant, id: Uuid) -> Outcome<i64> {
+    let found = sqlx::query_scalar("SELECT seq FROM jobs WHERE id = ? AND tenant = ?").bind(id).bind(tenant.as_str());
+    Ok(found.fetch_optional(db).await?.ok_or(RepositoryError::NotFound(Resource::Job))?)
+}
+
 /// What a statement reads of the iteration that is its variables: job, tenant and number.
 pub async fn row<T>(
     db: &mut SqliteConnection,

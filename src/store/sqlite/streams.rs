@@ -4,8 +4,8 @@ use sqlx::{FromRow, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::{
-    answers, audit, gone, insert_iterations, jobs,
-    locate::{WithSeq, signed},
+    answers, audit, gone, insert_iterations,
+    locate::{self, WithSeq, signed},
     time,
 };
 use crate::{
@@ -55,7 +55,7 @@ impl Read<SqlitePool> for ListStreams {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Page<Stream>> {
         let PageRequest { limit, after } = self.page;
         let mut db = from.begin().await?;
-        let (job, _) = jobs::located(&mut db, &caller.tenant, self.job).await?;
+        let job = locate::job(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<StreamRow> = sqlx::query_as(concat!(
             "SELECT ",
             stream_columns!(),

@@ -31,7 +31,8 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
   for (const fit of [...first.fits, ...second.fits]) {
     const entry = page.locator(`[data-entry="${fit.id}"]`);
     const figures = await entry.locator("dd").allTextContents();
-    assert.deepEqual(figures, [
+    // figures of the flank come after these: requirements.test.js
+    assert.deepEqual(figures.slice(0, 3), [
       f.three(fit.lambda_star),
       f.condition(fit.regularized_condition ?? fit.condition),
       `${f.three(fit.rms)} µm`,

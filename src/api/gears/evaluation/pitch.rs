@@ -271,7 +271,7 @@ pub fn build(
     if let Some(of) = of {
         body.belongs_to(of).map_err(Problem::invalid)?;
     }
-    let notice = required.and_then(|required| required.fill_pitch(&mut body, gear));
+    let notice = required.and_then(|required| required.fill_pitch(&mut body.pitch_limits, gear));
     let mut answer = body.evaluated(gear).map_err(Problem::invalid)?;
     answer.warnings.extend(notice);
     let result = writer::whole(&answer).map_err(Problem::not_finite)?;

@@ -54,7 +54,7 @@ pub(super) fn read(
     if request.left.is_none() && request.right.is_none() {
         return None;
     }
-    let notice = required.and_then(|required| required.fill_pitch(&mut request, gear));
+    let notice = required.and_then(|required| required.fill_pitch(&mut request.pitch_limits, gear));
     match request.evaluated(gear) {
         Ok(mut found) => {
             found.warnings.extend(notice);
