@@ -35,6 +35,9 @@ const TOGETHER: usize = 8;
 /// Bytes of a field's name with quotation marks, comma and colon that are copied at once.
 const KEY: usize = 32;
 
+/// Bytes of a short text with quotation marks that are copied at once.
+const WORD: usize = 32;
+
 /// The longest text of a double, such as `-2.2250738585072014e-308`.
 const LONGEST: usize = 24;
 
@@ -108,11 +111,23 @@ impl Json {
     }
 
     fn string(&mut self, value: &str) {
-        // Names and sentences hardly ever need an escape. (No early exit: many bytes are looked at
-        // together.)
-        let special = |byte: u8| (byte < b' ') | (byte == b'"') | (byte == b'\\');
-        if value.bytes().fold(false, |found, byte| found | special(byte)) {
+        // names and sentences hardly ever need an escape
+        if has_special(value.as_bytes()) {
             self.serde(&value);
+        } else {
+            self.quoted(value);
+        }
+    }
+
+    /// A text that needs no escapes.
+    fn quoted(&mut self, value: &str) {
+        let mut word = [b'"'; WORD];
+        let end = value.len() + 2;
+        if end <= WORD {
+            copy_short(&mut word[1..], value.as_bytes());
+            let end = self.text.len() + end;
+            self.text.extend_from_slice(&word);
+            self.text.truncate(end);
         } else {
             self.text.push(b'"');
             self.text.extend_from_slice(value.as_bytes());
@@ -301,10 +316,7 @@ impl Object<'_> {
 
     /// One of the contract's words, which need no escapes.
     pub fn word(&mut self, name: &'static str, value: &'static str) -> &mut Self {
-        let out = self.key(name);
-        out.text.push(b'"');
-        out.text.extend_from_slice(value.as_bytes());
-        out.text.push(b'"');
+        self.key(name).quoted(value);
         self
     }
 
@@ -388,6 +400,22 @@ impl Object<'_> {
         }
         out
     }
+}
+
+/// Whether JSON escapes one of these bytes. Eight are looked at together, the last filled up
+/// with letters.
+fn has_special(text: &[u8]) -> bool {
+    const ONES: u64 = u64::from_ne_bytes([1; 8]);
+    const HIGH: u64 = u64::from_ne_bytes([0x80; 8]);
+    // the highest bit of each byte that is less than `than`, at most 128, and perhaps of ones above
+    // such a byte
+    let less = |eight: u64, than: u8| eight.wrapping_sub(ONES * u64::from(than)) & !eight & HIGH;
+    let equal = |eight: u64, byte: u8| less(eight ^ (ONES * u64::from(byte)), 1);
+    let special = |eight: u64| (less(eight, b' ') | equal(eight, b'"') | equal(eight, b'\\')) != 0;
+    let (eights, rest) = text.as_chunks::<8>();
+    let mut last = [b'a'; 8];
+    copy_short(&mut last, rest);
+    eights.iter().fold(special(u64::from_ne_bytes(last)), |found, eight| found | special(u64::from_ne_bytes(*eight)))
 }
 
 /// Copies the text of a number or a name to the beginning of `to`: two pieces of a fixed size that

@@ -56,6 +56,25 @@ fn a_number_that_json_cannot_hold_is_told() {
     }
 }
 
+/// Each character of ASCII and some beyond, at each place of short and long texts.
+#[test]
+fn one_character_among_letters_is_escaped_as_serde_does() {
+    for length in [0, 1, 7, 8, 9, 29, 30, 31, 40] {
+        for character in (0..=127).map(char::from).chain(['é', 'λ', '\u{80}', '\u{ff}', '😀']) {
+            for place in 0..=length {
+                let text = format!("{}{character}{}", "x".repeat(place), "y".repeat(length - place));
+                let serde = serde_json::to_string(&text).unwrap();
+                assert_eq!(
+                    written(|object| {
+                        object.string("a", &text);
+                    }),
+                    format!(r#"{{"a":{serde}}}"#)
+                );
+            }
+        }
+    }
+}
+
 proptest! {
     #[test]
     fn numbers_and_texts_are_those_of_serde(

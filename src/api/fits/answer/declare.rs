@@ -139,7 +139,7 @@ macro_rules! names {
                 let text = match self {
                     $(<$domain>::$variant => $name,)*
                 };
-                object.string(name, text);
+                object.word(name, text);
             }
         }
     };
