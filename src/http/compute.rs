@@ -3,8 +3,9 @@
 //!
 //! Handing work to another thread and its answer back costs two wakings, about as much as a small
 //! fit itself. A small one is therefore done at once if the pool has a worker to spare, whose place
-//! it takes meanwhile, so that no more fits run than there are workers. When none is to spare it
-//! waits its turn on the pool like all others, or is refused.
+//! it takes meanwhile, or if no other small one is done beside busy workers, so that no more fits
+//! run than there are workers and one. Else it waits its turn on the pool like all others, or is
+//! refused.
 
 use serde::de::DeserializeOwned;
 

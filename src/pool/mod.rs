@@ -4,7 +4,8 @@
 //! holds up another connection, and wait in a queue of bounded length so that overload is answered
 //! at once (503) instead of being hidden in memory and latency. A worker is woken only when one
 //! sleeps: under load a job changes threads without a system call. Work that is known to be short
-//! may be done by the thread that has it, in the [`WorkerSlot`] of an idle worker.
+//! may be done by the thread that has it, in the [`WorkerSlot`] of an idle worker; one at a time
+//! even where all are busy, so that seconds of others' work do not stand before some microseconds.
 //!
 //! Work is done for somebody: what is awaited [`on_behalf_of`] a party is that party's. Parties
 //! have turns, and none holds more than its share of workers and queue while others wait
@@ -110,6 +111,8 @@ struct State {
     idle: usize,
     /// Places of idle workers that are taken by other threads.
     taken: usize,
+    /// Whether the one place beside the workers is taken.
+    beside: bool,
     /// What each worker works on.
     running: Vec<Option<Handle>>,
     stopped: bool,
@@ -184,14 +187,22 @@ fn reason(stopped: bool) -> &'static str {
     if stopped { "stopped" } else { "abandoned" }
 }
 
-/// The slot of an idle worker, for work that the calling thread does itself. Dropping it gives it
-/// back.
+/// The slot of an idle worker, or the one beside them, for work that the calling thread does
+/// itself. Dropping it gives it back.
 #[derive(Debug)]
-pub struct WorkerSlot<'a>(&'a Shared);
+pub struct WorkerSlot<'a> {
+    shared: &'a Shared,
+    beside: bool,
+}
 
 impl Drop for WorkerSlot<'_> {
     fn drop(&mut self) {
-        self.0.lock().taken -= 1;
+        let mut state = self.shared.lock();
+        if self.beside {
+            state.beside = false;
+        } else {
+            state.taken -= 1;
+        }
     }
 }
 
@@ -235,7 +246,14 @@ impl WorkPool {
         let (workers, limit) = (workers.max(1), limit.max(1));
         let queue = Turns::new(limit, workers, share);
         let shared = Arc::new(Shared {
-            state: Mutex::new(State { queue, idle: 0, taken: 0, running: vec![None; workers], stopped: false }),
+            state: Mutex::new(State {
+                queue,
+                idle: 0,
+                taken: 0,
+                beside: false,
+                running: vec![None; workers],
+                stopped: false,
+            }),
             wake: Condvar::new(),
             depth: metrics::gauge!(telemetry::QUEUE_DEPTH),
             busy: metrics::gauge!(telemetry::BUSY_WORKERS),
@@ -307,15 +325,21 @@ impl WorkPool {
         Ok(())
     }
 
-    /// The slot of an idle worker, if nobody waits for one: for work that is so short that handing
-    /// it to another thread and back would take as long. Work that comes meanwhile is not held up
-    /// by a slot that is taken.
+    /// The slot of an idle worker if nobody waits for one, else the one beside the workers if that
+    /// is free: for work that is so short that handing it to another thread and back would take as
+    /// long. Work that comes meanwhile is not held up by a slot that is taken.
     pub fn try_slot(&self) -> Option<WorkerSlot<'_>> {
         let mut state = self.shared.lock();
-        let free = state.queue.is_empty() && state.taken < state.idle && !state.stopped;
-        state.taken += usize::from(free);
-        // Lazily: a slot that is made is also given back.
-        free.then(|| WorkerSlot(&self.shared))
+        let beside = !(state.queue.is_empty() && state.taken < state.idle);
+        if state.stopped || (beside && state.beside) {
+            return None;
+        }
+        if beside {
+            state.beside = true;
+        } else {
+            state.taken += 1;
+        }
+        Some(WorkerSlot { shared: &self.shared, beside })
     }
 
     /// Jobs waiting for a worker.

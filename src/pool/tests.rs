@@ -30,19 +30,26 @@ async fn work_is_done_and_a_panic_costs_only_its_own_request() {
 }
 
 #[tokio::test]
-async fn a_place_is_that_of_an_idle_worker() {
+async fn a_slot_is_that_of_an_idle_worker_or_the_one_beside() {
     let pool = Arc::new(WorkPool::new(1, 4, 0.5).unwrap());
     while pool.shared.lock().idle == 0 {
         std::thread::yield_now();
     }
     let place = pool.try_slot().expect("the worker has nothing to do");
-    assert!(pool.try_slot().is_none(), "there is one worker");
-    assert_eq!(pool.run(|| 1).await, Ok(1), "nobody waits for a place");
+    let beside = pool.try_slot().expect("one beside the worker");
+    assert!(pool.try_slot().is_none(), "there is one worker, and one slot beside it");
+    assert_eq!(pool.run(|| 1).await, Ok(1), "nobody waits for a slot");
+    drop(beside);
     drop(place);
     let (open, busy) = occupied(&pool).await;
-    assert!(pool.try_slot().is_none(), "the worker is busy");
+    let beside = pool.try_slot().expect("what is short does not wait for the worker");
+    assert!(pool.try_slot().is_none(), "one at a time");
+    drop(beside);
+    assert!(pool.try_slot().is_some(), "it was given back");
     drop(open);
     assert_eq!(busy.await.unwrap(), Ok(true));
+    pool.stop();
+    assert!(pool.try_slot().is_none(), "a pool that stops has no slots");
 }
 
 /// Work that says that it runs and goes on until it is cancelled.

@@ -213,3 +213,7 @@ impl Answer {
 /// A small request that succeeds.
 pub const CURVE: &str =
     r#"{"nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]},"model":{"type":"polynomial","degree":1}}"#;
+
+/// One of a kind that is always left to the workers.
+pub const WAITING_CURVE: &str = r#"{"nodes":{"type":"curve","x":[0,1,2,3],"y":[1,3.1,4.9,7.2]},
+    "model":{"type":"polynomial","degree":1},"estimator":{"type":"rank"}}"#;

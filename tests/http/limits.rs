@@ -9,7 +9,7 @@ use tokio::{
     net::{TcpSocket, TcpStream},
 };
 
-use crate::harness::{CURVE, TestApp, raw, send};
+use crate::harness::{CURVE, TestApp, WAITING_CURVE, raw, send};
 
 fn gzip(text: &[u8]) -> Vec<u8> {
     let mut encoder = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());
@@ -310,7 +310,7 @@ async fn idle_connections_give_way() {
         idle.push(TcpStream::connect(app.address).await.unwrap());
     }
     // an honest client among them is served
-    let fit = posted("/v1/fits", CURVE);
+    let fit = posted("/v1/fits", WAITING_CURVE);
     for _ in 0..3 {
         assert!(raw(app.address, &fit).await.starts_with("HTTP/1.1 200 "));
     }
