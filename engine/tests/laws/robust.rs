@@ -3,11 +3,13 @@
 
 use crate::oracle::random::Random;
 use flankfit_engine::estimation::{
-    FitResult, FitSpec, Nodes, fit,
+    FitError, FitResult, FitSpec, Nodes,
+    fault::{Reason, RobustReason},
+    fit,
     result::LocalSolution,
     spec::{
-        Contamination, Distribution, Estimator, LEstimator, Loss, MEstimator, Model, Parameter, QuantileWeights,
-        Regularization, ScaleRule, Scaling, Start,
+        Contamination, Degree, Distribution, Estimator, LEstimator, Loss, MEstimator, Model, Parameter,
+        PolynomialBasis, QuantileWeights, Regularization, ScaleRule, Scaling, Start, Terms,
     },
 };
 
@@ -475,4 +477,18 @@ pub fn estimators() -> Vec<Estimator> {
         Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: Some(1.4) }),
         Estimator::Likelihood(Distribution::GeneralizedNormal { exponent: None }),
     ]
+}
+
+/// 1.5 thousand million products in each of its many steps.
+#[test]
+fn a_search_that_would_take_minutes_is_refused() {
+    let axis: Vec<f64> = (0..40).map(f64::from).collect();
+    let z = (0..1600).map(|k| f64::from(k * k % 101)).collect();
+    let nodes = Nodes::grid(axis.clone(), axis, z, None, None).expect("a grid");
+    let model = Model::Polynomial { degree: Degree::Both(30), basis: PolynomialBasis::Chebyshev, terms: Terms::Tensor };
+    let estimator = Estimator::LeastTrimmed { coverage: 0.75, seed: 0 };
+    let refused = fit(&nodes, &FitSpec { estimator, ..FitSpec::new(model) });
+    let Err(FitError::Invalid(faults)) = refused else { panic!("it is taken") };
+    let expected = Reason::Robust(RobustReason::TooMuchWork { nodes: 1600, coefficients: 961 });
+    assert_eq!(faults.list()[0].reason, expected);
 }

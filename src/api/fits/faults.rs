@@ -181,6 +181,10 @@ fn of_estimator(reason: &RobustReason) -> String {
             "this estimator holds {nodes} nodes × {coefficients} coefficients at once; at most {most} numbers are \
              taken: use an m_estimator, or fewer nodes"
         ),
+        RobustReason::TooMuchWork { nodes, coefficients } => format!(
+            "least trimmed squares of {nodes} nodes and {coefficients} coefficients is too much work: use an \
+             m_estimator, or fewer nodes"
+        ),
         RobustReason::FewWeights { left, nodes, coefficients } => format!(
             "{left} of {nodes} nodes keep a weight, which do not determine {coefficients} coefficients: choose a \
              larger scale or tuning constant, or the start least_trimmed_squares"

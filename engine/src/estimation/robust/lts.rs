@@ -45,6 +45,8 @@ const SEEN: usize = 1_500;
 const WORK: usize = 20_000_000_000;
 /// Products that one step of all those taken further may take.
 const FURTHER: usize = 40_000_000;
+/// `m n²` at most: some ten steps of ten starts take as many products each.
+const MOST_WORK: usize = 1_000_000_000;
 /// Nodes up to which they are exchanged: of more, no exchange moves anything that matters.
 const EXCHANGED: usize = 2_000;
 /// Concentration steps at most; each lowers the sum, so there are few.
@@ -59,7 +61,7 @@ pub(super) fn subset_size(coverage: f64, m: usize, n: usize) -> usize {
 pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<Outcome, FitError> {
     let Measured { linear, sample, .. } = *measured;
     let design = linear.design;
-    let rows = Rows::new(measured)?;
+    let rows = rows_of(measured)?;
     let (m, n) = (rows.count(), rows.n);
     if m <= n {
         return Err(Faults::one(Field::EstimatorType, RobustReason::NothingToTrim { nodes: m, coefficients: n }).into());
@@ -101,10 +103,19 @@ pub(super) fn estimate(coverage: f64, seed: u64, measured: &Measured) -> Result<
 /// Weights from which an M-estimator may start: 1 on the half of the nodes with the least trimmed
 /// sum.
 pub(super) fn start_weights(measured: &Measured) -> Result<Vec<f64>, FitError> {
-    let rows = Rows::new(measured)?;
+    let rows = rows_of(measured)?;
     let (m, n) = (rows.count(), rows.n);
     let h = subset_size(DEFAULT_COVERAGE.min(0.5), m, n);
     Ok(search(&rows, h, 0).kept.iter().map(|kept| f64::from(u8::from(*kept))).collect())
+}
+
+/// The rows that are searched; refuses what would take minutes.
+fn rows_of(measured: &Measured) -> Result<Rows, FitError> {
+    let (nodes, coefficients) = (measured.sample.count(), measured.linear.design.size());
+    if nodes.saturating_mul(coefficients.pow(2)) > MOST_WORK {
+        return Err(Faults::one(Field::EstimatorType, RobustReason::TooMuchWork { nodes, coefficients }).into());
+    }
+    Rows::new(measured)
 }
 
 /// The best subset found.

@@ -17,6 +17,17 @@ pub enum RobustReason {
         /// Numbers at most.
         most: usize,
     },
+    /// Nodes times the square of the coefficients, of which least trimmed squares takes many steps.
+    #[error(
+        "least trimmed squares of {nodes} nodes and {coefficients} coefficients is too much work: use an M-estimator, \
+         or fewer nodes"
+    )]
+    TooMuchWork {
+        /// Nodes that count.
+        nodes: usize,
+        /// Coefficients.
+        coefficients: usize,
+    },
     /// Least trimmed squares with nothing to leave out.
     #[error(
         "least trimmed squares needs more nodes than coefficients to leave any out: there are {nodes} for \
