@@ -9,10 +9,11 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use crate::numerics::{
     cancel::{self, Asking},
+    qr_with_rhs,
     root::root,
     triangular,
 };
@@ -49,6 +50,23 @@ impl Rows<'_> {
         let rss = squares - right.iter().map(|x| x * x).sum::<f64>();
         triangular::solve_upper(&r, &mut right);
         (rss > 0.0).then_some(Weighted { r, step: right, rss })
+    }
+
+    /// ln L of standard deviations that go as the exponent `delta` of the places with these
+    /// logarithms. Steep ones make weights of many orders of magnitude, so that the rows are
+    /// triangularised, the heaviest first (Powell and Reid 1969).
+    fn likelihood(&self, logs: &[f64], ascending: &[usize], delta: f64) -> Option<f64> {
+        let (m, n) = (logs.len(), self.n);
+        let place = |i: usize| ascending[if delta < 0.0 { m - 1 - i } else { i }];
+        let root = |i: usize| libm::exp(-delta * logs[place(i)]);
+        let weighted = DMatrix::from_fn(m, n, |i, j| root(i) * self.q[place(i) * n + j]);
+        let right = DVector::from_fn(m, |i, _| root(i) * self.residuals[place(i)]);
+        cancel::every(2 * m * n * n, 0);
+        let found = qr_with_rhs(weighted, right);
+        let determinant: f64 = (0..n).map(|i| libm::log(found.r[(i, i)].abs())).sum();
+        let volume = -delta * logs.iter().sum::<f64>();
+        let ln = volume - determinant - 0.5 * self.freedom() * libm::log(found.rss);
+        Some(ln).filter(|ln| ln.is_finite())
     }
 
     fn freedom(&self) -> f64 {
@@ -110,12 +128,9 @@ const RESOLVED: f64 = 1e-5;
 /// beside it. `logs` holds the logarithm of the ratio of each counted node's place to their
 /// geometric mean.
 pub(crate) fn exponent(rows: &Rows, logs: &[f64]) -> Option<f64> {
-    let likelihood = |delta: f64| {
-        let found = rows.solved(|k| libm::exp(-2.0 * delta * logs[k]))?;
-        let determinant: f64 = (0..rows.n).map(|i| libm::log(found.r[(i, i)])).sum();
-        let volume: f64 = -delta * logs.iter().sum::<f64>();
-        Some(volume - determinant - 0.5 * rows.freedom() * libm::log(found.rss))
-    };
+    let mut ascending: Vec<usize> = (0..logs.len()).collect();
+    ascending.sort_by(|&i, &j| logs[i].total_cmp(&logs[j]).then(rows.residuals[i].total_cmp(&rows.residuals[j])));
+    let likelihood = |delta: f64| rows.likelihood(logs, &ascending, delta);
     let place = |k: usize| STEEPEST * (2.0 * k as f64 / STEPS as f64 - 1.0);
     let found: Vec<f64> = (0..=STEPS).map(|k| likelihood(place(k)).unwrap_or(f64::NEG_INFINITY)).collect();
     let best = (0..=STEPS).max_by(|&a, &b| found[a].total_cmp(&found[b]))?;
