@@ -3,15 +3,9 @@
 //!
 //! The construction holds 0.95 for a known σ, whatever the flank did, before a prior is let go.
 //! What these laws add is what it leaves open: one σ estimated for now and before together, down to
-//! two degrees of freedom; least squares' interval where the prior is let go; Student's interval
-//! where what was known lies too far off; iterations with unequal numbers of nodes and such as do
-//! not determine every coefficient.
-//!
-//! **Where a part of the sets lets the prior go, intervals hold a little less often**: it is let go
-//! where least squares lie far from what was predicted, and there they miss more often. After a
-//! step of two standard errors of the whole flank that follows 18 quiet moves, 0.23 of the sets let
-//! go; 0.934 of all intervals hold, and 0.915 of the worst coefficient's, of which least squares'
-//! hold in 0.935. Such cases are held to 0.90 and 0.93 on average.
+//! two degrees of freedom; priors that a part of the sets lets go; Student's interval where what
+//! was known lies too far off; iterations with unequal numbers of nodes and such as do not
+//! determine every coefficient.
 //!
 //! A coverage of 400 sets is uncertain by 0.011, the least of four by more; the mean over the cases
 //! of a law has to be 0.94 or more.
@@ -23,6 +17,7 @@ use nalgebra::DMatrix;
 use crate::{oracle::random::Random, problems::linear};
 use flankfit_engine::estimation::{
     FitResult, FitSpec, Nodes, fit,
+    result::Warning,
     spec::{Chain, Degree, Earlier, Model, Moves, PolynomialBasis, Prior, Regularization, Terms, Which},
 };
 
@@ -35,6 +30,8 @@ struct Flank {
     /// Rows of the measurement matrix of each iteration, with the places of the nodes where it is a
     /// surface.
     iterations: Vec<Iteration>,
+    /// σ of the last iteration over that of the others.
+    louder: f64,
 }
 
 struct Iteration {
@@ -87,13 +84,8 @@ struct Sets {
     /// Mean width over that of least squares.
     width: f64,
     let_go: f64,
-}
-
-impl Sets {
-    /// Whether a part of the sets lets the prior go.
-    fn is_torn(&self) -> bool {
-        (0.01..0.99).contains(&self.let_go)
-    }
+    /// Share of the sets that are warned of unequal noise.
+    warned: f64,
 }
 
 impl Flank {
@@ -102,6 +94,7 @@ impl Flank {
         Flank {
             spec: FitSpec { regularization: Regularization::None, ..linear() },
             iterations: (0..iterations).map(|_| Iteration::waves(m)).collect(),
+            louder: 1.0,
         }
     }
 
@@ -126,7 +119,7 @@ impl Flank {
         let errors = self.iterations.last().expect("iterations").errors();
         let n = errors.len();
         let (mut ours, mut theirs, mut hits) = (0.0, 0.0, vec![[0usize; 2]; n]);
-        let (mut width, mut let_go) = (0.0, 0);
+        let (mut width, mut let_go, mut warned) = (0.0, 0, 0);
         for _ in 0..sets {
             let mut truth: Vec<f64> = random.normals(n);
             let mut heights = Vec::new();
@@ -136,11 +129,13 @@ impl Flank {
                     truth.iter_mut().enumerate().for_each(step);
                 }
                 let height = |row: &Vec<f64>| row.iter().zip(&truth).map(|(x, a)| x * a).sum::<f64>();
-                heights.push(one.rows.iter().map(|row| height(row) + SIGMA * random.normal()).collect());
+                let sigma = if k + 1 == self.iterations.len() { self.louder * SIGMA } else { SIGMA };
+                heights.push(one.rows.iter().map(|row| height(row) + sigma * random.normal()).collect());
             }
             let found = self.fitted(heights);
             let prior = found.prior.as_ref().expect("a prior");
             let_go += usize::from(prior.conflict.is_some_and(|conflict| conflict.let_go));
+            warned += usize::from(found.warnings.iter().any(|one| matches!(one, Warning::UnequalNoise(_))));
             for (j, (c, a)) in found.coefficients.iter().zip(&truth).enumerate() {
                 ours += ((c.value - a) / errors[j]).powi(2);
                 theirs += ((c.least_squares - a) / errors[j]).powi(2);
@@ -157,7 +152,15 @@ impl Flank {
         let share = |count: usize| count as f64 / sets as f64;
         let least = |of: usize| share(hits.iter().map(|hits| hits[of]).min().unwrap_or(0));
         let mean = hits.iter().map(|hits| share(hits[0])).sum::<f64>() / n as f64;
-        Sets { ratio: ours / theirs, mean, least: least(0), alone: least(1), width, let_go: share(let_go) }
+        Sets {
+            ratio: ours / theirs,
+            mean,
+            least: least(0),
+            alone: least(1),
+            width,
+            let_go: share(let_go),
+            warned: share(warned),
+        }
     }
 }
 
@@ -209,8 +212,7 @@ fn intervals_hold_when_the_flank_steps_after_a_quiet_history() {
             for step in [1.0, 2.0, 3.0, 5.0, 10.0, 30.0] {
                 let last = iterations - 1;
                 let found = flank.sets(400, |k, j, _| if k == last && (whole || j == 2) { step } else { 0.0 });
-                let least = if found.is_torn() { 0.90 } else { 0.92 };
-                assert!(found.least >= least && found.mean >= 0.93, "{iterations}, {whole}, {step}: {found:?}");
+                assert!(found.least >= 0.92 && found.mean >= 0.93, "{iterations}, {whole}, {step}: {found:?}");
                 assert!(found.ratio < 1.8, "{iterations}, {whole}, {step}: {found:?}");
                 cases.push(found);
             }
@@ -230,8 +232,7 @@ fn intervals_hold_with_few_degrees_of_freedom() {
             for step in [0.0, 1.0, 3.0, 10.0] {
                 let last = iterations - 1;
                 let found = flank.sets(400, |k, j, _| if k == last && (whole || j == 2) { step } else { 0.0 });
-                let least = if found.is_torn() { 0.90 } else { 0.92 };
-                assert!(found.least >= least, "{iterations}, {whole}, {step}: {found:?}");
+                assert!(found.least >= 0.92, "{iterations}, {whole}, {step}: {found:?}");
                 cases.push(found);
             }
         }
@@ -239,17 +240,33 @@ fn intervals_hold_with_few_degrees_of_freedom() {
     assert_mean(&cases);
 }
 
-/// A step that no prior allows for, where two iterations cannot tell a conflict: the interval is
-/// Student's about least squares, widened to the value, which is drawn back by the step over 10⁶
-/// standard errors and so by 10 of them at last.
+/// Another probe, or weights in another unit: σ of now is three times that of the iterations before,
+/// or a third. The error of least squares is by the nodes of now alone.
+#[test]
+fn intervals_hold_whatever_the_noise_before_was() {
+    let mut cases = Vec::new();
+    for louder in [3.0, 1.0 / 3.0] {
+        let flank = Flank { louder, ..Flank::same(6, 20) };
+        for step in [0.0, 1.0] {
+            let found = flank.sets(400, |_, _, random| step * random.normal());
+            assert!(found.least >= 0.92 && found.warned > 0.95, "{louder}, {step}: {found:?}");
+            cases.push(found);
+        }
+    }
+    assert_mean(&cases);
+    let same = Flank::same(6, 20).sets(400, |_, _, _| 0.0);
+    assert!(same.warned < 0.01, "{same:?}");
+}
+
+/// A step that no prior allows for is let go by two iterations too: the interval is Student's
+/// about least squares.
 #[test]
 fn what_is_too_far_off_leaves_students_interval() {
     let flank = Flank::same(2, 20);
-    for step in [3e3, 1e5, 1e7] {
+    for (step, least) in [(3e3, 0.9), (1e5, 1.0), (1e7, 1.0)] {
         let found = flank.sets(400, |_, _, _| step);
-        assert!(found.let_go == 0.0 && found.least >= 0.92 && found.mean >= 0.93, "{step}: {found:?}");
-        let most = if step < 1e6 { 1.02 } else { 7.0 };
-        assert!((0.98..most).contains(&found.width), "{step}: {found:?}");
+        assert!(found.let_go >= least && found.least >= 0.92 && found.mean >= 0.94, "{step}: {found:?}");
+        assert!((0.98..1.02).contains(&found.width), "{step}: {found:?}");
     }
 }
 
@@ -278,7 +295,7 @@ fn intervals_hold_for_surfaces_measured_unequally() {
             let along = Iteration::surface(vec![0.5; u.len()], v.clone());
             iterations[deficient.unwrap_or(0)] = along;
         }
-        let flank = Flank { spec: spec.clone(), iterations };
+        let flank = Flank { spec: spec.clone(), iterations, louder: 1.0 };
         for step in [0.0, 1.0, 3.0] {
             let walk = flank.sets(400, |_, _, random| step * random.normal());
             let one = flank.sets(400, |k, j, _| if k == 5 && j == 3 { step } else { 0.0 });

@@ -66,6 +66,9 @@ impl From<&Warning> for Params {
                 none.with("along", along.name()).with("correlation", *correlation).with("p", *p).with("factor", *factor)
             }
             Warning::PriorConflict(conflict) => none.with("statistic", conflict.statistic).with("p", conflict.p),
+            Warning::UnequalNoise(noise) => {
+                none.with("now", noise.now).with("earlier", noise.earlier).with("p", noise.p)
+            }
             Warning::PieceMisaligned(alignment) => none.with("alignment", *alignment),
             // they hold nothing
             _ => none,

@@ -26,9 +26,11 @@ pub(super) struct Forms<'a> {
     /// The fitted heights in Q's coordinates.
     pub fitted: Vec<Dd>,
     pub noise: Option<Noise>,
+    /// σ by which standard errors are, that of all iterations for a posterior.
+    pub sigma: Option<f64>,
     /// Standard deviation of a further measurement; `None` where it has no band.
     pub further: Option<f64>,
-    /// Whether the estimate is the mean of a posterior, whose bands are about itself.
+    /// Whether bands are those of a posterior, also where its prior was let go.
     pub posterior: bool,
     /// What intervals of a posterior are made of, where moves were estimated.
     pub posterior_intervals: Option<&'a FormIntervals>,
@@ -40,6 +42,8 @@ pub(super) struct Forms<'a> {
     pub given_limit: Option<f64>,
     /// r, wherever it comes from.
     pub norm_limit: f64,
+    /// Whether the filter follows from the heights.
+    pub chosen_by_heights: bool,
 }
 
 /// A linear form with everything that bands are made of.
@@ -94,7 +98,7 @@ impl Forms<'_> {
         let root = |row: &[f64]| match (self.robust, self.errors) {
             (Some(spread), _) => spread.root_of_row(row.to_vec()),
             (None, Some(errors)) => Some(errors.root_of_row(row)),
-            (None, None) => self.noise.map(|noise| row.iter().map(|x| noise.sigma * x).collect::<Vec<f64>>()),
+            (None, None) => self.sigma.map(|sigma| row.iter().map(|x| sigma * x).collect::<Vec<f64>>()),
         };
         let triangle = |rows: Vec<Vec<f64>>| -> Vec<Vec<f64>> {
             (0..rows.len())
@@ -113,7 +117,7 @@ impl Forms<'_> {
         let error = |row: &[f64]| match (self.robust, self.errors) {
             (Some(spread), _) => spread.of_row(row.to_vec()),
             (None, Some(errors)) => Some(errors.of_row(row)),
-            (None, None) => self.noise.map(|noise| noise.sigma * length(row)),
+            (None, None) => self.sigma.map(|sigma| sigma * length(row)),
         };
         Estimated {
             value,

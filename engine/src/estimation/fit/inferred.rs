@@ -11,7 +11,7 @@ use crate::estimation::{
     prior::PooledNoise,
     regularized::Applied,
     result::{Covariance, Interval, IntervalKind, Predictions, RegularizationKind, Warning},
-    spec::Estimator,
+    spec::{Criterion, Estimator},
 };
 
 impl Solved<'_> {
@@ -49,8 +49,13 @@ impl Solved<'_> {
     }
 
     pub(super) fn forms_at<'b>(&'b self, applied: &'b Applied, level: f64) -> Forms<'b> {
+        let (intervals, regularization) = (applied.posterior_intervals(), &applied.regularization);
         let pooled = applied.pooled().map(|pooled| noise_of(pooled, level));
-        let noise = pooled.or_else(|| self.noise(level));
+        // intervals that hold whatever the flank did hold whatever the noise of earlier nodes was
+        let noise = match intervals {
+            Some(_) => self.noise(level).or(pooled),
+            None => pooled.or_else(|| self.noise(level)),
+        };
         // the bound on the bias is of filters of least squares whose errors are σ and R
         let plain = self.robust.is_none() && self.errors.is_none();
         Forms {
@@ -60,13 +65,15 @@ impl Solved<'_> {
             map: &applied.map,
             fitted: applied.map.fitted(self.linear, &self.spectrum),
             further: noise.as_ref().and_then(|noise| self.further(applied, noise)),
+            sigma: pooled.or(noise).map(|noise| noise.sigma),
             noise,
-            posterior: pooled.is_some(),
-            posterior_intervals: applied.posterior_intervals(),
+            posterior: pooled.is_some() || intervals.is_some(),
+            posterior_intervals: intervals,
             robust: self.robust.map(|robust| &robust.estimate.spread),
             errors: self.errors,
             given_limit: intervals::given_limit(&applied.bias).filter(|_| plain),
             norm_limit: applied.bias.coefficient_norm_limit,
+            chosen_by_heights: !regularization.fixed && regularization.criterion != Some(Criterion::MinCondition),
         }
     }
 
@@ -110,8 +117,8 @@ impl Solved<'_> {
 
     /// Confidence intervals of the coefficients: none without an estimate of the noise.
     pub(super) fn intervals(&self, applied: &Applied) -> Vec<Option<Interval>> {
-        if let Some(pooled) = applied.pooled() {
-            return self.posterior_intervals(applied, &noise_of(pooled, self.spec.level));
+        if applied.pooled().is_some() || applied.posterior_intervals().is_some() {
+            return self.posterior_intervals(applied);
         }
         let Some(noise) = self.noise(self.spec.level) else { return Vec::new() };
         let plain = applied.map.is_identity();
@@ -147,9 +154,10 @@ impl Solved<'_> {
     }
 
     /// The interval about the posterior, and that about least squares by the nodes alone.
-    fn posterior_intervals(&self, applied: &Applied, noise: &Noise) -> Vec<Option<Interval>> {
+    fn posterior_intervals(&self, applied: &Applied) -> Vec<Option<Interval>> {
         let alone = self.noise(self.spec.level);
         let forms = self.forms_at(applied, self.spec.level);
+        let Some(noise) = &forms.noise else { return Vec::new() };
         let found = forms.coefficients(&applied.estimate.coefficients);
         let of = |(j, one): (usize, &Estimated)| {
             let ends = forms.of_posterior(one, noise, 0.0)?;

@@ -153,14 +153,14 @@ fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2
     found.iter().asking(1000).map(|one| forms.interval(one, own)).collect()
 }
 
-/// A band about least squares, or about the mean of a posterior. Where r was given also that about
-/// the estimate with its bias, and the narrower of the two on the whole is taken: their widths know
-/// no heights but σ̂ and λ*.
+/// A band about least squares, or about the mean of a posterior. Where r was given, and the filter
+/// does not follow from the heights, also that about the estimate with its bias, and the narrower of
+/// the two on the whole is taken: their widths know no heights but σ̂.
 fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
     let plain = band(forms, heights, places, noise, forms.posterior)?;
     // r bounds no bias of a constrained estimate
     let constrained = matches!(forms.map, LinearMap::Constrained { .. });
-    if forms.given_limit.is_none() || forms.posterior || constrained {
+    if forms.given_limit.is_none() || forms.posterior || constrained || forms.chosen_by_heights {
         return Some(plain);
     }
     let width = |found: &Simultaneous| found.band.iter().map(|[low, high]| high - low).sum::<f64>();

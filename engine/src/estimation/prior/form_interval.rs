@@ -1,19 +1,21 @@
 //! Intervals of single forms of the coefficients that hold whatever the flank did.
 //!
-//! The earlier iterations predict a form before the nodes of now are seen, by a mixture of normal
-//! distributions: with the share [`OWN`] the form moves by a size of its own, told by its own
-//! estimates, else by that of all, and with the share [`STEP`] the last move was a step. Let δ(y)
-//! be the mean of the form given least squares y of the nodes of now; it grows with y, so every
-//! value θ is δ(c) of one c. The interval holds all θ with
+//! Before least squares y of a form is seen, the earlier iterations and what the nodes of now tell
+//! of all that lies at right angles to it predict the form, by a mixture of normal distributions:
+//! with the share [`OWN`] the form moves by a size of its own, told by its own estimates, else by
+//! that of all; with the share [`ALONE`] it stepped by itself in the last move, and with [`WHOLE`]
+//! the flank did. Let δ(y) be the mean of the form given y; it grows with y, so every value θ is
+//! δ(c) of one c. The interval holds all θ with
 //!
 //! ```text
 //! |y − c| ≤ q(c − θ),  P(|T + b| ≤ q(b)) = level
 //! ```
 //!
-//! Least squares is distributed about the truth as T, and what is predicted rests on other nodes.
-//! So the truth is held with the probability that is said, whatever it is; what was known before
-//! only makes the interval shorter where it is right (Pratt, JASA 56, 1961; Yu and Hoff, Biometrika
-//! 105, 2018). It always holds least squares and δ(y).
+//! Least squares is distributed about the truth as T, and what is predicted rests on nodes and
+//! directions whose errors are independent of it. So the truth is held with the probability that is
+//! said, whatever it is; what was known before only makes the interval shorter where it is right
+//! (Pratt, JASA 56, 1961; Yu and Hoff, Biometrika 105, 2018). It always holds least squares and
+//! δ(y).
 
 use nalgebra::{DMatrix, DVector};
 
@@ -25,8 +27,11 @@ use crate::{
 
 /// The probability beforehand that a form moves by a size of its own.
 const OWN: f64 = 0.9;
-/// The probability beforehand that its last move was a step.
-const STEP: f64 = 0.3;
+/// The probabilities beforehand that it stepped in the last move, by itself and with the flank.
+const ALONE: f64 = 0.15;
+const WHOLE: f64 = 0.15;
+/// Sizes of steps by itself beyond [`steps`], after which next to nothing is drawn back.
+const FAR: [f64; 3] = [1e6, 1e9, 1e12];
 /// What size 0 counts as beside the others, which count as their own size: what seems to stand
 /// still may only have moved too little to be told.
 const LEAST: f64 = 0.01;
@@ -39,11 +44,14 @@ const APART: u32 = 32;
 
 /// What every form is found from, in units of σ from least squares of the nodes of now.
 pub(crate) struct FormIntervals {
+    /// σ, of all iterations together.
+    sigma: f64,
     sizes: Vec<f64>,
     /// The logarithm of what each size counts beforehand and by the jumps before the last.
     ln_of_all: Vec<f64>,
-    /// What is predicted with each size that is likely enough.
-    predicted: Vec<Option<Known>>,
+    /// What is predicted with each size, and with a step of the flank of each size.
+    moved: Vec<Outlook>,
+    stepped: Vec<Outlook>,
     /// What each earlier iteration says by itself, with its move to the next; none where one of
     /// them does not determine every coefficient.
     earlier: Vec<(Known, DVector<f64>)>,
@@ -55,6 +63,14 @@ struct Known {
     root: DMatrix<f64>,
 }
 
+/// What a branch predicts.
+struct Outlook {
+    /// With the nodes of now.
+    posterior: Known,
+    /// The logarithm of how likely these are.
+    ln: f64,
+}
+
 /// Mean and variance of a form.
 #[derive(Clone, Copy)]
 struct Moments {
@@ -63,67 +79,74 @@ struct Moments {
 }
 
 impl FormIntervals {
-    pub(super) fn new(links: &[Link], branches: &[Branch], sizes: &[f64]) -> Self {
+    pub(super) fn new(sigma: f64, links: &[Link], branches: &[Branch], sizes: &[f64], stepped: &[Branch]) -> Self {
         let alone = |link: &Link| {
             let known = Known { mean: link.rows.mean(), root: link.rows.inverse() };
             link.rows.is_whole().then(|| (known, link.shift.clone()))
         };
-        let ln_of_all: Vec<f64> =
-            branches.iter().zip(sizes).map(|(branch, size)| branch.ln_earlier + beforehand(*size)).collect();
-        let predicted = |(branch, weight): (&Branch, f64)| {
-            (weight > NOTHING).then(|| Known { mean: branch.prior.mean(), root: branch.prior.inverse() })
-        };
         FormIntervals {
+            sigma,
             sizes: sizes.to_vec(),
-            predicted: branches.iter().zip(weights(ln_of_all.iter().copied())).map(predicted).collect(),
-            ln_of_all,
+            ln_of_all: branches.iter().zip(sizes).map(|(branch, size)| branch.ln_earlier + beforehand(*size)).collect(),
+            moved: branches.iter().map(Outlook::new).collect(),
+            stepped: stepped.iter().map(Outlook::new).collect(),
             earlier: links.iter().map(alone).collect::<Option<_>>().unwrap_or_default(),
         }
     }
 
-    /// How far the ends of the interval of the form lie from least squares, in σ.
+    /// How far the ends of the interval of the form lie from least squares, in the σ of `noise`.
+    /// That is to be of the nodes of now alone: what is predicted may be off by any σ, the error of
+    /// least squares not.
     pub(crate) fn of(&self, form: &[f64], noise: &Noise) -> [f64; 2] {
         let length = form.iter().map(|x| x * x).sum::<f64>().sqrt();
         if !(length > 0.0) {
             return [0.0; 2];
         }
         let unit: Vec<f64> = form.iter().map(|x| x / length).collect();
-        let predicted = self.prediction(&unit);
+        let predicted = self.prediction(&unit).in_units(noise.sigma / self.sigma);
         let [low, high] = [-1.0, 1.0].map(|way| predicted.end(way, noise));
         let half = noise.quantile();
         let ends = if low.is_finite() && high.is_finite() { [low, high] } else { [-half, half] };
         ends.map(|end| length * end)
     }
 
-    /// What is known of a form of length 1 before the nodes of now.
+    /// What is known of a form of length 1 before its own least squares.
     fn prediction(&self, unit: &[f64]) -> Prediction {
-        let weight = weights(self.ln_of_all.iter().copied());
-        let all = weight.into_iter().zip(self.predicted.iter().map(|one| Some(one.as_ref()?.of(unit))));
-        let own = (!self.earlier.is_empty()).then(|| self.by_itself(unit));
-        let Some((alone, ln_of_own)) = own else {
-            return Prediction::new(all.filter_map(|(weight, part)| Some((weight, part?))).collect());
+        let (parts, ln_beside): (Vec<Moments>, Vec<f64>) = self.moved.iter().map(|one| one.beside(unit)).unzip();
+        let ln_of_all: Vec<f64> = self.ln_of_all.iter().zip(&ln_beside).map(|(ln, beside)| ln + beside).collect();
+        let ln_beside = sum(&ln_of_all) - sum(&self.ln_of_all);
+        let all = weights(ln_of_all.iter().copied()).into_iter().zip(parts);
+        let parts = match self.by_itself(unit) {
+            None => all.collect(),
+            Some((alone, ln_of_own)) => {
+                let share = self.share_of_own(&ln_of_own);
+                let own = weights(ln_of_own.iter().copied()).into_iter().zip(alone);
+                // in the order of the sizes, for the median
+                let both = all.zip(own);
+                both.flat_map(|((w, all), (v, own))| [((1.0 - share) * w, all), (share * v, own)]).collect()
+            }
         };
-        let sum = |ln: &[f64]| ln_sum(ln.iter().copied());
-        // the likelihoods of the others alone
+        let stepped = self.stepped.iter().map(|one| one.beside(unit));
+        Prediction::new(parts, stepped.map(|(part, ln)| (ln - ln_beside, part)).collect())
+    }
+
+    /// The probability that the form moves by a size of its own, by the earlier iterations.
+    fn share_of_own(&self, ln_of_own: &[f64]) -> f64 {
         let ln_before = self.sizes.iter().map(|size| beforehand(*size));
+        // the likelihoods of the others alone
         let ln_of_rest =
-            self.ln_of_all.iter().zip(&ln_of_own).zip(ln_before.clone()).map(|((all, own), b)| all - own + b);
-        let odds = sum(&ln_of_own) + ln_sum(ln_of_rest) - sum(&self.ln_of_all) - ln_sum(ln_before);
-        let share = 1.0 / (1.0 + (1.0 - OWN) / OWN * (-odds).exp());
-        // in the order of the sizes, for the median
-        let own =
-            weights(ln_of_own.iter().copied()).into_iter().zip(alone).map(|(weight, part)| (share * weight, part));
-        let all = all.map(|(weight, part)| Some(((1.0 - share) * weight, part?)));
-        let parts = all.zip(own).flat_map(|(all, own)| all.into_iter().chain([own])).collect();
-        Prediction::new(parts)
+            self.ln_of_all.iter().zip(ln_of_own).zip(ln_before.clone()).map(|((all, own), b)| all - own + b);
+        let odds = sum(ln_of_own) + ln_sum(ln_of_rest) - sum(&self.ln_of_all) - ln_sum(ln_before);
+        1.0 / (1.0 + (1.0 - OWN) / OWN * (-odds).exp())
     }
 
     /// What the form's own estimates predict with each size of its moves, and the logarithms of
-    /// what each counts by them: a Kalman filter of one number.
-    fn by_itself(&self, unit: &[f64]) -> (Vec<Moments>, Vec<f64>) {
+    /// what each counts by them: a Kalman filter of one number. `None` where an iteration does not
+    /// determine it.
+    fn by_itself(&self, unit: &[f64]) -> Option<(Vec<Moments>, Vec<f64>)> {
         let estimates: Vec<(Moments, f64)> =
             self.earlier.iter().map(|(known, shift)| (known.of(unit), dot(shift, unit))).collect();
-        let Some(((first, moved), rest)) = estimates.split_first() else { return Default::default() };
+        let ((first, moved), rest) = estimates.split_first()?;
         let follow = |&q: &f64| {
             let (mut known, mut shift, mut ln) = (*first, *moved, beforehand(q));
             for (seen, next) in rest {
@@ -136,29 +159,46 @@ impl FormIntervals {
             }
             (Moments { mean: known.mean + shift, variance: known.variance + q * q }, ln)
         };
-        self.sizes.iter().map(follow).unzip()
+        Some(self.sizes.iter().map(follow).unzip())
     }
 }
 
 /// A mixture of normal distributions that predicts a form.
 struct Prediction {
-    /// The logarithm of the weight over the standard deviation of least squares, of each part.
+    /// The logarithm of the weight of each part.
     parts: Vec<(f64, Moments)>,
 }
 
 impl Prediction {
-    fn new(parts: Vec<(f64, Moments)>) -> Self {
+    /// The same in another unit of σ.
+    fn in_units(self, unit: f64) -> Self {
+        let change = |(ln, part): (f64, Moments)| {
+            (ln, Moments { mean: part.mean / unit, variance: part.variance / (unit * unit) })
+        };
+        Prediction { parts: self.parts.into_iter().map(change).collect() }
+    }
+
+    /// Parts with weights that add up to 1, and what is predicted where the flank stepped as a
+    /// whole, with the logarithms of how much likelier that makes what is seen.
+    fn new(parts: Vec<(f64, Moments)>, stepped: Vec<(f64, Moments)>) -> Self {
         let middle = parts[median(parts.iter().map(|(weight, _)| *weight))].1;
-        let share = STEP / steps().len() as f64;
-        let stepped = steps().map(|s| (share, Moments { variance: middle.variance + s * s, ..middle }));
-        let kept = parts.into_iter().filter(|(weight, _)| *weight > NOTHING).map(|(w, part)| ((1.0 - STEP) * w, part));
-        let ln = |(weight, part): (f64, Moments)| (weight.ln() - 0.5 * (1.0 + part.variance).ln(), part);
-        Prediction { parts: kept.chain(stepped).map(ln).collect() }
+        let each = 1.0 / steps().len() as f64;
+        let alone =
+            steps().chain(FAR).map(|s| ((ALONE * each).ln(), Moments { variance: middle.variance + s * s, ..middle }));
+        let whole = stepped.into_iter().map(|(ln, part)| ((WHOLE * each).ln() + ln, part));
+        let still = parts
+            .into_iter()
+            .filter(|(weight, _)| *weight > NOTHING)
+            .map(|(weight, part)| (((1.0 - ALONE - WHOLE) * weight).ln(), part));
+        Prediction { parts: still.chain(alone).chain(whole).collect() }
     }
 
     /// δ(c).
     fn mean(&self, c: f64) -> f64 {
-        let ln = |(ln, part): &(f64, Moments)| ln - 0.5 * (c - part.mean).powi(2) / (1.0 + part.variance);
+        let ln = |(ln, part): &(f64, Moments)| {
+            let variance = 1.0 + part.variance;
+            ln - 0.5 * ((c - part.mean).powi(2) / variance + variance.ln())
+        };
         let most = self.parts.iter().map(ln).fold(f64::NEG_INFINITY, f64::max);
         let (mut sum, mut mean) = (0.0, 0.0);
         for one in &self.parts {
@@ -200,6 +240,25 @@ impl Prediction {
     }
 }
 
+impl Outlook {
+    fn new(branch: &Branch) -> Self {
+        let posterior = Known { mean: branch.posterior.mean(), root: branch.posterior.inverse() };
+        Outlook { posterior, ln: branch.ln_all - branch.ln_earlier }
+    }
+
+    /// What the form of length 1 is by all but its own least squares, and the logarithm of how
+    /// likely what lies at right angles to it is. With its posterior mean p and variance v they
+    /// follow from how least squares, 0 with variance 1, was combined with them.
+    fn beside(&self, unit: &[f64]) -> (Moments, f64) {
+        /// Of v, what rounding may leave of 1 − v.
+        const ROUNDING: f64 = 1e-12;
+        let posterior = self.posterior.of(unit);
+        let left = (1.0 - posterior.variance).max(ROUNDING);
+        let moments = Moments { mean: posterior.mean / left, variance: posterior.variance / left };
+        (moments, self.ln + 0.5 * (posterior.mean * moments.mean - left.ln()))
+    }
+}
+
 impl Known {
     fn of(&self, unit: &[f64]) -> Moments {
         let along = |column: usize| -> f64 {
@@ -214,6 +273,11 @@ fn beforehand(size: f64) -> f64 {
     size.max(LEAST).ln()
 }
 
+/// `ln Σ exp`.
+fn sum(ln: &[f64]) -> f64 {
+    ln_sum(ln.iter().copied())
+}
+
 fn dot(x: &DVector<f64>, y: &[f64]) -> f64 {
     x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
@@ -223,7 +287,7 @@ mod tests {
     use super::*;
 
     fn prediction(parts: &[(f64, f64, f64)]) -> Prediction {
-        Prediction::new(parts.iter().map(|&(w, mean, variance)| (w, Moments { mean, variance })).collect())
+        Prediction::new(parts.iter().map(|&(w, mean, variance)| (w, Moments { mean, variance })).collect(), Vec::new())
     }
 
     /// The truth is held with the probability that is said wherever it lies: by integration over

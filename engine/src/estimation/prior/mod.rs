@@ -19,6 +19,7 @@ mod current;
 mod form_interval;
 mod information;
 mod mixture;
+mod noise;
 mod observe;
 pub(super) mod reason;
 
@@ -36,7 +37,7 @@ use super::{
     design::Design,
     error::FitError,
     fault::{Faults, Field},
-    result::PriorConflict,
+    result::{PriorConflict, UnequalNoise},
     spec::{Chain, Earlier, Estimator, FitSpec, Moves, Prior, PriorSpread, Regularization, Scaling},
 };
 
@@ -66,6 +67,8 @@ pub(crate) struct Outcome {
     pub posterior: Option<Mixture>,
     /// What intervals are made of, where moves were estimated.
     pub intervals: Option<Arc<FormIntervals>>,
+    /// Present where σ of now and before are not the same.
+    pub unequal: Option<UnequalNoise>,
 }
 
 /// Refuses what cannot be asked for with a prior, and a prior that does not suit the model.
@@ -144,18 +147,20 @@ fn positive(deviations: &[f64], field: fn(usize) -> Field, faults: &mut Faults) 
 pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>, FitError> {
     let n = current.coefficients.len();
     let now = Information { r: DMatrix::identity(n, n), d: DVector::zeros(n) };
-    let (noise, branches, judged, estimated) = match prior {
+    let mut unequal = None;
+    let (noise, branches, estimated) = match prior {
         Prior::Given { mean, spread } => {
-            let noise = pooled_noise(current, &[])?;
+            let noise = noise::pooled(current, &[])?;
             let known = observe::given(mean, spread, current, noise.sigma)?;
-            (noise, vec![Branch::of(known, &now)], true, None)
+            (noise, vec![Branch::of(known, &now)], None)
         }
         Prior::Iterations(chain) => {
             let Some(earlier) = chain.earlier.as_deref().filter(|earlier| !earlier.is_empty()) else {
                 return Ok(None);
             };
             let observed = Observed::all(chain, earlier, current)?;
-            let noise = pooled_noise(current, &observed)?;
+            let noise = noise::pooled(current, &observed)?;
+            unequal = noise::unequal(current, &observed);
             let links: Vec<Link> = observed.iter().map(|one| one.link(noise.sigma)).collect();
             let follow = |spread: &Spread| {
                 let undetermined = || Faults::one(Field::PriorIterations, PriorReason::EarlierUndetermined);
@@ -164,23 +169,27 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
             match &chain.moves {
                 Moves::StdError(deviations) => {
                     let branch = follow(&Spread::Of(current.along(deviations, noise.sigma)))?;
-                    (noise, vec![branch], true, None)
+                    (noise, vec![branch], None)
                 }
                 Moves::Estimated => {
                     let sizes: Vec<f64> = ratios().collect();
                     let branches: Result<Vec<_>, _> = sizes.iter().map(|&q| follow(&Spread::Even(q))).collect();
                     let branches = branches?;
-                    let intervals = Arc::new(FormIntervals::new(&links, &branches, &sizes));
                     let stepped = stepped(&links, &branches, &sizes, &now);
-                    (noise, branches, links.len() >= JUDGED_FROM, Some((sizes, intervals, stepped)))
+                    let intervals = Arc::new(FormIntervals::new(noise.sigma, &links, &branches, &sizes, &stepped));
+                    (noise, branches, Some((sizes, intervals, stepped, links.len() >= JUDGED_FROM)))
                 }
             }
         }
     };
-    let conflict = judged.then(|| conflict::conflict(&branches, noise.freedom));
+    let conflict = match &estimated {
+        // one move is held against the largest that is allowed for
+        Some((_, _, stepped, false)) => Some(conflict::conflict(stepped, noise.freedom)).filter(|found| found.let_go),
+        _ => Some(conflict::conflict(&branches, noise.freedom)),
+    };
     let (ratio, intervals, mixture) = match estimated {
         None => (None, None, Mixture::new(branches.iter().map(|branch| (branch, branch.ln_all)))),
-        Some((sizes, intervals, stepped)) => {
+        Some((sizes, intervals, stepped, _)) => {
             let weights = weights(branches.iter().map(|branch| branch.ln_all));
             let square: f64 = sizes.iter().zip(weights).map(|(q, weight)| weight * q * q).sum();
             let even = branches.iter().map(|branch| (branch, branch.ln_all + libm::log(1.0 - STEP)));
@@ -193,7 +202,7 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
         return Err(beyond_double(prior).into());
     }
     let posterior = Some(mixture).filter(|_| !conflict.is_some_and(|found| found.let_go));
-    Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals }))
+    Ok(Some(Outcome { noise, conflict, ratio, posterior, intervals, unequal }))
 }
 
 /// Branches with a step in the last move, from the middle one of the sizes that the moves before
@@ -212,20 +221,6 @@ pub(crate) fn beyond_double(prior: &Prior) -> Faults {
         Prior::Iterations(_) => Field::PriorIterations,
     };
     Faults::one(field, PriorReason::BeyondDouble)
-}
-
-/// σ that was given, or that of all residuals together.
-fn pooled_noise(current: &Current, observed: &[Observed]) -> Result<PooledNoise, Faults> {
-    if let Some(sigma) = current.spec.noise_sigma {
-        return Ok(PooledNoise { sigma, freedom: None });
-    }
-    let freedom = current.freedom + observed.iter().map(|one| one.freedom).sum::<usize>();
-    let rss = current.rss + observed.iter().map(|one| one.rss).sum::<f64>();
-    let sigma = (rss / freedom as f64).sqrt();
-    if freedom > 0 && sigma > 0.0 {
-        return Ok(PooledNoise { sigma, freedom: Some(freedom) });
-    }
-    Err(Faults::one(Field::NoiseSigma, PriorReason::NoNoise))
 }
 
 /// The spec with its earlier nodes changed by `change`, as those of now were.

@@ -57,6 +57,7 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
         warnings.push(Warning::NoEarlierIterations);
         return plain(context, prior, None, warnings);
     };
+    warnings.extend(outcome.unequal.clone().map(Warning::UnequalNoise));
     match &outcome.posterior {
         Some(mixture) => {
             let posterior = Posterior::new(context, &current, mixture, outcome.noise.sigma);
@@ -84,7 +85,9 @@ fn is_finite(applied: &Applied) -> bool {
     figures.iter().chain(lists.into_iter().flatten()).all(|x| x.is_finite())
 }
 
-/// Least squares of the nodes alone.
+/// Least squares of the nodes alone. Where moves were estimated the intervals are still those that
+/// hold whatever the flank did: least squares' own miss more often where they decided that the
+/// prior is let go.
 fn plain(
     context: &Context,
     prior: &Prior,
@@ -94,7 +97,8 @@ fn plain(
     let applied = spectral::apply(context, warnings)?;
     let share = vec![0.0; applied.estimate.coefficients.len()];
     let report = report_of(prior, outcome, share, &applied.estimate.leverage);
-    Ok(Applied { prior: Some(PriorApplied { report, noise: None, intervals: None }), ..applied })
+    let intervals = outcome.and_then(|outcome| outcome.intervals.clone());
+    Ok(Applied { prior: Some(PriorApplied { report, noise: None, intervals }), ..applied })
 }
 
 fn report_of(prior: &Prior, outcome: Option<&Outcome>, share: Vec<f64>, leverage: &[f64]) -> PriorReport {

@@ -12,6 +12,6 @@ pub(crate) struct PriorApplied {
     pub report: PriorReport,
     /// The noise by which the posterior was weighed; `None` where there is no posterior.
     pub noise: Option<PooledNoise>,
-    /// What intervals are made of, where moves were estimated.
+    /// What intervals are made of, where moves were estimated, whether or not the prior was let go.
     pub intervals: Option<Arc<FormIntervals>>,
 }

@@ -13,7 +13,7 @@ pub enum IntervalKind {
     /// About a filtered estimate whose bias a given norm limit bounds.
     BiasAware,
     /// About the mean of the posterior of nodes and prior, from its standard deviation; where moves
-    /// were estimated the shorter one that holds whatever they were.
+    /// were estimated the one that holds whatever they were, even if the prior is let go.
     Posterior,
 }
 

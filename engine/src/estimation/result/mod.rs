@@ -39,7 +39,7 @@ pub use matrix_b::{MatrixBFactors, ProductOfB};
 pub(crate) use positions::HOLDING;
 pub use positions::PositionsReport;
 pub use prediction::{Covariance, Predictions, Simultaneous, Slopes};
-pub use prior::{PriorConflict, PriorReport, UsedCorrection};
+pub use prior::{PriorConflict, PriorReport, UnequalNoise, UsedCorrection};
 pub use regularization::{
     BiasReport, Choice, LambdaCurvePoint, NormLimitSource, RegularizationKind, RegularizationReport, RidgeTracePoint,
 };

@@ -45,6 +45,17 @@ pub struct PriorConflict {
     pub let_go: bool,
 }
 
+/// σ of the nodes of now and of earlier iterations, which are not the same.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct UnequalNoise {
+    /// Of the nodes of now.
+    pub now: f64,
+    /// Of all earlier ones together.
+    pub earlier: f64,
+    /// The probability of so different ones by chance.
+    pub p: f64,
+}
+
 impl PriorReport {
     /// Whether every number is one.
     pub(crate) fn is_finite(&self) -> bool {

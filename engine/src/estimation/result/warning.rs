@@ -2,7 +2,7 @@
 
 use super::{
     positions::HOLDING,
-    prior::PriorConflict,
+    prior::{PriorConflict, UnequalNoise},
     warning_parts::{NeedsSigma, Regularized, ShapeBound, Times},
 };
 use crate::{
@@ -436,6 +436,12 @@ pub enum Warning {
          let go, and least squares of these nodes is answered", Size(.0.statistic), .0.p
     )]
     PriorConflict(PriorConflict),
+    /// A prior of iterations whose noise is another.
+    #[error(
+        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as if \
+         they were the same; compare the set-ups and the weights", Size(.0.now), Size(.0.earlier)
+    )]
+    UnequalNoise(UnequalNoise),
     /// A model that was chosen by the nodes it is fitted to.
     #[error(
         "the model was chosen out of {0} by the nodes that it is fitted to: intervals and standard errors take it for \

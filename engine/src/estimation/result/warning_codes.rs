@@ -60,6 +60,7 @@ impl Warning {
             OutsideDomain(_) => "outside_domain",
             CorrelatedResiduals { .. } => "correlated_residuals",
             PriorConflict(_) => "prior_conflict",
+            UnequalNoise(_) => "prior_noise_differs",
             PostSelection(_) => "post_selection",
             NoEarlierIterations => "no_earlier_iterations",
             PieceMisaligned(_) => "representative_misaligned",

@@ -29,13 +29,15 @@ answer! {
         /// estimated.
         move_ratio?: f64 = move_ratio,
         /// Whether the nodes contradict what was known; absent before that can be told (of
-        /// iterations with an estimated move from the third on).
+        /// iterations with an estimated move from the third on; from the second where the move is
+        /// beyond 1,000 standard errors, the largest step that is allowed for).
         conflict?: PriorConflictBody = conflict,
         /// Of each coefficient the share of the information that comes from the prior: 1 less its
         /// variance over that of least squares, both for `sigma`.
         share: Vec<f64> = share,
         /// Standard deviation of a height of weight 1, by the residuals of all iterations together,
-        /// or as given; the errors of the coefficients rest on it.
+        /// or as given. The errors of the coefficients rest on it, unless a prior with a `move` or
+        /// `mean` that was told is let go.
         sigma?: f64 = sigma,
         /// Degrees of freedom of `sigma`; absent where it was given.
         degrees_of_freedom?: usize = degrees_of_freedom,
@@ -63,7 +65,8 @@ answer! {
         /// Probability of as much or more where the prior holds.
         p: f64 = p,
         /// Whether p is below 1e-4: the prior was let go and least squares of these nodes is
-        /// answered (warning `prior_conflict`).
+        /// answered (warning `prior_conflict`). Where moves are estimated the intervals are made as
+        /// without a conflict: they hold whatever the flank did.
         let_go: bool = let_go,
     }
 }

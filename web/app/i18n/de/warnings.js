@@ -65,6 +65,8 @@ export default {
   positions_uncertain: "Die Positionen sind so unsicher, dass Intervalle seltener gelten können, als sie sagen.",
   post_selection: "Das Modell wurde nach denselben Knoten gewählt; Intervalle gelten seltener, als sie sagen.",
   prior_conflict: "Die Knoten widersprechen dem Vorwissen; es blieb außer Acht.",
+  prior_noise_differs:
+    "Das Rauschen dieser Knoten ist ein anderes als das früherer Iterationen: Aufspannung und Gewichte vergleichen.",
   prior_unused: "Ohne Rauschen ist das Vorwissen nicht abzuwägen; es blieb außer Acht. σ angeben.",
   rank_deficient: "Spalten hängen voneinander ab: Die Knoten bestimmen nicht alle Koeffizienten.",
   representative_misaligned:
