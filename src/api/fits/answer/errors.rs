@@ -52,7 +52,7 @@ pub enum CorrelationName {
 #[schema(as = ErrorParameters)]
 pub struct ErrorParameters {
     /// Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
-    /// intervals hold in 0.92 only (docs/errors.md).
+    /// intervals hold in 0.92 only, those of the worst coefficient in 0.88 (docs/errors.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rho: Option<f64>,
     /// Of `ar2`: φ₁ and φ₂.
