@@ -5,8 +5,8 @@ use crate::numerics::root::root;
 
 /// q with P(|T + u| ≤ q) = level, T Student's: half the width, in standard errors, of an interval
 /// about an estimate whose bias may reach u ≥ 0 standard errors. Covers what it says for normal
-/// errors at every bias up to u (0.950–0.957 at level 0.95, from 3 degrees of freedom on: the
-/// noncentral t, of which this is the usual approximation, is no shorter).
+/// errors at every bias up to u: at level 0.95 and from 3 degrees of freedom on 0.950–0.956 where
+/// the bias is u itself (by integration over χ²), and up to 1 where it is smaller.
 ///
 /// ```
 /// use flankfit_engine::estimation::inference::{Noise, biased_quantile};

@@ -37,11 +37,12 @@ answer! {
         value: f64 = value,
         /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
         /// nodes; absent without degrees of freedom. After a chosen λ* it is too small and leaves
-        /// the bias out: in simulations the truth lay within it in 23 to 44 % of the cases, not 68
-        /// % (docs/mathematics-notes.md). `least_squares_std_error` holds. With a `prior` the
-        /// standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
-        /// squares with the derivatives at the active places held at 0, as if these places had been
-        /// known beforehand: too small likewise (docs/constraints.md).
+        /// the bias out: in simulations of one flank the truth lay within it in 23 to 44 % of the
+        /// cases, not 68 % (docs/mathematics-notes.md); within `least_squares_std_error` of least
+        /// squares in 66 to 68 %. With a `prior` the standard deviation of the posterior, by
+        /// `prior.sigma`. With `constraints` that of least squares with the derivatives at the
+        /// active places held at 0, as if these places had been known beforehand: too small
+        /// likewise (docs/constraints.md).
         std_error?: f64 = std_error,
         /// Plain least-squares estimate of the posted nodes, whatever the estimator.
         least_squares: f64 = least_squares,
@@ -51,9 +52,11 @@ answer! {
         /// the posterior's mean for coefficients within r of the prior's. With `constraints` √n
         /// standard errors of least squares, which bound the bias for every truth that meets them.
         bias_bound: f64 = bias_bound,
-        /// Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
-        /// holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.
-        /// Absent without an estimate of the noise, and where nothing limits the coefficient.
+        /// Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
+        /// holds is in docs/intervals.md: for independent normal errors, at 0.95, in 0.94 to 0.96
+        /// on average; elsewhere as docs/errors.md, docs/prior.md and docs/selection.md have it.
+        /// The regularised `value` may lie outside. Absent without an estimate of the noise, and
+        /// where nothing limits the coefficient.
         #[schema(min_items = 2, max_items = 2)]
         interval?: [f64; 2] = interval.as_ref().map(|interval| &interval.ends),
         interval_kind?: IntervalKindName = interval.as_ref().map(|interval| &interval.kind),
@@ -71,13 +74,13 @@ answer! {
 names! {
     /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
     /// Student's t about the estimate before it is regularised (least squares, or the robust
-    /// estimate), as nothing limits the bias of the regularised one;
-    /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
-    /// coefficients within the norm limit that was given; `posterior`, Student's t about the mean
-    /// of the posterior, which takes what was given for known, or, where moves are estimated, an
-    /// interval that is shorter where the earlier iterations predict well. For a known σ it holds
-    /// whatever the flank did; where a part of the priors is let go, one of 0.95 held in 0.934 on
-    /// average and in 0.915 for the worst coefficient (docs/prior.md).
+    /// estimate), as nothing limits the bias of the regularised one; `bias_aware`, the shortest
+    /// interval about a filtered estimate that holds for all coefficients within the norm limit
+    /// that was given, and for no others; `posterior`, Student's t about the mean of the posterior,
+    /// which takes what was given for known, or, where moves are estimated, an interval that is
+    /// shorter where the earlier iterations predict well. For a known σ it holds whatever the flank
+    /// did; where a part of the priors is let go, one of 0.95 held in 0.934 on average and in 0.915
+    /// for the worst coefficient (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
@@ -147,10 +150,10 @@ answer! {
         /// prior the distance from its mean.
         coefficient_norm_limit: f64 = coefficient_norm_limit,
         coefficient_norm_limit_source: NormLimitSource = coefficient_norm_limit_source,
-        /// What the norm of the true coefficients stays below by least squares and its errors,
-        /// about as often as `level` says (at 0.95 in 86 to 100 % of the draws of simulations).
-        /// There where r is the norm of the estimate and something is regularised; no bound uses
-        /// it.
+        /// What the norm of the true coefficients stays below by least squares and its errors. An
+        /// expansion of first order, which holds less often than `level` says (at 0.95 in 86 % of
+        /// the draws of simulations at worst). There where r is the norm of the estimate and
+        /// something is regularised; no bound uses it.
         upper_confidence?: f64 = upper_confidence,
         /// The small number e of Ineq. 51.
         e?: f64 = e,

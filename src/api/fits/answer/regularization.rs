@@ -66,11 +66,11 @@ answer! {
         largest_eigenvalue_bound?: f64 = largest_eigenvalue_bound,
         /// Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
         /// choice that stands, corrected by simulation for that choice having been made by the same
-        /// nodes. With `min_mse` its mean is 0.78 to 1.22 times the true error in simulations with
-        /// three degrees of freedom or more, 0.65 to 1.25 times with one or two, where that of the
-        /// uncorrected one is 0.2 to 1.0 times it (docs/choosing-lambda.md). Present when
-        /// `predicted_mse` was included; not with `press`, truncated SVD, James–Stein and
-        /// attraction.
+        /// nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
+        /// error in 144 simulated cases with three degrees of freedom or more, where that of the
+        /// uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
+        /// scatters by once to twice itself. Present when `predicted_mse` was included; not with
+        /// `press`, `blocked_cv`, truncated SVD, James–Stein and attraction.
         predicted_mse_corrected?: f64 = predicted_mse_corrected,
         /// Present for `representative`.
         representative?: RepresentativeResultBody = representative,
@@ -94,8 +94,9 @@ answer! {
         /// ‖Â − Â_B‖ in the scaled columns.
         bias_norm: f64 = bias_norm,
         /// Predicted mean squared error of the coefficients in the scaled columns: good for
-        /// comparing criteria on the same nodes. That of the chosen one is too small, about 0.4 of
-        /// the true error in simulations (docs/mathematics-notes.md).
+        /// comparing criteria on the same nodes. That of the chosen one is mostly too small: 0.42
+        /// of the true error in simulations of one flank (docs/mathematics-notes.md), 0.28 to 1.03
+        /// over other cases (docs/choosing-lambda.md).
         predicted_mse?: f64 = predicted_mse,
         /// Root mean square of the residuals, in the unit of the heights.
         rms: f64 = rms,

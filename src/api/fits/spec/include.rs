@@ -30,7 +30,7 @@ pub enum IncludeName {
     RobustWeights,
     /// `node_indices` of each Hampel filter: the nodes that it took for peaks.
     Peaks,
-    /// `covariance`: the covariance matrices of the coefficients.
+    /// `covariance`: the covariance matrices of the coefficients, of which a fit has 600 at most.
     Covariance,
     /// `influence`: leverages and deletion figures, node by node.
     Influence,

@@ -89,9 +89,10 @@ pub struct PlacesGridBody {
     pub v: Vec<f64>,
 }
 
-/// A band: `confidence` holds the true height at each place by itself, `prediction` a further
-/// measurement of weight 1, `simultaneous` the true heights of the whole domain (of a linear model:
-/// of all rows asked for) at once.
+/// A band: `confidence` is for the true height at each place by itself, `prediction` for a further
+/// measurement of weight 1, `simultaneous` for the true heights of the whole domain (of a linear
+/// model: of all rows asked for) at once. How often they hold is in docs/intervals.md. A fit of n
+/// coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth of that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Band)]

@@ -97,8 +97,9 @@ request! {
         /// curve, a surface or a flank is asked for, `none`.
         optional regularization: RegularizationBody,
         optional estimator: EstimatorBody,
-        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-        /// default estimated.
+        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+        /// hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+        /// known from elsewhere than these nodes (docs/intervals.md).
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
         /// Standard deviation of a height of weight 1, in the unit of the heights; by default

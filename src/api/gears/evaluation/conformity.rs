@@ -208,7 +208,9 @@ pub fn check_ascending(told: &[(&str, Option<[f64; 2]>)], at: &str, faults: &mut
 }
 
 /// A figure against its limits, by its standard error (ISO 14253-1): the limits are drawn in by a
-/// guard band, so that a part at a limit is found to conform in one measurement of twenty at most.
+/// guard band, so that a part at a limit is found to conform in about one measurement of twenty
+/// where errors are as the fit takes them (docs/intervals.md). It counts noise only: what is the
+/// same all over a flank (alignment, temperature, calibration) is in no residual.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Conformity)]
 pub struct ConformityBody {
@@ -216,13 +218,13 @@ pub struct ConformityBody {
     #[schema(min_items = 2, max_items = 2)]
     pub limits_um: [f64; 2],
     /// Least and greatest probability that the true figure lies within the limits, by Student's
-    /// distribution; they differ where the estimate may be biased.
+    /// distribution about the estimate; they differ where the estimate may be biased.
     #[schema(min_items = 2, max_items = 2)]
     pub probability: [f64; 2],
     pub decision: DecisionName,
 }
 
-/// What the uncertainty allows to say.
+/// What the uncertainty allows to say, at 0.95 whatever `level` is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = ConformityDecision)]

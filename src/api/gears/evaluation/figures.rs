@@ -70,7 +70,8 @@ pub struct FigureBody {
     /// neither tells it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
-    /// Most by which regularisation can have moved it.
+    /// Most by which regularisation moves it on average, for coefficients within the norm limit of
+    /// the fit (`bias.coefficient_norm_limit`).
     pub bias_bound: f64,
     /// Without regularisation.
     pub least_squares: f64,
