@@ -9,8 +9,8 @@
 //! `corrected = predicted_mse · Σ‖f*a* − t‖² / Σ predicted_mse*`
 //!
 //! Product and quotient hang on the same σ̂²: where it is too large by chance, so is the quotient,
-//! and the mean of the product is not the product of the means (1.34 times the error instead of
-//! 1.14 with three degrees of freedom). For every g,
+//! and the mean of the product is not the product of the means (with three degrees of freedom 1.34
+//! times the error, and 1.18 at most as it is done here). For every g,
 //!
 //! `E[σ² g(σ̂²)] = E[σ̂² ∫₀¹ g(w σ̂²) dw^{ν/2}]`
 //!

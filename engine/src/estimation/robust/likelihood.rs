@@ -19,8 +19,8 @@
 //! likelihood and even in their logarithm, of τ² and of how far the coefficients lie from those of
 //! the likeliest one (the law of total variance).
 //!
-//! Standard errors of coefficients: `τ² (XᵀX)⁻¹` with `τ² = E ψ²/(E ψ′)²`, which holds whatever the
-//! errors are distributed like. (The inverse of the Fisher information would not: with normal
+//! Standard errors of coefficients: `τ² (XᵀX)⁻¹` with `τ² = E ψ²/(E ψ′)²`, the limit whatever the
+//! errors are distributed like. (The inverse of the Fisher information is not: with normal
 //! errors it makes the standard errors of Laplace's estimate a third too small.)
 
 use std::f64::consts::PI;

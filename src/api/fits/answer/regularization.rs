@@ -69,8 +69,9 @@ answer! {
         /// nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
         /// error in 144 simulated cases with three degrees of freedom or more, where that of the
         /// uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
-        /// scatters by once to twice itself. Present when `predicted_mse` was included; not with
-        /// `press`, `blocked_cv`, truncated SVD, James–Stein and attraction.
+        /// scatters by once to twice itself; of other criteria, and of Tikhonov, nothing was
+        /// simulated. Present when `predicted_mse` was included; not with `press`, `blocked_cv`,
+        /// truncated SVD, James–Stein and attraction.
         predicted_mse_corrected?: f64 = predicted_mse_corrected,
         /// Present for `representative`.
         representative?: RepresentativeResultBody = representative,
