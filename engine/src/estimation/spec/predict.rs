@@ -61,11 +61,11 @@ impl Places {
 /// Bands about the heights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Kinds {
-    /// Holds the true height at each place by itself.
+    /// For the true height at each place by itself.
     pub confidence: bool,
-    /// Holds a further measurement of weight 1 at each place by itself.
+    /// For a further measurement of weight 1 at each place by itself.
     pub prediction: bool,
-    /// Holds the true heights of the whole domain at once; of rows those of all rows asked for.
+    /// For the true heights of the whole domain at once; of rows those of all rows asked for.
     pub simultaneous: bool,
 }
 

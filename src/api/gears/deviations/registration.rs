@@ -64,8 +64,10 @@ pub struct MotionBody {
     pub start: f64,
     /// `um` or `urad`.
     pub unit: String,
-    /// Left out where the points do not determine the motion. Where a regularisation chose its λ*
-    /// by these points it is too small, as in any fit.
+    /// By the scatter of the points, each by itself: what moves all points of a flank together, as
+    /// a pitch deviation does, is not in it (docs/gears.md). Left out where the points do not
+    /// determine the motion. Where a regularisation chose its λ* by these points it is too small,
+    /// as in any fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
     /// Sharp bound on what regularisation moved.

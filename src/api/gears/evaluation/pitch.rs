@@ -163,7 +163,8 @@ pub struct PitchBody {
     /// limits; where teeth were not measured it is false or left out.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_within: Option<bool>,
-    /// Of the single pitch with the least room; there where there are limits and an uncertainty,
+    /// Of the single pitch with the least room, and of that one alone: where many lie near their
+    /// limits, all of them lie within less often. There where there are limits and an uncertainty,
     /// and no tooth is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch_conformity: Option<ConformityBody>,
