@@ -97,7 +97,7 @@ fn coefficients_held(cubic: [f64; 4], sigma: f64, draws: usize) -> ([f64; 4], us
 }
 
 /// The single coefficient of 1,000 draws is uncertain by 0.007. Without the scatter of the
-/// positions taken out of the information the highest coefficient would hold in 0.86 to 0.9;
+/// positions taken out of the information the highest coefficient would hold in 0.86 to 0.91;
 /// without the bend of the flank the worst of the two steep ones in 0.905 and 0.926.
 #[test]
 fn every_coefficient_holds_where_positions_are_read_wrongly() {
