@@ -2,9 +2,9 @@
 //!
 //! `eᵀS⁻¹e/n` against F(n, ν), with the moves as large as the jumps **before** say: the jump that
 //! is judged has no part in it. Few jumps leave much open, so the probability is the mean over all
-//! sizes of the moves, not that at the likeliest: of flanks that always move evenly by 1 σ, one in
-//! 2,000 at most was let go after six iterations, by the likeliest size three to eight (a
-//! simulation that is not among the tests).
+//! sizes of the moves, not that at the likeliest: of flanks that always move evenly two in 5,000 at
+//! most are let go after six iterations (docs/prior.md), by the likeliest size it would be some ten
+//! times as many.
 
 use super::chain::{Branch, weights};
 use crate::{estimation::result::PriorConflict, numerics::distribution::fisher};
