@@ -93,7 +93,7 @@ pub fn compute_at(
 }
 
 /// The answer of a stored fit with what is asked for beside: computed from the stored nodes, and
-/// added; what is stored stays as it is. Processor work.
+/// added, with the warnings that belong to it; what is stored stays as it is. Processor work.
 pub fn with_include(
     nodes: &Nodes,
     stored: &FitRecord,
@@ -108,7 +108,7 @@ pub fn with_include(
     }
     spec.include = include;
     let more = compute(nodes, &spec, plans)?;
-    merge::added(&stored.result, &more.result).map(Arc::from).map_err(Problem::internal)
+    merge::added(&stored.result, &more.result, &["warnings"]).map(Arc::from).map_err(Problem::internal)
 }
 
 /// The spec of a stored fit, with the earlier iterations that it stood on.

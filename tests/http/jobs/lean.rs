@@ -167,6 +167,36 @@ async fn what_is_asked_for_later_is_what_was_asked_for_at_first() {
     app.stop().await;
 }
 
+/// What an include has to warn of is said to whoever asks for it later as well, behind what was
+/// warned of when the fit was made.
+#[tokio::test]
+async fn what_is_included_later_brings_its_warnings() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    let mut body = json!({
+        "nodes": {"type": "curve", "x": [0, 1, 1, 1, 1], "y": [1, 1.1, 1.2, 1, 1.1]},
+        "model": {"type": "polynomial", "degree": 1}, "regularization": {"type": "none"}
+    });
+    let stored = app.post(&format!("{job}/iterations"), &body).await.expect(201).json();
+    let place = format!("{job}/iterations/1/fits/{}", stored["fits"][0]["id"].as_str().unwrap());
+    let codes = |result: &Value| -> Vec<String> {
+        result["warnings"].as_array().unwrap().iter().map(|told| told["code"].as_str().unwrap().to_owned()).collect()
+    };
+    assert!(!codes(&app.get(&place).await.expect(200).json()["result"]).contains(&"full_leverage".to_owned()));
+    for (names, code) in [
+        (vec!["influence"], "full_leverage"),
+        (vec!["ridge_trace"], "no_ridge_trace"),
+        (vec!["lambda_curve", "influence"], "full_leverage"),
+    ] {
+        let later = app.get(&format!("{place}?include={}", names.join(","))).await.expect(200).json();
+        body["include"] = json!(names);
+        let at_once = app.post("/v1/fits", &body).await.expect(200).json();
+        assert!(codes(&later["result"]).contains(&code.to_owned()), "{later}");
+        assert_eq!(later["result"]["warnings"], at_once["warnings"], "{names:?}");
+    }
+    app.stop().await;
+}
+
 /// What is answered as `spec` is a request: sent back it gives the same bytes, as a fit, as a refit
 /// and after a change.
 #[tokio::test]
