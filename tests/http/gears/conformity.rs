@@ -61,6 +61,27 @@ async fn a_limit_may_have_one_side() {
     }
 }
 
+/// Limits closer than the uncertainty are none that a figure between them could be said to miss.
+#[tokio::test]
+async fn what_lies_in_the_middle_of_narrow_limits_is_not_refused() {
+    let app = TestApp::start().await;
+    let mut request = examples("gear_flank_surface")[0].1.clone();
+    request.as_object_mut().unwrap().remove("tolerance_limits");
+    let plain = taken(&app, "/v1/gears/flank-surface", &request).await;
+    let twist = &plain["twist_um"];
+    let (value, half) = (number(&twist["value"]), 0.001 * number(&twist["std_error"]));
+    let decided = async |moved: f64| {
+        let mut request = request.clone();
+        request["tolerance_limits"] = json!({"twist_um": [value + moved - half, value + moved + half]});
+        taken(&app, "/v1/gears/flank-surface", &request).await["twist_um"].clone()
+    };
+    let found = decided(0.0).await;
+    assert_eq!(found["within"], true);
+    assert!(number(&found["conformity"]["probability"][1]) < 0.01, "{found}");
+    assert_eq!(found["conformity"]["decision"], "cannot_be_told");
+    assert_eq!(decided(2e4 * half).await["conformity"]["decision"], "does_not_conform");
+}
+
 #[tokio::test]
 async fn figures_of_traces_have_intervals_and_conform() {
     let app = TestApp::start().await;

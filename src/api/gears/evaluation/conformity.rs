@@ -208,9 +208,10 @@ pub fn check_ascending(told: &[(&str, Option<[f64; 2]>)], at: &str, faults: &mut
 }
 
 /// A figure against its limits, by its standard error (ISO 14253-1): the limits are drawn in by a
-/// guard band, so that a part at a limit is found to conform in about one measurement of twenty
-/// where errors are as the fit takes them (docs/intervals.md). It counts noise only: what is the
-/// same all over a flank (alignment, temperature, calibration) is in no residual.
+/// guard band, so that a part at a limit is found to conform in about one measurement of twenty, and
+/// one that lies within not to in one of twenty at most, where errors are as the fit takes them
+/// (docs/intervals.md). It counts noise only: what is the same all over a flank (alignment,
+/// temperature, calibration) is in no residual.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Conformity)]
 pub struct ConformityBody {
@@ -229,9 +230,10 @@ pub struct ConformityBody {
 #[serde(rename_all = "snake_case")]
 #[schema(as = ConformityDecision)]
 pub enum DecisionName {
-    /// The probability is 0.95 at least.
+    /// The least probability is 0.95 at least.
     Conforms,
-    /// The probability is 0.05 at most.
+    /// The figure is so far beyond a limit as that of a part that lies within is measured with a
+    /// probability of 0.05 at most: about 1.645 standard errors, 1.96 of very close limits.
     DoesNotConform,
     /// Neither.
     CannotBeTold,
