@@ -12,6 +12,7 @@ use flankfit_engine::{
             ToleranceLimits,
             flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_figures, flank_surface},
             settings::{DeviationSign, SlopeSign},
+            warning::{SurfaceWarning, share},
         },
         trace::Direction,
     },
@@ -259,6 +260,62 @@ fn impossible_requests_name_their_place() {
     assert_eq!(places(&full.nodes(), &longer), [SurfaceField::HelixRange]);
     let beside = SurfaceSettings { helix_range: Some([30.0, 40.0]), ..settings() };
     assert_eq!(places(&full.nodes(), &beside), [SurfaceField::Border]);
+}
+
+/// A border that cuts the outermost nodes off leaves a range that the others reach little of: its
+/// figures are answered, but held against no limits, with the share in a warning.
+#[test]
+fn what_the_nodes_do_not_cover_is_held_against_no_limits() {
+    let gear = gear();
+    let full = grid(5, 9, second_order([0.0, 1.0, 1.0, 1.0, 1.0, 0.0]));
+    let wide = Some([-90.0, 90.0]);
+    let limits = ToleranceLimits {
+        profile_slope: wide,
+        helix_slope: wide,
+        profile_crowning: wide,
+        helix_crowning: wide,
+        twist: wide,
+        ..ToleranceLimits::default()
+    };
+    let cut = |root: f64, toe: f64| {
+        let border = Border { root, tip: root, toe, heel: toe };
+        let found = fitted(&gear, &full.nodes(), &SurfaceSettings { border, ..settings_of(plain(), limits) });
+        let held = [found.profile_slope, found.profile_crowning, found.helix_slope, found.helix_crowning, found.twist]
+            .map(|figure| figure.limits.is_some());
+        (held, found.warnings)
+    };
+    assert_eq!(cut(0.0, 0.0), ([true; 5], vec![]));
+    // 3 of 5 rows are left: 0.5 of 0.9; of 9 columns 7: 0.75 of 0.9
+    let (held, warnings) = cut(5.0, 5.0);
+    assert_eq!(held, [false, false, true, true, false]);
+    let [SurfaceWarning::RangeNotCovered { field: SurfaceField::Border, reached, range }] = warnings[..] else {
+        panic!("{warnings:?}")
+    };
+    near(share(reached, range), 0.5 / 0.9, 1e-9);
+    assert!(warnings[0].to_string().contains("55.6 % of the range"), "{}", warnings[0]);
+    // a border at the nodes
+    assert_eq!(cut(25.0, 12.5), ([true; 5], vec![]));
+}
+
+/// Lengths that no gear has are faults where they stand, and ones beyond the face are told.
+#[test]
+fn places_beyond_the_face_are_told() {
+    let gear = gear();
+    let width = gear.data().face_width.unwrap();
+    let mut far = grid(5, 9, |_, _| 0.0);
+    far.z[8] = far.z[0] + 1.04 * width;
+    assert_eq!(fitted(&gear, &far.nodes(), &settings()).warnings, vec![]);
+    far.z[8] = far.z[0] + 2.0 * width;
+    let warnings = fitted(&gear, &far.nodes(), &settings()).warnings;
+    assert!(matches!(warnings[..], [SurfaceWarning::BeyondFace { .. }]), "{warnings:?}");
+    far.z[8] = 1e30;
+    match flank_surface(&gear, &far.nodes(), &settings()).expect_err("no gear is so wide") {
+        Refused::Invalid(faults) => {
+            let fields: Vec<SurfaceField> = faults.list().iter().map(|fault| fault.field).collect();
+            assert_eq!(fields, [SurfaceField::Position { index: 8 }]);
+        }
+        other => panic!("{other}"),
+    }
 }
 
 /// The figures by name are those of the surface; a cross of a profile and a lead tells all but the

@@ -11,7 +11,7 @@ use flankfit_engine::gear::{
     evaluation::{
         Warning,
         fault::PitchField,
-        warning::{PitchWarning, RunoutWarning, SurfaceFigure, TOO_FEW, helices_turned, undetermined},
+        warning::{PitchWarning, RunoutWarning, SurfaceFigure, SurfaceWarning, TOO_FEW, helices_turned, undetermined},
     },
     geometry,
     tolerance::{OutOfScope, not_covered},
@@ -56,6 +56,13 @@ impl From<&RunoutWarning> for NoticeBody {
             other => other.to_string(),
         };
         NoticeBody { params: Params::from(warning).some(), ..NoticeBody::new(warning.code(), &message) }
+    }
+}
+
+impl From<&SurfaceWarning> for NoticeBody {
+    fn from(warning: &SurfaceWarning) -> Self {
+        let (pointer, params) = (Some(warning.field().pointer()), Params::from(warning).some());
+        NoticeBody { pointer, params, ..NoticeBody::new(warning.code(), warning) }
     }
 }
 

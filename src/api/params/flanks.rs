@@ -6,7 +6,9 @@ use super::Params;
 use crate::api::measurand::side::SideName;
 use flankfit_engine::gear::{
     Kind,
-    evaluation::warning::{Effect, FlankName, PitchWarning, RunoutWarning, TraceWarning, Warning},
+    evaluation::warning::{
+        Effect, FlankName, PitchWarning, RunoutWarning, SurfaceWarning, TraceWarning, Warning, share,
+    },
 };
 
 impl From<&Warning> for Params {
@@ -64,6 +66,21 @@ impl From<&TraceWarning> for Params {
                 none.with("slope_um", *slope).with("std_error_um", *std_error)
             }
             // it holds nothing
+            _ => none,
+        }
+    }
+}
+
+impl From<&SurfaceWarning> for Params {
+    fn from(warning: &SurfaceWarning) -> Self {
+        let none = Params::new();
+        match *warning {
+            SurfaceWarning::RangeNotCovered { reached, range, .. } => {
+                none.range("reached_mm", reached).range("range_mm", range).with("covered", share(reached, range))
+            }
+            SurfaceWarning::BeyondFace { span, face_width } => {
+                none.with("span_mm", span).with("face_width_mm", face_width)
+            }
             _ => none,
         }
     }

@@ -82,6 +82,39 @@ async fn what_lies_in_the_middle_of_narrow_limits_is_not_refused() {
     assert_eq!(decided(2e4 * half).await["conformity"]["decision"], "does_not_conform");
 }
 
+/// What the border leaves may be covered by few nodes: then nothing is said to conform.
+#[tokio::test]
+async fn a_range_that_the_nodes_do_not_cover_is_told() {
+    let app = TestApp::start().await;
+    let mut request = examples("gear_flank_surface")[0].1.clone();
+    let whole = taken(&app, "/v1/gears/flank-surface", &request).await;
+    assert_eq!((&whole["warnings"], &whole["profile_slope_um"]["within"]), (&json!([]), &json!(true)));
+    request["profile"] = json!([6, 7.5, 9, 10.5, 12]);
+    request["border_percent"] = json!({"root": 5, "tip": 5, "toe": 0, "heel": 0});
+    let cut = taken(&app, "/v1/gears/flank-surface", &request).await;
+    let told = &cut["warnings"][0];
+    assert_eq!((&told["code"], &told["pointer"]), (&json!("range_not_covered"), &json!("/border_percent")));
+    assert!((number(&told["params"]["covered"]) - 3.0 / 5.4).abs() < 1e-9, "{told}");
+    for name in ["profile_slope_um", "profile_crowning_um"] {
+        assert!(holds(&cut[name]), "{cut}");
+        assert!(cut[name].get("conformity").is_none() && cut[name].get("within").is_none(), "{cut}");
+    }
+    // along z nothing is cut off
+    assert_eq!(cut["helix_slope_um"]["conformity"]["decision"], "conforms");
+}
+
+#[tokio::test]
+async fn places_beyond_the_face_are_refused_or_told() {
+    let app = TestApp::start().await;
+    let mut request = examples("gear_flank_surface")[0].1.clone();
+    request["z_mm"][4] = json!(1e30);
+    assert_eq!(pointers(&app, "/v1/gears/flank-surface", &request).await, ["/z_mm/4"]);
+    request["z_mm"][4] = json!(100);
+    let told = taken(&app, "/v1/gears/flank-surface", &request).await["warnings"][0].clone();
+    assert_eq!((&told["code"], &told["pointer"]), (&json!("beyond_face_width"), &json!("/z_mm")));
+    assert_eq!(told["message"], "the nodes span 99 mm of z, the face is 15 mm wide: check the unit");
+}
+
 #[tokio::test]
 async fn figures_of_traces_have_intervals_and_conform() {
     let app = TestApp::start().await;

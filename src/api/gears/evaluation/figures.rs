@@ -83,10 +83,10 @@ pub struct FigureBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub interval_kind: Option<IntervalKindName>,
     /// Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
-    /// figure has some.
+    /// figure has some and is not extrapolated (`range_not_covered`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub within: Option<bool>,
-    /// There where the figure has limits (`tolerance_limits`) and an interval.
+    /// There where `within` is and the figure has an interval.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub conformity: Option<ConformityBody>,
 }

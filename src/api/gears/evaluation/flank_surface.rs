@@ -17,7 +17,7 @@ use crate::api::{
         reader::fields,
         spec::request::FitFields,
     },
-    gears::{faults, gear::GearBody},
+    gears::{faults, gear::GearBody, notice::NoticeBody},
     json::{
         members::of_request,
         numbers::{Numbers, read_heights},
@@ -112,6 +112,10 @@ pub struct FlankSurfaceBody {
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: [f64; 2],
     pub nodes: FlankNodesBody,
+    /// What is to be known of the nodes and of the range; those of the fit are `result.warnings`.
+    /// After `range_not_covered` figures are held against no limits: the nodes that the border
+    /// leaves cover less than three quarters of the range.
+    pub warnings: Vec<NoticeBody>,
     /// The fit, as `POST /v1/fits` answers it: u and v over [-1, 1].
     pub result: FitResultBody,
 }
@@ -253,6 +257,7 @@ fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>
                 used: found.nodes.used,
             },
         )
+        .field("warnings", &found.warnings.iter().map(NoticeBody::from).collect::<Vec<_>>())
         .raw("result", &text);
     object.end();
     json.finish().map_err(Problem::not_finite)

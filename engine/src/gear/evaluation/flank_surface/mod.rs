@@ -28,6 +28,7 @@ mod settings;
 use super::{
     fault::{SurfaceFaults, SurfaceRefused},
     limits::Inference,
+    warning::SurfaceWarning,
 };
 use crate::{
     estimation::{
@@ -59,7 +60,8 @@ pub struct Figure {
     pub bias_bound: f64,
     /// Without regularisation.
     pub least_squares: f64,
-    /// What it must lie within, where there are limits.
+    /// What it must lie within, where there are limits and the nodes cover enough of the range to be
+    /// held against them.
     pub limits: Option<[f64; 2]>,
     /// Its interval and conformity; `None` where the noise is not known.
     pub inference: Option<Inference>,
@@ -99,6 +101,8 @@ pub struct FlankSurface {
     pub z: [f64; 2],
     /// How many nodes there were, and what became of them.
     pub nodes: NodeCounts,
+    /// What is to be known of them.
+    pub warnings: Vec<SurfaceWarning>,
     /// The fit itself: spectrum, collinearity, regularisation, warnings.
     pub result: FitResult,
 }
@@ -132,6 +136,8 @@ pub fn flank_surface(
     let [profile, helix] = settings.signs();
     let [slope_of_profile, slope_of_helix] = slope_limits(gear, settings, &trimmed)?;
     let limits = &settings.limits;
+    // what is extrapolated is held against nothing
+    let [profile_told, helix_told] = trimmed.covered;
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
         found
@@ -140,15 +146,16 @@ pub fn flank_surface(
     };
     Ok(FlankSurface {
         mean: figure([0, 0], 1.0, None)?,
-        profile_slope: figure([1, 0], 2.0 * profile, slope_of_profile)?,
-        helix_slope: figure([0, 1], 2.0 * helix, slope_of_helix)?,
-        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning)?,
-        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning)?,
-        twist: figure([1, 1], 4.0 * helix, limits.twist)?,
+        profile_slope: figure([1, 0], 2.0 * profile, slope_of_profile.filter(|_| profile_told))?,
+        helix_slope: figure([0, 1], 2.0 * helix, slope_of_helix.filter(|_| helix_told))?,
+        profile_crowning: figure([2, 0], -1.0, limits.profile_crowning.filter(|_| profile_told))?,
+        helix_crowning: figure([0, 2], -1.0, limits.helix_crowning.filter(|_| helix_told))?,
+        twist: figure([1, 1], 4.0 * helix, limits.twist.filter(|_| profile_told && helix_told))?,
         remainder,
         roll_lengths: trimmed.roll,
         z: trimmed.z,
         nodes: counts,
+        warnings: trimmed.warnings,
         result,
     })
 }

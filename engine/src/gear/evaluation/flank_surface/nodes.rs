@@ -1,14 +1,18 @@
 //! Nodes of a flank: checked, trimmed to the evaluation range and mapped to [-1, 1]².
 
 use super::{
-    super::fault::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused},
+    super::{
+        fault::{SurfaceFaults, SurfaceField, SurfaceReason, SurfaceRefused},
+        spacing::LEAST_COVERED,
+        warning::{SurfaceWarning, share},
+    },
     settings::{Border, SurfaceSettings},
 };
 use crate::numerics::cancel::Asking;
 use crate::{
     estimation::{Faults as NodeFaults, FitError, Nodes},
     fault::{Common, Faults},
-    gear::{Gear, Kind, NoInvolute, ProfileAxis, evaluation::EDGE},
+    gear::{Gear, Kind, NoInvolute, ProfileAxis, data::MOST_LENGTH, evaluation::EDGE},
 };
 
 /// Deviations over a flank, µm; NaN or invalid where missing.
@@ -47,6 +51,10 @@ pub(super) struct Trimmed {
     pub z: [f64; 2],
     /// Roll lengths before the border was cut off.
     pub evaluated: [f64; 2],
+    /// Whether nodes cover enough of the roll lengths, and of z, to hold figures against limits.
+    pub covered: [bool; 2],
+    /// What is to be known of the nodes.
+    pub warnings: Vec<SurfaceWarning>,
     /// The node given that each node of the fit is.
     pub kept: Vec<usize>,
     /// +1 where the tip lies at greater roll lengths.
@@ -70,12 +78,7 @@ impl Trimmed {
             false => [roll[k], nodes.z[k]],
         };
         let posted = nodes.deviation.len();
-        let extent = |axis: usize| {
-            (0..posted)
-                .filter(|&k| there(k))
-                .map(|k| at(k)[axis])
-                .fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)])
-        };
+        let extent = |axis: usize| extent_of((0..posted).filter(|&k| there(k)).map(|k| at(k)[axis]));
         let missing = (0..posted).filter(|&k| !there(k)).count();
         if missing == posted {
             return Err(SurfaceFaults::one(SurfaceField::Deviations, SurfaceReason::AllMissing).into());
@@ -98,7 +101,9 @@ impl Trimmed {
             [border.toe, border.heel],
             SurfaceField::HelixRange,
         )?;
-        let mut trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, kept: Vec::new(), outward };
+        let warnings = beyond_face(gear, extent(1)).into_iter().collect();
+        let (covered, kept) = ([true; 2], Vec::new());
+        let mut trimmed = Trimmed { roll: roll_range, z: z_range, evaluated, covered, warnings, kept, outward };
         let sign = settings.given.to_material(Kind::Profile, settings.side);
         let height = |k: usize| if there(k) { sign * nodes.deviation[k] } else { f64::NAN };
         let counted = || (0..posted).filter(|&k| there(k) && trimmed.holds(at(k)));
@@ -108,6 +113,20 @@ impl Trimmed {
         }
         cover(counted().map(|k| at(k)[0]), trimmed.roll, SurfaceField::ProfileRange)?;
         cover(counted().map(|k| at(k)[1]), trimmed.z, SurfaceField::HelixRange)?;
+        let reached = [0, 1].map(|axis| extent_of(counted().map(|k| at(k)[axis])));
+        // a range that was not asked for is that of the nodes, less the border
+        let asked = [
+            settings.profile_range.map_or(SurfaceField::Border, |_| SurfaceField::ProfileRange),
+            settings.helix_range.map_or(SurfaceField::Border, |_| SurfaceField::HelixRange),
+        ];
+        let ranges = [trimmed.roll, trimmed.z];
+        for axis in 0..2 {
+            let (field, reached, range) = (asked[axis], reached[axis], ranges[axis]);
+            trimmed.covered[axis] = share(reached, range) >= LEAST_COVERED;
+            if !trimmed.covered[axis] {
+                trimmed.warnings.push(SurfaceWarning::RangeNotCovered { field, reached, range });
+            }
+        }
         let fitted = match nodes.grid {
             true => trimmed.grid(&roll, nodes.z, height),
             false => trimmed.scattered(&roll, nodes.z, height),
@@ -150,6 +169,21 @@ impl Trimmed {
         }
         Nodes::scattered(u, v, heights, None)
     }
+}
+
+/// The least and the greatest of some places.
+fn extent_of(places: impl Iterator<Item = f64>) -> [f64; 2] {
+    places.fold([f64::INFINITY, f64::NEG_INFINITY], |[least, most], x| [least.min(x), most.max(x)])
+}
+
+/// How much longer than the face nodes may reach: a probe begins and ends beside it.
+const OVERRUN: f64 = 0.05;
+
+/// Whether nodes reach farther than the face of the gear.
+fn beyond_face(gear: &Gear, [low, high]: [f64; 2]) -> Option<SurfaceWarning> {
+    let face_width = gear.data().face_width?;
+    let span = high - low;
+    (span > (1.0 + OVERRUN) * face_width).then_some(SurfaceWarning::BeyondFace { span, face_width })
 }
 
 /// Nodes on the end of a range belong to it, but for rounding.
@@ -217,9 +251,14 @@ fn check(nodes: &FlankNodes, border: &Border) -> Result<(), SurfaceFaults> {
             faults.push(field, Common::PerPosition { given, positions: count });
         }
     }
-    for (index, z) in nodes.z.iter().enumerate() {
-        if !z.is_finite() {
-            faults.push(SurfaceField::Position { index }, Common::NotFinite);
+    for (index, &z) in nodes.z.iter().enumerate() {
+        match z.abs() {
+            size if size <= MOST_LENGTH => {}
+            size if size.is_finite() => {
+                let reason = Common::LengthBeyond { value: z, most: MOST_LENGTH };
+                faults.push(SurfaceField::Position { index }, reason);
+            }
+            _ => faults.push(SurfaceField::Position { index }, Common::NotFinite),
         }
     }
     for (index, deviation) in nodes.deviation.iter().enumerate() {

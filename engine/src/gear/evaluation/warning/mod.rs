@@ -1,8 +1,10 @@
 //! What the reader of an evaluation must know: as data, with a stable code and a sentence.
 
 mod samples;
+mod surface;
 
 pub use samples::{Effect, TraceWarning};
+pub use surface::{SurfaceWarning, share};
 
 use std::fmt;
 

@@ -204,6 +204,6 @@ fn place(x: f64) -> Shown {
     Shown((x * 1e4).round() / 1e4)
 }
 
-fn percent(share: f64) -> Shown {
+pub(super) fn percent(share: f64) -> Shown {
     Shown((1e3 * share).round() / 10.0)
 }
