@@ -352,6 +352,16 @@ impl Problem {
         }
     }
 
+    /// The same with faults at `place` and below it said to be at `asked`: where what the request
+    /// names was looked up, and what was found is at fault.
+    pub fn moved(mut self, place: &str, asked: &str) -> Self {
+        for error in self.errors.iter_mut().filter(|error| error.pointer.starts_with(place)) {
+            error.pointer = asked.to_owned();
+        }
+        self.errors.dedup();
+        if self.is(ProblemCode::InvalidRequest) { self.summed_up() } else { self }
+    }
+
     /// 403: the caller lacks a scope.
     pub fn lacking_scope(detail: impl Into<String>) -> Self {
         let challenge = Some("Bearer error=\"insufficient_scope\"");

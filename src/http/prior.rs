@@ -227,6 +227,7 @@ pub async fn compute_by<T: Send + 'static>(
     (nodes, spec): (WithPermit<Nodes>, FitSpec),
     work: impl FnOnce(&Nodes, &FitSpec, &Plans) -> Result<T, Problem> + Send + 'static,
 ) -> Result<(T, WithPermit<Nodes>), Problem> {
+    let by_iteration = representative::asked(&spec).is_some();
     let spec = representative::resolved(state, job, spec).await?;
     let gathered = match asked(&spec) {
         Some(chain) => gather(state, job, before, of, chain).await?,
@@ -240,5 +241,6 @@ pub async fn compute_by<T: Send + 'static>(
         drop(gathered.permits);
         Ok((computed, nodes))
     };
-    state.pool.run(work).await?
+    let made = state.pool.run(work).await?;
+    if by_iteration { made.map_err(representative::refused_by_iteration) } else { made }
 }

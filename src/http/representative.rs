@@ -4,7 +4,11 @@ use uuid::Uuid;
 
 use super::{caller_state::CallerState, stored};
 use crate::{
-    api::{faults::Faults, jobs::fits, problem::Problem},
+    api::{
+        faults::Faults,
+        jobs::fits::{self, Given},
+        problem::Problem,
+    },
     jobs::{FitRecord, Predecessors, RepositoryError, Resource},
 };
 use flankfit_engine::estimation::{
@@ -40,14 +44,24 @@ pub async fn resolved(state: &CallerState, job: Uuid, spec: FitSpec) -> Result<F
     let Some(stored) = stored else { return Err(no_iteration()) };
     let nodes = stored::nodes(state, job, number).await?;
     let id = stored.id;
-    let piece = state.pool.run(move || fits::piece(&nodes, &stored)).await??;
-    let Some(piece) = piece else {
-        let detail = format!("the fit of iteration {number} is not regularised by a matrix B of its own (`spectral`)");
-        return Err(refused(ITERATION, detail));
+    let found = state.pool.run(move || fits::piece(&nodes, &stored)).await??;
+    let piece = match found {
+        Given::Piece(piece) => Ok(piece),
+        Given::NotSpectral => Err("is not regularised by a matrix B of its own (`spectral`)"),
+        Given::Standardized => Err("is of standardised columns, whose matrix B is none for the posted ones"),
+        Given::NothingRaised => {
+            Err("raised no eigenvalue (L = 0): its matrix B is 0, and nothing would be regularised")
+        }
     };
+    let piece = piece.map_err(|why| refused(ITERATION, format!("the fit of iteration {number} {why}")))?;
     let of = PieceOf { iteration: Some(number), fit_id: Some(id.to_string()) };
     let asked = Representative { of, piece: Some(Box::new(piece)) };
     Ok(FitSpec { regularization: Regularization::Representative(asked), ..spec })
+}
+
+/// What is wrong with a piece that came from an iteration is said where that was asked for.
+pub fn refused_by_iteration(problem: Problem) -> Problem {
+    problem.moved("/regularization/piece", ITERATION)
 }
 
 /// The fit of that id, else the one that stands.

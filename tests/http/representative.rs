@@ -125,6 +125,35 @@ async fn a_stored_fit_is_the_piece_of_others_and_stays_it() {
     }
 }
 
+/// What is wrong with a piece that was looked up is said at the iteration that was sent.
+#[tokio::test]
+async fn an_iteration_without_a_piece_of_use_is_pointed_at() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let iterations = format!("{job}/iterations");
+    stored(&app, &iterations, &profile(1, spectral())).await;
+    let nothing = stored(&app, &iterations, &profile(2, json!({"type": "spectral", "count": 0}))).await;
+    assert_eq!(nothing["fits"][0]["result"]["regularization"]["count"], 0);
+    let refused = async |path: &str, body: Value| {
+        let answer = send(app.post(path, body.to_string())).await;
+        assert_eq!(answer.status, 422, "{}", answer.text);
+        let errors = answer.json()["errors"].clone();
+        assert_eq!(errors.as_array().map(Vec::len), Some(1), "{errors}");
+        assert_eq!(errors[0]["pointer"], "/regularization/iteration");
+        errors[0]["detail"].as_str().unwrap().to_owned()
+    };
+    let by = |number: usize| json!({"type": "representative", "iteration": number});
+    let of_nothing = refused(&iterations, profile(3, by(2))).await;
+    assert!(of_nothing.contains("L = 0") && !of_nothing.contains("(`spectral`)"), "{of_nothing}");
+    let other = json!({"model": {"type": "polynomial", "degree": 2}, "regularization": by(1)});
+    for path in [format!("{iterations}/2/fits"), format!("{iterations}/2/preview")] {
+        assert!(refused(&path, other.clone()).await.contains("another model"));
+    }
+    let of_stream = json!({"model": {"type": "polynomial", "degree": 3}, "regularization": by(1)});
+    let said = refused(&format!("{job}/streams"), of_stream).await;
+    assert!(said.contains("a stream does not look at other fits"), "{said}");
+}
+
 #[tokio::test]
 async fn what_is_no_piece_is_refused_by_its_place() {
     let app = TestApp::start().await;

@@ -89,6 +89,9 @@ fn sentence(reason: &Reason) -> String {
             "a stream does not look at earlier iterations: give `mean` with `std_error` or `covariance`, or refit its \
              iteration with this `prior` when the stream is finished"
         }
+        Reason::Stream(StreamReason::NoOtherFit) => {
+            "a stream does not look at other fits: give `piece`, which the `spec` of a fit by it holds"
+        }
         Reason::Earlier { number, reason } => return format!("iteration {number}: {}", sentence(reason)),
         Reason::Prior(reason) => return of_prior(reason),
         Reason::Constraint(reason) => return of_constraint(reason),

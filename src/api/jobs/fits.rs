@@ -23,7 +23,7 @@ use crate::{
 use flankfit_engine::{
     estimation::{
         Field, FitSpec, Nodes, Plans, fit,
-        spec::{Earlier, Include, Piece, Regularization},
+        spec::{Earlier, Include, Piece, Regularization, Scaling},
     },
     gear::evaluation::flank_surface::FittedFlank,
 };
@@ -120,15 +120,29 @@ fn stored_spec(stored: &FitRecord, earlier: Option<Arc<[Earlier]>>) -> Result<Fi
     })
 }
 
-/// What of a stored fit is used for others; `None` where it is regularised otherwise. Processor
-/// work.
-pub fn piece(nodes: &Nodes, stored: &FitRecord) -> Result<Option<Piece>, Problem> {
+/// What of a stored fit is used for others.
+pub enum Given {
+    Piece(Piece),
+    /// It is regularised otherwise, or not at all.
+    NotSpectral,
+    /// Its B is that of standardised columns, and none for the posted ones.
+    Standardized,
+    /// It raised no eigenvalue: its B is 0.
+    NothingRaised,
+}
+
+/// What of a stored fit is used for others. Processor work.
+pub fn piece(nodes: &Nodes, stored: &FitRecord) -> Result<Given, Problem> {
     let spec = stored_spec(stored, None)?;
     if !matches!(spec.regularization, Regularization::Spectral { .. }) {
-        return Ok(None);
+        return Ok(Given::NotSpectral);
+    }
+    if spec.scaling == Scaling::Standardized {
+        return Ok(Given::Standardized);
     }
     let spec = FitSpec { include: Include { representative: true, ..Include::default() }, predict: None, ..spec };
-    Ok(fit(nodes, &spec).map_err(Problem::internal)?.representative)
+    let found = fit(nodes, &spec).map_err(Problem::internal)?.representative;
+    Ok(found.map_or(Given::NothingRaised, Given::Piece))
 }
 
 /// Computes a stored fit again and compares. Processor work.

@@ -11,7 +11,7 @@ use crate::estimation::{
     design::{self, Boxes, Design, bounding_box, product_on},
     fit::{asked_models, check_predictions},
     regularized::{check_admissible, criterion_field},
-    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis, Prior},
+    spec::{Degree, Estimator, FitSpec, Knots, Model, PolynomialBasis, Prior, Regularization},
 };
 
 /// Refuses what cannot be known node by node (estimators other than least squares, filters, mapped
@@ -43,6 +43,9 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     }
     if matches!(spec.prior, Some(Prior::Iterations(_))) {
         faults.push(Field::PriorIterations, StreamReason::NoEarlierIterations);
+    }
+    if matches!(&spec.regularization, Regularization::Representative(asked) if asked.piece.is_none()) {
+        faults.push(Field::PieceIteration, StreamReason::NoOtherFit);
     }
     asked_models(spec).for_each(|field| faults.push(field, ErrorsReason::Stream));
     check_domain(spec, &mut faults);

@@ -21,6 +21,9 @@ pub enum StreamReason {
          when the stream is finished"
     )]
     NoEarlierIterations,
+    /// The matrix B of another fit, by where that is to be found.
+    #[error("a stream does not look at other fits: give the piece itself, which the spec of a fit by it holds")]
+    NoOtherFit,
     /// Filters of heights.
     #[error("a stream has no neighbours to filter by; refit its iteration with filters")]
     NoFilters,

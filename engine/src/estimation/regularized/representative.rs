@@ -49,7 +49,9 @@ pub(super) fn check(asked: &Representative, design: &Design, spec: &FitSpec) -> 
         faults.push(Field::Scaling, RegularizationReason::PieceOfStandardized);
     }
     if piece.model != spec.model {
+        // its domain, scales and directions are that model's too
         faults.push(Field::PieceModel, RegularizationReason::OtherModel);
+        return Err(faults);
     }
     if is_mapped(&spec.model) && !same(piece.domain, design.domain) {
         faults.push(Field::PieceDomain, RegularizationReason::OtherDomain);
