@@ -17,6 +17,10 @@ pub struct Numbers {
     pub values: Vec<f64>,
     /// Lengths of the rows, when there were rows.
     pub rows: Option<Vec<usize>>,
+    /// Whether there was no array at all.
+    pub no_array: bool,
+    /// Arrays among numbers that are not in rows.
+    pub arrays: usize,
     /// Where the row that is being read begins.
     row_begin: usize,
     /// Places of `null`, which in a grid's heights are missing nodes.
@@ -50,6 +54,7 @@ impl Numbers {
         match cursor.token()? {
             Token::Array => {}
             other => {
+                numbers.no_array = true;
                 numbers.wrong.count = 1;
                 numbers
                     .wrong
@@ -153,7 +158,10 @@ impl Numbers {
                     )
                 });
             }
-            other => self.note_wrong(format!("expected a number, found {}", other.name())),
+            other => {
+                self.arrays += usize::from(self.rows.is_none() && matches!(other, Token::Array));
+                self.note_wrong(format!("expected a number, found {}", other.name()));
+            }
         }
         cursor.skip_value()?;
         self.values.push(f64::NAN);

@@ -20,7 +20,15 @@ pub const NAME_WANTED: &str = "expected one of the names that are offered here, 
 
 /// What to say of a value of another kind or range than `expected`.
 pub fn mismatch(found: Unexpected, expected: &str) -> String {
-    let wanted = wanted(expected);
+    let beyond = match found {
+        Unexpected::Unsigned(_) => true,
+        Unexpected::Float(number) => number.abs() >= i64::MAX as f64,
+        _ => false,
+    };
+    let wanted = match expected {
+        "i64" if beyond => Cow::from(format!("a whole number from {} to {}", i64::MIN, i64::MAX)),
+        _ => wanted(expected),
+    };
     let found = shown(found, wanted.contains("whole number"));
     format!("expected {wanted}, found {found}")
 }
@@ -159,6 +167,10 @@ mod tests {
         assert!(said::<usize>("1e9").starts_with(&format!("{WHOLE}1000000000 written with")));
         assert!(said::<u64>("1e300").starts_with(&format!("{WHOLE}1e300 written with")));
         assert_eq!(said::<u32>("4294967296"), "expected a whole number from 0 to 4294967295, found 4294967296");
+        const LONG: &str = "expected a whole number from -9223372036854775808 to 9223372036854775807, found ";
+        assert_eq!(said::<i64>("9223372036854775808"), format!("{LONG}9223372036854775808"));
+        assert!(said::<i64>("-9223372036854775809").starts_with(LONG), "{}", said::<i64>("-9223372036854775809"));
+        assert_eq!(said::<i64>("1.5"), "expected a whole number, found 1.5");
         assert_eq!(said::<f64>("true"), "expected a number, found true");
         assert_eq!(said::<f64>("null"), "expected a number, found null");
         assert_eq!(said::<f64>("1e999"), "the number is beyond double precision (about 1.8e308)");

@@ -85,7 +85,7 @@ pub(crate) fn product_on(
     if p.saturating_add(1).saturating_mul(q.saturating_add(1)) > 4 * MOST_COEFFICIENTS * MOST_COEFFICIENTS {
         too_many(usize::MAX, Field::Degree)?;
     }
-    let mut rational = None;
+    let (mut rational, mut crowded) = (None, Field::Degree);
     let (u, v, part, letter) = match model {
         Model::Polynomial { basis, terms, .. } => {
             if *terms == Terms::Total && surface && p != q {
@@ -112,6 +112,8 @@ pub(crate) fn product_on(
         }
         Model::BSpline { knots, weights, .. } => {
             let (u, v) = splines(knots, (p, q), surface, (domain_u, domain_v))?;
+            crowded = if matches!(knots, Knots::Spans(_) | Knots::SpansEach(..)) { Field::Spans } else { Field::Knots };
+            too_many(u.size().saturating_mul(v.size()), crowded)?;
             if let Some(weights) = weights {
                 rational = Some(weight_net(weights, (u.size(), v.size()), surface)?);
             }
@@ -125,7 +127,7 @@ pub(crate) fn product_on(
         _ => u.size().saturating_mul(v.size()),
     };
     let spline = matches!(letter, Some('B' | 'R'));
-    too_many(count, if spline { Field::Knots } else { Field::Degree })?;
+    too_many(count, crowded)?;
     let terms: Vec<(usize, usize)> =
         (0..u.size()).flat_map(|i| (0..v.size()).map(move |j| (i, j))).filter(|&term| part.has(term)).collect();
     Ok(Design {

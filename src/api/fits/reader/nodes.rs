@@ -220,7 +220,7 @@ fn flat(numbers: Option<Numbers>, key: &str, faults: &mut Faults) -> Option<Vec<
         return None;
     }
     numbers.report(&pointer, false, faults);
-    Some(numbers.values)
+    (!numbers.no_array).then_some(numbers.values)
 }
 
 /// Rows of equal length, end to end, and that length. Without a `shape` the first row gives it.
@@ -232,7 +232,15 @@ fn rows(
     faults: &mut Faults,
 ) -> Option<(Vec<f64>, usize)> {
     let pointer = format!("/nodes/{key}");
+    if numbers.rows.is_none() && numbers.arrays > 0 {
+        // what is wrong is the entry that made the others look like none
+        faults.push(format!("{pointer}/0"), "expected a row of numbers, as others here are");
+        return None;
+    }
     numbers.report(&pointer, null_is_missing, faults);
+    if numbers.no_array {
+        return None;
+    }
     let lengths = match &numbers.rows {
         Some(lengths) => lengths.as_slice(),
         None if numbers.values.is_empty() => &[],
@@ -268,8 +276,12 @@ fn check_shape(key: &str, lengths: &[usize], shape: Option<(usize, usize)>, faul
         }
     };
     for (i, length) in lengths.iter().enumerate().filter(|(_, length)| **length != columns) {
-        faults.push(format!("/nodes/{key}/{i}"), format!("{}, but {whose}", entries(*length)));
         fits = false;
+        // what is no row at all has been said
+        let place = format!("/nodes/{key}/{i}");
+        if *length > 0 || faults.list().iter().all(|fault| fault.pointer != place) {
+            faults.push(place, format!("{}, but {whose}", entries(*length)));
+        }
     }
     fits
 }
