@@ -99,6 +99,69 @@ async fn the_detail_alone_is_worth_logging() {
     app.stop().await;
 }
 
+/// Numbers that no computation survives are named where they were sent, with what to do.
+#[tokio::test]
+async fn what_leaves_double_precision_is_named_by_its_place() {
+    let app = TestApp::start().await;
+    let post = async |path: &str, body: &serde_json::Value| {
+        let problem = send(app.post(path, body.to_string())).await.problem(422, "invalid_request");
+        let fault = problem["errors"][0].clone();
+        (fault["pointer"].as_str().unwrap().to_owned(), fault["detail"].as_str().unwrap().to_owned())
+    };
+    let example = |name: &str| -> serde_json::Value {
+        let found = flankfit::api::examples::REQUEST_EXAMPLES.iter().find(|example| example.name == name).unwrap();
+        serde_json::from_str(found.text).unwrap()
+    };
+    let piece = "/regularization/piece";
+    for (place, value) in [("/lambda_star", 1e300), ("/scale/0", 5e-324)] {
+        let mut body = example("fit_representative");
+        *body.pointer_mut(&format!("{piece}{place}")).unwrap() = json!(value);
+        let (pointer, detail) = post("/v1/fits", &body).await;
+        assert_eq!(pointer, format!("{piece}{place}"), "{detail}");
+        assert!(detail.contains("leaves the range of double precision"), "{detail}");
+    }
+    let mut study = example("study_matrix");
+    study["x"][0][0] = json!(1e300);
+    let (pointer, detail) = post("/v1/studies/randomization", &study).await;
+    assert_eq!(pointer, "/x", "{detail}");
+    let mut mesh = example("gear_solid_mesh");
+    mesh["elements"]["involute"] = json!(1u64 << 40);
+    mesh["elements"]["width"] = json!(1u64 << 62);
+    let (pointer, detail) = post("/v1/gears/solid-mesh", &mesh).await;
+    assert_eq!(pointer, "/elements", "{detail}");
+    assert!(detail.starts_with("more nodes than can be counted are asked for"), "{detail}");
+}
+
+#[tokio::test]
+async fn lists_that_are_no_lines_are_told_apart() {
+    let app = TestApp::start().await;
+    let fit = |line: serde_json::Value| {
+        json!({"nodes": {"type": "curve", "x": [0, 1, 2, 3], "y": [1, 3.1, 4.9, 7.2]},
+            "model": {"type": "polynomial", "degree": 1}, "folds": {"by": "lines", "line": line},
+            "regularization": {"type": "ridge", "parameter": {"criterion": "blocked_cv"}}})
+        .to_string()
+    };
+    assert_eq!(
+        details(&app.fit(&fit(json!([1, 1, 1, 1]))).await),
+        ["the counted nodes lie in fewer than two lines, of which the blocks of a cross-validation are made"]
+    );
+    let told = "expected a whole number from -9223372036854775808 to 9223372036854775807, found 9223372036854775808";
+    assert_eq!(details(&app.fit(&fit(json!([1u64 << 63, 1, 2, 3]))).await), [told]);
+}
+
+/// Too many coefficients are too many spans where spans were sent.
+#[tokio::test]
+async fn too_many_spans_are_spans() {
+    let app = TestApp::start().await;
+    let places: Vec<f64> = (0..50).map(f64::from).collect();
+    for (spans, pointer) in [(json!([37, 37]), "/model/spans"), (json!(37), "/model/spans")] {
+        let body = json!({"nodes": {"type": "grid", "u": places, "v": places, "z": vec![places.clone(); 50]},
+            "model": {"type": "b_spline", "degree": 3, "spans": spans}});
+        let problem = app.fit(&body.to_string()).await.problem(422, "invalid_request");
+        assert_eq!(problem["errors"][0]["pointer"], pointer, "{problem}");
+    }
+}
+
 #[tokio::test]
 async fn one_is_one_and_no_type_of_rust_is_named() {
     let app = TestApp::start().await;

@@ -36,6 +36,12 @@ pub enum FoldsReason {
         /// What they are called.
         of: &'static str,
     },
+    /// Nodes that make no two blocks, where no number of them is told.
+    #[error("the counted nodes lie in fewer than two {of}, of which the blocks of a cross-validation are made")]
+    OneOf {
+        /// What they are called.
+        of: &'static str,
+    },
     /// Blocks that nothing is done with.
     #[error("nothing is cross-validated here: ask for the criterion blocked_cv, or for a selection")]
     Unused,
@@ -86,8 +92,11 @@ impl Partition {
         };
         let count = folds.count.unwrap_or(DEFAULT_COUNT.min(rows));
         if count < 2 || count > rows {
-            let field = if folds.count.is_some() { Field::FoldsCount } else { Field::FoldsBy };
-            return Err(Faults::one(field, FoldsReason::Count { count, rows, of: folds.by.name() }));
+            let of = folds.by.name();
+            return Err(match folds.count {
+                Some(_) => Faults::one(Field::FoldsCount, FoldsReason::Count { count, rows, of }),
+                None => Faults::one(Field::FoldsBy, FoldsReason::OneOf { of }),
+            });
         }
         Ok(Partition { block: row.into_iter().map(|row| row * count / rows).collect(), count })
     }

@@ -119,27 +119,31 @@ impl Study {
             repetitions: setup.repetitions,
             seed: setup.seed,
         };
+        let posted = study.coefficients.clone();
         if setup.scaling == ColumnScaling::UnitLength {
             study.divide_by_lengths();
         }
         study.deviation = (0..columns).map(|j| study.deviation_of(j)).collect();
-        study.check_range(&mut faults);
+        study.check_range(&posted, &mut faults);
         faults.into_result(study)
     }
 
-    /// Squares of columns and coefficients must neither overflow nor vanish.
-    fn check_range(&self, faults: &mut StudyFaults) {
+    /// Squares of columns and coefficients must neither overflow nor vanish. A coefficient that does
+    /// by the length of its column is that column's fault.
+    fn check_range(&self, posted: &[f64], faults: &mut StudyFaults) {
         const RANGE: std::ops::Range<f64> = 1e-140..1e140;
         let largest = |j: usize| self.column(j).map(f64::abs).fold(0.0, f64::max);
-        let beyond: Vec<usize> =
-            (0..self.columns).filter(|&j| largest(j) > 0.0 && !RANGE.contains(&largest(j))).collect();
+        let small = |coefficient: f64| coefficient.abs() < RANGE.end;
+        let beyond: Vec<usize> = (0..self.columns)
+            .filter(|&j| {
+                largest(j) > 0.0 && !RANGE.contains(&largest(j)) || small(posted[j]) && !small(self.coefficients[j])
+            })
+            .collect();
         if !beyond.is_empty() {
             faults.push(StudyField::Matrix, StudyReason::Columns(beyond));
         }
-        for (j, coefficient) in self.coefficients.iter().enumerate() {
-            if !(coefficient.abs() < RANGE.end) {
-                faults.push(StudyField::Coefficient(j), StudyReason::Coefficient);
-            }
+        for j in (0..self.columns).filter(|&j| !small(self.coefficients[j]) && !small(posted[j])) {
+            faults.push(StudyField::Coefficient(j), StudyReason::Coefficient);
         }
     }
 

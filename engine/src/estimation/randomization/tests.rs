@@ -308,6 +308,20 @@ fn unit_length_takes_units_away() {
     assert!((median(&a) / median(&b) - 1.0).abs() < 1e-9);
 }
 
+/// In unit columns a coefficient is as long as its column was: what leaves double precision by that
+/// is the column's fault, and a coefficient's own is its own.
+#[test]
+fn columns_too_long_are_not_the_fault_of_coefficients() {
+    let fields = |change: fn(&mut Setup)| -> Vec<StudyField> {
+        let mut setup = setup();
+        setup.scaling = ColumnScaling::UnitLength;
+        change(&mut setup);
+        Study::new(setup).unwrap_err().list().iter().map(|fault| fault.field).collect()
+    };
+    assert_eq!(fields(|s| change_rows(s, |x| x[0][0] = 1e300)), [StudyField::Matrix]);
+    assert_eq!(fields(|s| s.coefficients[1] = 1e200), [StudyField::Coefficient(1)]);
+}
+
 #[test]
 fn impossible_studies_are_refused_by_field() {
     type Change = fn(&mut Setup);

@@ -75,6 +75,9 @@ pub enum RegularizationReason {
         /// Coefficients of the model.
         coefficients: usize,
     },
+    /// A number of a piece that no fit could have.
+    #[error("what follows from it leaves the range of double precision: send what a fit has answered")]
+    PieceBeyondDouble,
     /// A number that has to be above 0.
     #[error("{} is not greater than 0", Shown(*.0))]
     NotPositive(f64),

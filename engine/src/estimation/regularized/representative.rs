@@ -106,6 +106,23 @@ fn same(a: Option<Domain>, b: Option<Domain>) -> bool {
     a.u == b.u && a.v == b.v
 }
 
+/// Why singular values of what a piece makes do not exist: a number whose squares leave the range of
+/// double, where it has one.
+fn beyond_double(piece: &Piece) -> FitError {
+    let far = |x: f64| !(1e-150..=1e150).contains(&x);
+    let place = |list: &[f64]| list.iter().position(|&x| far(x));
+    let field = if far(piece.lambda_star) {
+        Some(Field::PieceLambdaStar)
+    } else {
+        let scale = place(&piece.scale).map(Field::PieceScaleOf);
+        scale.or_else(|| place(&piece.eigenvalues).map(Field::PieceEigenvalue))
+    };
+    match field {
+        Some(field) => Faults::one(field, RegularizationReason::PieceBeyondDouble).into(),
+        None => FitError::NotConverged(Unconverged::SingularValues),
+    }
+}
+
 /// Regularises by the matrix B of the piece.
 pub(super) fn apply(
     context: &Context,
@@ -125,7 +142,7 @@ pub(super) fn apply(
     let filtered: Vec<_> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
     let plain = Estimate::new(columns, spectrum, &filtered, least_squares);
     let removal = filter.removal(columns.scale.iter().map(|s| s.to_f64()).collect());
-    let not_converged = || FitError::NotConverged(Unconverged::SingularValues);
+    let not_converged = || beyond_double(piece);
     let largest = jacobi::svd(removal.clone()).ok_or_else(not_converged)?.sigma.last().copied().unwrap_or(0.0);
     let alignment = filter.alignment(context).ok_or_else(not_converged)?;
     if alignment < ALIKE {

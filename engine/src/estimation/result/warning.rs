@@ -3,7 +3,7 @@
 use super::{
     positions::HOLDING,
     prior::{PriorConflict, UnequalNoise},
-    warning_parts::{NeedsSigma, Regularized, ShapeBound, Times},
+    warning_parts::{NeedsSigma, Probability, Regularized, ShapeBound, Times},
 };
 use crate::{
     estimation::spec::Along,
@@ -432,8 +432,8 @@ pub enum Warning {
     },
     /// Nodes that contradict the prior.
     #[error(
-        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has the probability {:.1e} where it holds; it was \
-         let go, and least squares of these nodes is answered", Size(.0.statistic), .0.p
+        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has the probability {} where it holds; it was \
+         let go, and least squares of these nodes is answered", Size(.0.statistic), Probability(.0.p)
     )]
     PriorConflict(PriorConflict),
     /// A prior of iterations whose noise is another.

@@ -86,3 +86,28 @@ impl fmt::Display for ShapeBound {
         }
     }
 }
+
+/// A small probability; one that no double holds is not 0.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Probability(pub f64);
+
+impl fmt::Display for Probability {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.0 {
+            p if p < 1e-300 => f.write_str("below 1e-300"),
+            p => write!(f, "{p:.1e}"),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_probability_is_said_to_be_0() {
+        for (p, said) in [(0.0, "below 1e-300"), (1e-310, "below 1e-300"), (2.34e-9, "2.3e-9"), (0.01, "1.0e-2")] {
+            assert_eq!(Probability(p).to_string(), said);
+        }
+    }
+}

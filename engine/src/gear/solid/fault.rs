@@ -55,7 +55,7 @@ pub enum SolidReason {
     #[error("at least one element along every direction")]
     NoElements,
     /// Too many nodes.
-    #[error("{} asked for; a mesh has at most {MOST_NODES}", counted(*.0, "node", "nodes"))]
+    #[error("{} asked for; a mesh has at most {MOST_NODES}", nodes(*.0))]
     TooMany(usize),
     /// A tooth whose flanks meet before its tip.
     #[error("the flanks meet at the tip: hexahedra need a tip of some width; give a smaller tip diameter")]
@@ -72,6 +72,14 @@ pub enum SolidReason {
     /// There is no gear.
     #[error(transparent)]
     Gear(#[from] GearReason),
+}
+
+/// How many; products that overflow are the greatest count there is.
+fn nodes(count: usize) -> String {
+    match count {
+        usize::MAX => "more nodes than can be counted are".to_owned(),
+        count => counted(count, "node", "nodes").to_string(),
+    }
 }
 
 /// Faults of a solid mesh.
