@@ -150,6 +150,42 @@ async fn they_are_stored_and_replayed() {
     }
 }
 
+/// What the table of docs/errors.md says of selections, constraints and criteria that leave nodes
+/// out.
+#[tokio::test]
+async fn what_does_not_go_together_with_a_model_of_the_errors_is_refused() {
+    let app = TestApp::start().await;
+    let x: Vec<f64> = (0..24).map(|k| 1.0 + 0.5 * f64::from(k)).collect();
+    let y: Vec<f64> = x.iter().enumerate().map(|(k, x)| 0.3 * x + 0.02 * x * x + (37 * k % 11) as f64 / 30.0).collect();
+    let plain = json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": {"type": "polynomial", "degree": 2},
+        "regularization": {"type": "none"}});
+    let models = [
+        ("errors", json!({"type": "ar1", "along": "order", "parameters": {"rho": 0.3}})),
+        ("errors", json!({"type": "ar1", "along": "order"})),
+        ("variance", json!("hc3")),
+        ("variance", json!({"groups": [[1; 12], [2; 12]].concat()})),
+        ("variance", json!({"power_of": "u"})),
+    ];
+    let criterion = |name: &str| json!({"type": "ridge", "parameter": {"criterion": name}});
+    let beside = [
+        ("select", json!({"degrees": 3, "criterion": "bic"}), true),
+        ("constraints", json!([{"kind": "increasing"}]), true),
+        ("regularization", criterion("press"), false),
+        ("regularization", criterion("blocked_cv"), false),
+    ];
+    for (name, value, of_variances) in beside {
+        for (kind, model) in &models {
+            let mut asked = plain.clone();
+            asked[name] = value.clone();
+            assert_eq!(app.fit(&asked.to_string()).await.status, 200, "{name} alone");
+            asked[*kind] = model.clone();
+            let answer = app.fit(&asked.to_string()).await;
+            let refused = of_variances || *kind == "errors";
+            assert_eq!(answer.status, if refused { 422 } else { 200 }, "{name} {model}: {}", answer.text);
+        }
+    }
+}
+
 #[tokio::test]
 async fn figures_of_flanks_take_them_and_shapes_do_not() {
     let app = TestApp::start().await;

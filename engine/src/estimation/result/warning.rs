@@ -277,8 +277,8 @@ pub enum Warning {
     NoInfluenceOfRobust,
     /// Positions that are off, and taken as exact.
     #[error(
-        "the positions of the nodes are taken as exact: intervals count the errors of the heights alone, and only the \
-         perturbation bounds know of the positions"
+        "the positions of the nodes are taken as exact, as this kind of fit or its size has no way to count them: \
+         intervals count the errors of the heights alone, and only the perturbation bounds know of the positions"
     )]
     PositionsAsExact,
     /// Positions that are measured so badly that what follows from small errors does not hold.

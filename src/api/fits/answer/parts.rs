@@ -74,12 +74,14 @@ answer! {
 names! {
     /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
     /// Student's t about the estimate before it is regularised (least squares, or the robust
-    /// estimate), as nothing limits the bias of the regularised one; `bias_aware`, the shortest
-    /// interval about a filtered estimate that holds for all coefficients within the norm limit
-    /// that was given, and for no others; `posterior`, Student's t about the mean of the posterior,
-    /// which takes what was given for known, or, where moves are estimated, an interval that is
-    /// shorter where the earlier iterations predict well. For a known σ it holds whatever the flank
-    /// did, and is the same where the prior is let go (docs/prior.md).
+    /// estimate), as nothing limits the bias of the regularised one (where `noise_sigma` is told,
+    /// t is the normal quantile in all of these: Student's with endless degrees of freedom);
+    /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
+    /// coefficients within the norm limit that was given, and for no others; `posterior`,
+    /// Student's t about the mean of the posterior, which takes what was given for known, or,
+    /// where moves are estimated, an interval that is shorter where the earlier iterations predict
+    /// well. For a known σ it holds whatever the flank did, and is the same where the prior is let
+    /// go (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
