@@ -55,7 +55,7 @@ pub async fn resolved(state: &CallerState, job: Uuid, spec: FitSpec) -> Result<F
     };
     let piece = piece.map_err(|why| refused(ITERATION, format!("the fit of iteration {number} {why}")))?;
     let of = PieceOf { iteration: Some(number), fit_id: Some(id.to_string()) };
-    let asked = Representative { of, piece: Some(Box::new(piece)) };
+    let asked = Representative { of, piece: Some(piece) };
     Ok(FitSpec { regularization: Regularization::Representative(asked), ..spec })
 }
 

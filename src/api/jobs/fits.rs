@@ -122,7 +122,7 @@ fn stored_spec(stored: &FitRecord, earlier: Option<Arc<[Earlier]>>) -> Result<Fi
 
 /// What of a stored fit is used for others.
 pub enum Given {
-    Piece(Piece),
+    Piece(Box<Piece>),
     /// It is regularised otherwise, or not at all.
     NotSpectral,
     /// Its B is that of standardised columns, and none for the posted ones.
@@ -142,7 +142,7 @@ pub fn piece(nodes: &Nodes, stored: &FitRecord) -> Result<Given, Problem> {
     }
     let spec = FitSpec { include: Include { representative: true, ..Include::default() }, predict: None, ..spec };
     let found = fit(nodes, &spec).map_err(Problem::internal)?.representative;
-    Ok(found.map_or(Given::NothingRaised, Given::Piece))
+    Ok(found.map_or(Given::NothingRaised, |piece| Given::Piece(Box::new(piece))))
 }
 
 /// Computes a stored fit again and compares. Processor work.

@@ -10,8 +10,8 @@ use serde::{
 use serde_json::value::RawValue;
 
 /// `text` with the members of objects that only `more` has, in the order of `more`; lists of
-/// objects of one length are merged entry by entry. Lists that are outermost members by the names in
-/// `growing` have behind their own entries those of `more` that they have not.
+/// objects of one length are merged entry by entry. Lists that are outermost members by the names
+/// in `growing` have behind their own entries those of `more` that they have not.
 pub fn added(text: &str, more: &str, growing: &[&str]) -> Result<String, serde_json::Error> {
     let mut merged = String::with_capacity(text.len().max(more.len()));
     add(text, more, growing, &mut merged)?;

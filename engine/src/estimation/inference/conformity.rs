@@ -3,13 +3,14 @@
 //!
 //! The true value is `value − bias − std_error · T` with |bias| at most `bias_bound` and T
 //! Student's. So the probability that it lies between two limits is between its values at the worst
-//! and at the best bias. That a part conforms is said only where it is 0.95 at least: the limits are
-//! drawn in by a guard band, and a part that lies at a limit is found to conform in one measurement
-//! of twenty at most, where the error is distributed as is said (0.02 to 0.071 in simulation,
-//! `tests/laws/gear_evaluation_intervals.rs`). Errors that are correlated, and not said to be, make
-//! it more. That it does not conform is said only of a value so far beyond a limit as a part within
-//! the limits is measured in one of twenty at most, however close the limits are: of one limit
-//! alone, where the true value lies beyond it with 0.95. What lies between cannot be told.
+//! and at the best bias. That a part conforms is said only where it is 0.95 at least: the limits
+//! are drawn in by a guard band, and a part that lies at a limit is found to conform in one
+//! measurement of twenty at most, where the error is distributed as is said (0.02 to 0.071 in
+//! simulation, `tests/laws/gear_evaluation_intervals.rs`). Errors that are correlated, and not said
+//! to be, make it more. That it does not conform is said only of a value so far beyond a limit as a
+//! part within the limits is measured in one of twenty at most, however close the limits are: of
+//! one limit alone, where the true value lies beyond it with 0.95. What lies between cannot be
+//! told.
 
 use super::{noise::Noise, quantile::half_width};
 use crate::numerics::distribution::Student;
@@ -117,7 +118,8 @@ impl Inferred {
     }
 
     /// Whether a part within the limits would be measured as far beyond them seldom enough. Of such
-    /// parts one at the nearer limit is so most often, beyond the other limit as well as beyond this.
+    /// parts one at the nearer limit is so most often, beyond the other limit as well as beyond
+    /// this one.
     fn lies_beyond(&self, [low, high]: [f64; 2]) -> bool {
         let beyond = (self.value - high).max(low - self.value) - self.bias_bound;
         if !(beyond > 0.0 && self.std_error > 0.0) {
@@ -205,8 +207,8 @@ mod tests {
         }
     }
 
-    /// How often a part is found not to conform whose value errs by `bias` and by normal errors: the
-    /// density, summed at values a hundredth of the standard error apart.
+    /// How often a part is found not to conform whose value errs by `bias` and by normal errors:
+    /// the density, summed at values a hundredth of the standard error apart.
     fn refused(truth: f64, bias: f64, (std_error, bias_bound): (f64, f64), limits: [f64; 2]) -> f64 {
         let decided = |error: f64| normal(truth + bias + std_error * error, std_error, bias_bound).conformity(limits);
         (-800..800)
@@ -217,8 +219,8 @@ mod tests {
     }
 
     proptest! {
-        /// A part within limits, however close, is found not to conform in one measurement of twenty
-        /// at most, and at a limit in just as many where the bias is the worst.
+        /// A part within limits, however close, is found not to conform in one measurement of
+        /// twenty at most, and at a limit in just as many where the bias is the worst.
         #[test]
         fn what_lies_within_is_seldom_told_not_to_conform(
             (low, width, place) in (-8.0..4.0f64, prop_oneof![0.0..0.1f64, 0.1..6.0f64], 0.0..=1.0f64),

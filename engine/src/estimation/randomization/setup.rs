@@ -128,8 +128,8 @@ impl Study {
         faults.into_result(study)
     }
 
-    /// Squares of columns and coefficients must neither overflow nor vanish. A coefficient that does
-    /// by the length of its column is that column's fault.
+    /// Squares of columns and coefficients must neither overflow nor vanish. A coefficient that
+    /// does by the length of its column is that column's fault.
     fn check_range(&self, posted: &[f64], faults: &mut StudyFaults) {
         const RANGE: std::ops::Range<f64> = 1e-140..1e140;
         let largest = |j: usize| self.column(j).map(f64::abs).fold(0.0, f64::max);

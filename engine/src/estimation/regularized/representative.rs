@@ -106,8 +106,8 @@ fn same(a: Option<Domain>, b: Option<Domain>) -> bool {
     a.u == b.u && a.v == b.v
 }
 
-/// Why singular values of what a piece makes do not exist: a number whose squares leave the range of
-/// double, where it has one.
+/// Why singular values of what a piece makes do not exist: a number whose squares leave the range
+/// of double, where it has one.
 fn beyond_double(piece: &Piece) -> FitError {
     let far = |x: f64| !(1e-150..=1e150).contains(&x);
     let place = |list: &[f64]| list.iter().position(|&x| far(x));

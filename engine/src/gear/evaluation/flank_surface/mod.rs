@@ -60,8 +60,8 @@ pub struct Figure {
     pub bias_bound: f64,
     /// Without regularisation.
     pub least_squares: f64,
-    /// What it must lie within, where there are limits and the nodes cover enough of the range to be
-    /// held against them.
+    /// What it must lie within, where there are limits and the nodes cover enough of the range to
+    /// be held against them.
     pub limits: Option<[f64; 2]>,
     /// Its interval and conformity; `None` where the noise is not known.
     pub inference: Option<Inference>,
