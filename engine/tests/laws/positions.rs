@@ -224,6 +224,14 @@ fn what_takes_positions_as_exact_says_so() {
     assert!(!warned(&nodes, &uncertain(0.0, 1.0, None)));
     assert_eq!(refused(&nodes, &robust(kind)), (Field::PositionKind, ErrorsReason::Robust));
     assert_eq!(refused(&nodes, &uncertain(0.1, 0.0, kind)), (Field::PositionKind, ErrorsReason::HeightsExact));
+    // a cubic at three places
+    let x: Vec<f64> = (0..9).map(|k| f64::from(k / 3)).collect();
+    let three = Nodes::curve(x.clone(), x.iter().map(|x| x + 1.0).collect(), None).unwrap();
+    assert!(warned(&three, &uncertain(0.1, 1.0, None)));
+    for kind in [PositionKind::Measured, PositionKind::Nominal] {
+        let (field, reason) = refused(&three, &uncertain(0.1, 1.0, Some(kind)));
+        assert_eq!((field, reason), (Field::PositionKind, ErrorsReason::PositionsDependent));
+    }
     let matrix = Nodes::matrix(vec![1.0; 5], 1, vec![1.0, 2.0, 3.0, 2.0, 1.0], None, None).unwrap();
     let linear = |kind| FitSpec { model: Model::Linear, domain: None, ..uncertain(0.1, 1.0, kind) };
     assert!(warned(&matrix, &linear(None)));

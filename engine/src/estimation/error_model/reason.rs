@@ -133,6 +133,12 @@ pub enum ErrorsReason {
     /// Positions beside blocks that are left out.
     #[error("a fit that leaves out blocks of nodes takes positions as exact: leave one of both out")]
     PositionsFolds,
+    /// Positions over columns that depend on each other.
+    #[error(
+        "the columns depend on each other over these nodes, and positions are then taken as exact: take fewer terms, \
+         or leave this out"
+    )]
+    PositionsDependent,
     /// Curves and surfaces near points.
     #[error("shapes near points are fitted with independent errors of one variance")]
     Shape,

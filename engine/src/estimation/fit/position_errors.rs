@@ -59,8 +59,7 @@ pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> R
     let heights = Heights::new(sample);
     within_range(Field::List(nodes.heights()), &heights)?;
     let factor = Factor::new(&design, sample)?;
-    // dependent columns are told of by the plain fit
-    let Some(working) = &factor.working else { return Ok(None) };
+    let Some(working) = &factor.working else { return refused(ErrorsReason::PositionsDependent) };
     let kind = uncertainty.kind.unwrap_or_default();
     let positions = Positions {
         design: &design,
