@@ -191,3 +191,83 @@ fn what_does_not_go_together_is_refused() {
     let at_zero = FitSpec { variance: Variance::Power { of: Along::U, exponent: None }, ..spec(3) };
     refused(&curve, &at_zero, Field::VariancePowerOf, ErrorsReason::Zero);
 }
+
+/// White heights on lines of any number: d is 2, and p is below 0.05 in a twentieth of the draws.
+#[test]
+fn white_residuals_are_told_as_white_on_any_lines() {
+    let mut random = Random::new(39);
+    let asked = FitSpec {
+        errors: Some(Errors { correlation: Correlation::Ar1 { rho: Some(0.0) }, along: Along::V, lines: None }),
+        ..spec(0)
+    };
+    for (lines, nodes, lags) in [(40, 2, 1), (20, 5, 4), (1, 60, 10)] {
+        let (mut rejected, mut mean) = (0, 0.0);
+        for _ in 0..1000 {
+            let grid = Nodes::grid(axis(lines), axis(nodes), random.normals(lines * nodes), None, None).unwrap();
+            let found = fit(&grid, &asked).errors.unwrap();
+            assert_eq!(found.lags, lags);
+            let [plain, white] = found.whiteness.unwrap();
+            assert!((plain.ljung_box_p - white.ljung_box_p).abs() < 1e-9);
+            rejected += usize::from(plain.ljung_box_p < 0.05);
+            mean += plain.durbin_watson / 1000.0;
+        }
+        assert!((20..=90).contains(&rejected), "{lines} lines of {nodes}: {rejected} of 1000");
+        assert!((1.9..=2.1).contains(&mean), "{lines} lines of {nodes}: {mean}");
+    }
+}
+
+/// Estimates of correlations need neighbours, and those of powers places that differ.
+#[test]
+fn what_nothing_tells_is_refused() {
+    let mut random = Random::new(38);
+    let refused = |nodes: &Nodes, spec: &FitSpec| match flankfit_engine::estimation::fit(nodes, spec) {
+        Err(flankfit_engine::estimation::FitError::Invalid(faults)) => {
+            (faults.list()[0].field, faults.list()[0].reason.clone())
+        }
+        other => panic!("{other:?}"),
+    };
+    let few = |pairs: usize| Reason::Errors(ErrorsReason::FewNeighbours { pairs, least: 3 });
+    let column = Nodes::grid(axis(30), vec![0.0], random.normals(30), None, None).unwrap();
+    let line = |k: i64| if k < 4 { k / 2 } else { k };
+    let lines: Vec<i64> = (0..30).map(line).collect();
+    let (u, v) = (axis(30), vec![0.0; 30]);
+    let scattered = Nodes::scattered(u, v, random.normals(30), None).unwrap();
+    let model = Model::Polynomial {
+        degree: Degree::Each(1, 0),
+        basis: PolynomialBasis::Legendre,
+        terms: Terms::Tensor,
+    };
+    let of = |correlation: Correlation, along: Along, lines: Option<Vec<i64>>| FitSpec {
+        model: model.clone(),
+        ..FitSpec { errors: Some(Errors { correlation, along, lines }), ..spec(1) }
+    };
+    for correlation in [
+        Correlation::Ar1 { rho: None },
+        Correlation::Ar2 { phi: None },
+        Correlation::Matern { parameters: None },
+    ] {
+        assert_eq!(refused(&column, &of(correlation, Along::V, None)), (Field::ErrorsAlong, few(0)));
+        let named = of(correlation, Along::Order, Some(lines.clone()));
+        assert_eq!(refused(&scattered, &named), (Field::ErrorsLine, few(2)));
+        assert!(fit(&column, &of(correlation, Along::U, None)).errors.is_some());
+    }
+    assert!(few(0).to_string().starts_with("every line has a single node, so"), "{}", few(0));
+    assert!(few(2).to_string().starts_with("2 pairs of neighbours are on one line, fewer than 3, so"), "{}", few(2));
+    // what is told needs no neighbours
+    let told = fit(&column, &of(Correlation::Ar1 { rho: Some(0.5) }, Along::V, None)).errors.unwrap();
+    assert_eq!((told.whiteness, told.lags), (None, 0));
+    // the same place but for rounding
+    for level in [3.0, 7.7e-5, 1e12] {
+        for place in [level, level * (1.0 + f64::EPSILON)] {
+            let v = (0..30).map(|k| if k == 7 { place } else { level }).collect();
+            let nodes = Nodes::scattered(axis(30), v, random.normals(30), None).unwrap();
+            let asked = FitSpec {
+                model: model.clone(),
+                variance: Variance::Power { of: Along::V, exponent: None },
+                ..spec(1)
+            };
+            let (field, reason) = refused(&nodes, &asked);
+            assert_eq!((field, reason), (Field::VariancePowerOf, Reason::Errors(ErrorsReason::Level)), "{level}");
+        }
+    }
+}

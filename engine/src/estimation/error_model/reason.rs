@@ -2,7 +2,7 @@
 
 use crate::{
     estimation::spec::Along,
-    fault::words::{Shown, entries},
+    fault::words::{Shown, counted, entries},
 };
 
 /// Why it is refused.
@@ -46,6 +46,14 @@ pub enum ErrorsReason {
     /// Residuals that tell no correlation.
     #[error("the residuals determine no correlation: tell its parameters, or take the errors as independent")]
     Undetermined,
+    /// Lines without neighbours.
+    #[error("{}", few_neighbours(*.pairs, *.least))]
+    FewNeighbours {
+        /// Pairs of neighbours on one line.
+        pairs: usize,
+        /// Pairs that an estimate takes at least.
+        least: usize,
+    },
     /// Nothing is left of the heights.
     #[error("the model meets every height exactly, so that nothing can be told of the errors: leave this out")]
     NoResiduals,
@@ -106,6 +114,9 @@ pub enum ErrorsReason {
     /// A coordinate that is 0.
     #[error("a node lies at 0, where a power of the coordinate gives no variance")]
     Zero,
+    /// A coordinate that is the same at every node.
+    #[error("the coordinate is the same at every node, which tells no power of it: take another, groups or hc3")]
+    Level,
     /// A power that is not determined.
     #[error("the residuals determine no power between -6 and 6")]
     Power,
@@ -145,4 +156,12 @@ pub enum ErrorsReason {
     /// A stream keeps no nodes.
     #[error("a stream keeps no nodes, whose lines and residuals a model of the errors needs")]
     Stream,
+}
+
+fn few_neighbours(pairs: usize, least: usize) -> String {
+    let known = match pairs {
+        0 => "every line has a single node".to_owned(),
+        _ => format!("{} on one line, fewer than {least}", counted(pairs, "pair of neighbours is", "pairs of neighbours are")),
+    };
+    format!("{known}, so nothing tells how neighbours correlate: take the other axis or order, or tell the parameters")
 }

@@ -44,6 +44,11 @@ const FEW_OF_GROUP: f64 = 3.0;
 const FEW_OF_POWER: usize = 8;
 /// Degrees of freedom that estimates of errors take at least.
 const LEAST_FREEDOM: usize = 3;
+/// Pairs of neighbours that an estimate of their correlation takes at least.
+const LEAST_PAIRS: usize = 3;
+/// Logarithms of a coordinate that differ by no more are of one place: over them standard
+/// deviations of no power that is looked at differ by what residuals could tell.
+const LEVEL: f64 = 1e-9;
 
 /// Fits nodes whose errors are as `spec` says.
 pub(super) fn fit_errors(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResult, FitError> {
@@ -164,7 +169,10 @@ impl Plain<'_> {
         let residuals = self.residuals();
         let mixture = match family(&errors.correlation, &lines) {
             None => None,
-            Some(family) => Some(self.searched(&family, &residuals, lines.clone())?),
+            Some(family) => {
+                self.check_neighbours(lines.pairs())?;
+                Some(self.searched(&family, &residuals, lines.clone())?)
+            }
         };
         let process = match (&mixture, errors.correlation) {
             (Some(mixture), _) => mixture.process,
@@ -193,7 +201,7 @@ impl Plain<'_> {
         let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
         let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
         let left = result.residuals.values.take().unwrap_or_default();
-        let lags = Whiteness::lags(left.len());
+        let lags = Whiteness::lags(&lines);
         let whiteness = |residuals: &[f64]| Whiteness::of(residuals, &lines, lags);
         result.errors = Some(ErrorsReport {
             correlation: process.correlation(),
@@ -205,6 +213,15 @@ impl Plain<'_> {
         });
         self.in_heights(&mut result, left, &lines, &whitening);
         Ok(result)
+    }
+
+    fn check_neighbours(&self, pairs: usize) -> Result<(), Faults> {
+        let lines_are_named = matches!(self.nodes, Nodes::Scattered(_) | Nodes::Matrix(_));
+        let field = if lines_are_named { Field::ErrorsLine } else { Field::ErrorsAlong };
+        match pairs < LEAST_PAIRS {
+            true => Err(Faults::one(field, ErrorsReason::FewNeighbours { pairs, least: LEAST_PAIRS })),
+            false => Ok(()),
+        }
     }
 
     fn searched(&self, family: &Family, residuals: &[f64], lines: Lines) -> Result<Mixture, FitError> {
@@ -302,6 +319,10 @@ impl Plain<'_> {
         let exponent = match exponent {
             Some(exponent) => exponent,
             None => {
+                let ends = logs.iter().fold([f64::INFINITY, f64::NEG_INFINITY], |[a, b], &x| [a.min(x), b.max(x)]);
+                if ends[1] - ends[0] <= LEVEL {
+                    return Err(Faults::one(Field::VariancePowerOf, ErrorsReason::Level).into());
+                }
                 let (q, residuals) = (self.orthonormal(), self.residuals());
                 let rows = Rows { n: self.design.size(), q: &q, residuals: &residuals };
                 unequal::exponent(&rows, &logs).ok_or_else(|| refused(ErrorsReason::Power))?

@@ -13,7 +13,8 @@ pub struct ErrorsReport {
     pub std_errors: Option<[f64; 2]>,
     /// So many independent heights would tell as much of a mean.
     pub effective_count: f64,
-    /// Of the residuals of plain least squares, and of those made white; `None` where all are 0.
+    /// Of the residuals of plain least squares, and of those made white; `None` where all are 0, or
+    /// no line has two nodes.
     pub whiteness: Option<[Whiteness; 2]>,
     /// Lags of Ljung and Box's figure.
     pub lags: usize,
@@ -36,9 +37,10 @@ pub enum VarianceReport {
 /// Both figures of residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Whiteness {
-    /// `Σ (rᵢ − rᵢ₊₁)² / Σ r²`: about 2 for white residuals.
+    /// The mean of `(rᵢ − rᵢ₊₁)²` over neighbours on one line over the mean of r² over the nodes:
+    /// about 2 for white residuals, whatever the number of lines.
     pub durbin_watson: f64,
-    /// `m(m + 2) Σ cₕ²/mₕ` over lags h, mₕ being the pairs of lag h.
+    /// `m(m + 2) Σ cₕ²/mₕ` over lags h, cₕ being `Σ rᵢrᵢ₊ₕ/Σ r²` over the mₕ pairs of lag h.
     pub ljung_box: f64,
     /// P(χ² > Q) of as many degrees of freedom as lags.
     pub ljung_box_p: f64,

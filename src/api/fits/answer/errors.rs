@@ -21,12 +21,14 @@ pub struct ErrorsResult {
     pub parameters: ErrorParameters,
     /// So many independent heights would tell as much of a mean.
     pub effective_count: f64,
-    /// Durbin and Watson's d, about 2 for white residuals: of plain least squares, and of the white
-    /// rows.
+    /// Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line over the mean of
+    /// r² over the nodes, about 2 for white residuals and any number of lines. Of plain least
+    /// squares, and of the white rows. Absent where no line has two nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub durbin_watson: Option<[f64; 2]>,
-    /// Ljung and Box's Q of both.
+    /// Ljung and Box's Q of both: m(m + 2) Σ cₕ²/mₕ over the lags, cₕ being Σ rᵢrᵢ₊ₕ / Σ r² over the
+    /// mₕ pairs that lie h nodes apart on one line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub ljung_box: Option<[f64; 2]>,
@@ -34,7 +36,8 @@ pub struct ErrorsResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub ljung_box_p: Option<[f64; 2]>,
-    /// Lags that Q is summed over.
+    /// Lags that Q is summed over: up to ten, or a fifth of the nodes, as far as lines have pairs for
+    /// a fifth of the nodes. 0 where no line has two nodes.
     pub ljung_box_lags: usize,
 }
 
