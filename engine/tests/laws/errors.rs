@@ -232,20 +232,15 @@ fn what_nothing_tells_is_refused() {
     let lines: Vec<i64> = (0..30).map(line).collect();
     let (u, v) = (axis(30), vec![0.0; 30]);
     let scattered = Nodes::scattered(u, v, random.normals(30), None).unwrap();
-    let model = Model::Polynomial {
-        degree: Degree::Each(1, 0),
-        basis: PolynomialBasis::Legendre,
-        terms: Terms::Tensor,
-    };
+    let model =
+        Model::Polynomial { degree: Degree::Each(1, 0), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
     let of = |correlation: Correlation, along: Along, lines: Option<Vec<i64>>| FitSpec {
         model: model.clone(),
         ..FitSpec { errors: Some(Errors { correlation, along, lines }), ..spec(1) }
     };
-    for correlation in [
-        Correlation::Ar1 { rho: None },
-        Correlation::Ar2 { phi: None },
-        Correlation::Matern { parameters: None },
-    ] {
+    for correlation in
+        [Correlation::Ar1 { rho: None }, Correlation::Ar2 { phi: None }, Correlation::Matern { parameters: None }]
+    {
         assert_eq!(refused(&column, &of(correlation, Along::V, None)), (Field::ErrorsAlong, few(0)));
         let named = of(correlation, Along::Order, Some(lines.clone()));
         assert_eq!(refused(&scattered, &named), (Field::ErrorsLine, few(2)));
@@ -261,11 +256,8 @@ fn what_nothing_tells_is_refused() {
         for place in [level, level * (1.0 + f64::EPSILON)] {
             let v = (0..30).map(|k| if k == 7 { place } else { level }).collect();
             let nodes = Nodes::scattered(axis(30), v, random.normals(30), None).unwrap();
-            let asked = FitSpec {
-                model: model.clone(),
-                variance: Variance::Power { of: Along::V, exponent: None },
-                ..spec(1)
-            };
+            let asked =
+                FitSpec { model: model.clone(), variance: Variance::Power { of: Along::V, exponent: None }, ..spec(1) };
             let (field, reason) = refused(&nodes, &asked);
             assert_eq!((field, reason), (Field::VariancePowerOf, Reason::Errors(ErrorsReason::Level)), "{level}");
         }

@@ -53,7 +53,8 @@ impl Process {
         match *self {
             Process::Ar1(_) => [1.0, 0.0, 0.0],
             Process::Ar2([a, b]) => [1.0, a / (1.0 - b), 1.0],
-            Process::Matern { length, nugget } => [1.0 - nugget, 0.0, (1.0 - nugget) * 3.0 / (length * length)],
+            // the second of the state is the derivative over λ, so that no length leaves doubles
+            Process::Matern { nugget, .. } => [1.0 - nugget, 0.0, 1.0 - nugget],
         }
     }
 
@@ -66,9 +67,12 @@ impl Process {
             Process::Ar1(rho) => [[libm::pow(rho, step), 0.0], [0.0, 0.0]],
             Process::Ar2([a, b]) => power([[a, b], [1.0, 0.0]], step as u64),
             Process::Matern { length, .. } => {
-                let lambda = 3f64.sqrt() / length;
-                let (x, fading) = (lambda * step, libm::exp(-lambda * step));
-                [[fading * (1.0 + x), fading * step], [-fading * lambda * x, fading * (1.0 - x)]]
+                let x = 3f64.sqrt() * (step / length);
+                let fading = libm::exp(-x);
+                if fading == 0.0 {
+                    return [[0.0; 2]; 2];
+                }
+                [[fading * (1.0 + x), fading * x], [-fading * x, fading * (1.0 - x)]]
             }
         }
     }
@@ -246,6 +250,21 @@ mod tests {
             let mut back: Vec<f64> = found.chunks(2).map(|row| row[1]).collect();
             whitening.colour(&mut back);
             assert!(back.iter().zip(rows.chunks(2)).all(|(a, row)| (a - row[1]).abs() < 1e-12), "{process:?}");
+        }
+    }
+
+    /// However short a length of correlation is: over steps of so many of them nothing is left.
+    #[test]
+    fn short_lengths_are_independent() {
+        let rows = [0.1, 1.0 / 3.0, -7.7e-5];
+        for length in [1e-3, 1e-155, 1e-200, f64::MIN_POSITIVE, 5e-324] {
+            let process = Process::Matern { length, nugget: 0.0 };
+            let whitening = Whitening::new(&process, &lines(&[START, 1.0, 2.0])).unwrap();
+            let mut found = rows;
+            whitening.whiten(&mut found, 1);
+            assert_eq!((found, whitening.half_log_determinant), (rows, 0.0), "{length:e}");
+            // one place twice determines itself all the same
+            assert!(Whitening::new(&process, &lines(&[START, 0.0])).is_none(), "{length:e}");
         }
     }
 

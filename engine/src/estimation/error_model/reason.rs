@@ -161,7 +161,10 @@ pub enum ErrorsReason {
 fn few_neighbours(pairs: usize, least: usize) -> String {
     let known = match pairs {
         0 => "every line has a single node".to_owned(),
-        _ => format!("{} on one line, fewer than {least}", counted(pairs, "pair of neighbours is", "pairs of neighbours are")),
+        _ => format!(
+            "{} on one line, fewer than {least}",
+            counted(pairs, "pair of neighbours is", "pairs of neighbours are")
+        ),
     };
     format!("{known}, so nothing tells how neighbours correlate: take the other axis or order, or tell the parameters")
 }
