@@ -6,8 +6,9 @@ use flankfit_engine::estimation::{
     fault::{ErrorsReason, Field, Reason},
     result::IntervalKind,
     spec::{
-        Along, Chain, Correlation, Criterion, Errors, Estimator, Include, Kinds, Model, Moves, NodeUncertainty,
-        Parameter, Places, Predict, Prior, PriorSpread, Regularization, Scaling, Variance, Which,
+        Along, Chain, Correlation, Criterion, Degree, Errors, Estimator, Include, Kinds, Model, Moves, NodeUncertainty,
+        Parameter, Places, PolynomialBasis, Predict, Prior, PriorSpread, Regularization, Scaling, Terms, Variance,
+        Which,
     },
 };
 
@@ -152,6 +153,25 @@ fn every_standard_error_is_that_of_the_covariance() {
             let about = interval.about.interval(0.9);
             let tolerance = 1e-9 * (about[1] - about[0]);
             assert!((about[0] - interval.ends[0]).abs() < tolerance && (about[1] - interval.ends[1]).abs() < tolerance);
+        }
+    }
+}
+
+/// One node so far off that the others are at one place for double precision: what is refused names
+/// terms.
+#[test]
+fn dependent_columns_have_names() {
+    let mut random = Random::new(72);
+    let x: Vec<f64> = (0..COUNT).map(|k| if k == 0 { 1e30 } else { 0.5 * k as f64 }).collect();
+    let nodes = Nodes::curve(x, random.normals(COUNT), None).unwrap();
+    for basis in [PolynomialBasis::Legendre, PolynomialBasis::Chebyshev] {
+        let model = Model::Polynomial { degree: Degree::Both(2), basis, terms: Terms::Total };
+        let asked = FitSpec { errors: ar1(None), regularization: Regularization::None, ..FitSpec::new(model) };
+        match flankfit_engine::estimation::fit(&nodes, &asked) {
+            Err(FitError::RankDeficient { rank, columns, terms }) => {
+                assert!(terms.len() >= 2 && rank < columns, "{rank} {columns} {terms:?}");
+            }
+            other => panic!("{other:?}"),
         }
     }
 }

@@ -60,8 +60,9 @@ pub(crate) fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitEr
     let analysed = ScaledColumns::new(design, &caller, Scaling::UnitLength, weight)
         .and_then(|columns| Directions::new(factor, &columns, Scaling::UnitLength, None).map(|d| (columns, d)));
     match analysed {
+        // the factor may have found dependent what columns of unit length only just tell apart
         Ok((columns, spectrum)) => FitError::RankDeficient {
-            rank: spectrum.rank,
+            rank: spectrum.rank.min(design.size().saturating_sub(1)),
             columns: design.size(),
             terms: dependent_terms(design, &columns, &spectrum),
         },
@@ -69,10 +70,14 @@ pub(crate) fn dependence(design: &Design, factor: &Factor, weight: f64) -> FitEr
     }
 }
 
-/// The terms that take part in the numerically zero directions.
+/// The terms that take part in the numerically zero directions; where there is none, in that of the
+/// smallest eigenvalue.
 fn dependent_terms(design: &Design, columns: &ScaledColumns, spectrum: &Directions) -> Vec<String> {
     let mut terms: Vec<usize> = Vec::new();
-    for i in (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0) {
+    let zero: Vec<usize> = (0..spectrum.lambda.len()).filter(|&i| spectrum.lambda[i] <= 0.0).collect();
+    let smallest = (0..spectrum.lambda.len()).min_by(|&i, &j| spectrum.lambda[i].total_cmp(&spectrum.lambda[j]));
+    let directions = if zero.is_empty() { smallest.into_iter().collect() } else { zero };
+    for i in directions {
         let weights: Vec<f64> = spectrum.v.column(i).iter().copied().collect();
         terms.extend(collinearity::dependent_terms(&weights).into_iter().map(|s| columns.kept[s]));
     }
