@@ -192,6 +192,28 @@ fn what_does_not_go_together_is_refused() {
     refused(&curve, &at_zero, Field::VariancePowerOf, ErrorsReason::Zero);
 }
 
+/// With correlation and noise told nothing is estimated: as many coefficients as nodes will do, and
+/// a height at a node has the error of that node.
+#[test]
+fn told_errors_need_no_residuals() {
+    let nodes = Nodes::curve(axis(3), vec![0.8, 1.5, 1.3], None).unwrap();
+    let predict = Some(Predict { at: Places::Curve(axis(3)), level: None, kinds: Kinds::default(), slopes: false });
+    let told = Correlation::Ar1 { rho: Some(0.5) };
+    let errors = Some(Errors { correlation: told, along: Along::Order, lines: None });
+    let asked = FitSpec { errors, noise_sigma: Some(0.2), predict, ..spec(2) };
+    let found = fit(&nodes, &asked);
+    let heights = found.predictions.unwrap();
+    for (value, y) in heights.value.iter().zip([0.8, 1.5, 1.3]) {
+        assert!((value - y).abs() < 1e-12, "{value} {y}");
+    }
+    assert!(heights.std_error.unwrap().iter().all(|error| (error - 0.2).abs() < 1e-12));
+    let errors = found.errors.unwrap();
+    assert_eq!((errors.whiteness, errors.lags), (None, 0));
+    // without σ there is something to estimate, and nothing to do it from
+    let error = flankfit_engine::estimation::fit(&nodes, &FitSpec { noise_sigma: None, ..asked }).unwrap_err();
+    assert!(error.to_string().contains("too little to estimate"), "{error}");
+}
+
 /// White heights on lines of any number: d is 2, and p is below 0.05 in a twentieth of the draws.
 #[test]
 fn white_residuals_are_told_as_white_on_any_lines() {

@@ -92,18 +92,19 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     if m.saturating_mul(n + 2) > MOST {
         return Err(Faults::one(field, ErrorsReason::TooLarge { nodes: m, coefficients: n }).into());
     }
-    if m < n + LEAST_FREEDOM {
+    // what is told of the errors needs no residuals
+    let told = match &spec.errors {
+        Some(errors) => given(errors.correlation).is_some(),
+        None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
+    };
+    let least = if told && spec.noise_sigma.is_some() { 0 } else { LEAST_FREEDOM };
+    if m < n + least {
         return Err(Faults::one(field, ErrorsReason::FewNodes { nodes: m, coefficients: n }).into());
     }
     let factor = Factor::new(&design, sample)?;
     if factor.working.is_none() {
         return Err(dependence(&design, &factor, heights.weight));
     }
-    // what is told of the errors needs no residuals
-    let told = match &spec.errors {
-        Some(errors) => given(errors.correlation).is_some(),
-        None => matches!(spec.variance, Variance::Power { exponent: Some(_), .. }),
-    };
     if !told && factor.rss == 0.0 {
         return Err(Faults::one(field, ErrorsReason::NoResiduals).into());
     }
@@ -201,7 +202,8 @@ impl Plain<'_> {
         let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
         let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
         let left = result.residuals.values.take().unwrap_or_default();
-        let lags = Whiteness::lags(&lines);
+        // as many coefficients as nodes leave rounding
+        let lags = if left.len() > self.design.size() { Whiteness::lags(&lines) } else { 0 };
         let whiteness = |residuals: &[f64]| Whiteness::of(residuals, &lines, lags);
         result.errors = Some(ErrorsReport {
             correlation: process.correlation(),

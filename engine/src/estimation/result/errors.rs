@@ -13,8 +13,8 @@ pub struct ErrorsReport {
     pub std_errors: Option<[f64; 2]>,
     /// So many independent heights would tell as much of a mean.
     pub effective_count: f64,
-    /// Of the residuals of plain least squares, and of those made white; `None` where all are 0, or
-    /// no line has two nodes.
+    /// Of the residuals of plain least squares, and of those made white; `None` where all are 0,
+    /// also but for rounding, or no line has two nodes.
     pub whiteness: Option<[Whiteness; 2]>,
     /// Lags of Ljung and Box's figure.
     pub lags: usize,
