@@ -176,6 +176,34 @@ fn a_line_is_that_of_deming() {
     close(report.variance_share, slope * slope / (slope * slope + delta));
 }
 
+/// Uncertainties in another unit leave residuals far from what they make of them; three residuals
+/// may be so far off by chance.
+#[test]
+fn uncertainties_that_residuals_contradict_are_warned_of() {
+    let nodes = drawn(&mut Random::new(68), true);
+    let warning = |nodes: &Nodes, position: f64, height: f64| {
+        let found = fit(nodes, &uncertain(position, height, Some(PositionKind::Nominal)));
+        let ratio = found.positions.unwrap().sigma_ratio.unwrap();
+        let warning = found.warnings.iter().find(|w| w.code() == "uncertainty_contradicted").map(|w| w.to_string());
+        (ratio, warning)
+    };
+    let (ratio, told) = warning(&nodes, 0.5, 1.0);
+    assert!((0.7..1.4).contains(&ratio) && told.is_none(), "{ratio} {told:?}");
+    // micrometres for millimetres, and the other way about
+    let (ratio, told) = warning(&nodes, 500.0, 1.0);
+    let told = told.unwrap();
+    assert!(ratio < 0.1 && told.contains("with 56 degrees of freedom") && told.contains("smaller"), "{told}");
+    let (ratio, told) = warning(&nodes, 5e-4, 1e-3);
+    assert!(ratio > 100.0 && told.unwrap().contains("larger"), "{ratio}");
+    // off by less than three times
+    let (ratio, told) = warning(&nodes, 0.25, 0.5);
+    assert!((1.4..3.0).contains(&ratio) && told.is_none(), "{ratio} {told:?}");
+    // one degree of freedom
+    let few = Nodes::curve(vec![0.0, 2.0, 5.0, 8.0, 10.0], vec![0.0, 1.0, 0.2, 1.1, 0.0], None).unwrap();
+    let (ratio, told) = warning(&few, 1e-3, 20.0);
+    assert!(ratio < 0.1 && ratio > 1e-3 && told.is_none(), "{ratio} {told:?}");
+}
+
 /// A grid, its nodes one after another, and the same turned by the axes: one surface.
 #[test]
 fn grids_are_scattered_nodes() {

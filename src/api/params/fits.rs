@@ -45,6 +45,9 @@ impl From<&Warning> for Params {
             Warning::PositionsUncertain { share, bend, weights } => {
                 none.with("share", *share).with("bend_std_errors", *bend).with("weight_std_error", *weights)
             }
+            Warning::UncertaintyContradicted(found) => {
+                none.with("sigma_ratio", found.ratio).with("degrees_of_freedom", found.freedom)
+            }
             Warning::GroupVarianceUncertain { group, freedom } => {
                 none.with("group", *group).with("degrees_of_freedom", *freedom)
             }
@@ -99,7 +102,10 @@ fn criterion(of: NeedsSigma) -> &'static str {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use flankfit_engine::estimation::{result::PriorConflict, spec::Along};
+    use flankfit_engine::estimation::{
+        result::{Contradiction, PriorConflict},
+        spec::Along,
+    };
 
     /// Every number and every word that the engine's own sentence tells stands in the parameters,
     /// to the digits of the sentence.
@@ -111,6 +117,7 @@ mod tests {
             Warning::WeightsNotConverged { iterations: 50, reached: 0.5 },
             Warning::FilteringRaisesCollinearity { before: 12.0, after: 480.0 },
             Warning::Forgetting { factor: 0.5, nodes: 7, weight: 1.75 },
+            Warning::UncertaintyContradicted(Contradiction { ratio: 0.125, freedom: 26 }),
             Warning::PowerUncertain { freedom: 4, more: 6 },
             Warning::FullLeverage { nodes: vec![3, 8], count: 2 },
             Warning::CorrelatedResiduals { along: Along::V, correlation: 0.25, p: 0.001, factor: 1.5 },

@@ -2,22 +2,25 @@
 //! likeliest, and on as any fit.
 
 use super::conclude::conclude_with;
-use crate::estimation::{
-    data::{Heights, Nodes, Sample},
-    design::Design,
-    diagnostics::within_range,
-    error::{FitError, Unconverged},
-    error_model::{
-        position_spread::{Scatter, scatter},
-        positions::{Positions, Settled, rounds},
-        spread::ErrorSpread,
+use crate::{
+    estimation::{
+        data::{Heights, Nodes, Sample},
+        design::Design,
+        diagnostics::within_range,
+        error::{FitError, Unconverged},
+        error_model::{
+            position_spread::{Scatter, scatter},
+            positions::{Positions, Settled, rounds},
+            spread::ErrorSpread,
+        },
+        estimate::Frame,
+        factor::Factor,
+        fault::{ErrorsReason, Faults, Field},
+        problem::{Evidence, LinearProblem},
+        result::{Contradiction, FitResult, HOLDING, PositionsReport, Warning},
+        spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
     },
-    estimate::Frame,
-    factor::Factor,
-    fault::{ErrorsReason, Faults, Field},
-    problem::{Evidence, LinearProblem},
-    result::{FitResult, HOLDING, PositionsReport, Warning},
-    spec::{Estimator, FitSpec, Model, NodeUncertainty, PositionKind, Prior},
+    numerics::distribution::chi_squared,
 };
 
 /// Why the positions of these nodes are taken as exact.
@@ -110,19 +113,31 @@ fn concluded(
     let spread = scattered.map(|Scatter { root, .. }| ErrorSpread::new(root));
     let mut result = conclude_with(&linear, &heights, spec, &frame, None, spread.as_ref())?;
     result.warnings.extend(warning);
+    let sigma_ratio = result.residuals.sigma.zip(uncertainty).map(|(sigma, told)| sigma / told.height);
+    let sigma_ratio = sigma_ratio.filter(|ratio| ratio.is_finite());
+    result.warnings.extend(sigma_ratio.and_then(|ratio| contradiction(ratio, result.residuals.degrees_of_freedom)));
     result.positions = Some(PositionsReport {
         kind: uncertainty.and_then(|uncertainty| uncertainty.kind).unwrap_or_default(),
         rounds: settled.rounds,
         variance_share: settled.share,
         largest_shift: settled.largest_shift,
-        sigma_ratio: result
-            .residuals
-            .sigma
-            .zip(uncertainty)
-            .map(|(sigma, told)| sigma / told.height)
-            .filter(|ratio| ratio.is_finite()),
+        sigma_ratio,
     });
     Ok(result)
+}
+
+/// How far from 1 the ratio of σ to what was told is worth a warning.
+const FAR: f64 = 3.0;
+/// The probability that chance alone makes a ratio so far off.
+const CHANCE: f64 = 1e-3;
+
+/// The warning that the residuals do not bear out the uncertainties that were told.
+fn contradiction(ratio: f64, freedom: usize) -> Option<Warning> {
+    let count = freedom as f64;
+    let above = chi_squared::upper_tail(count * ratio * ratio, count);
+    let likely = above.min(1.0 - above) >= 0.5 * CHANCE;
+    let near = (1.0 / FAR..=FAR).contains(&ratio);
+    (!near && !likely).then_some(Warning::UncertaintyContradicted(Contradiction { ratio, freedom }))
 }
 
 /// All posted nodes, those that count carried to where they were settled.

@@ -3,7 +3,7 @@
 use super::{
     positions::HOLDING,
     prior::{PriorConflict, UnequalNoise},
-    warning_parts::{NeedsSigma, Probability, Regularized, ShapeBound, Times},
+    warning_parts::{Contradiction, NeedsSigma, Probability, Regularized, ShapeBound, Times},
 };
 use crate::{
     estimation::spec::Along,
@@ -297,6 +297,9 @@ pub enum Warning {
         /// Relative standard error.
         weights: f64,
     },
+    /// Uncertainties of positions and heights that the residuals do not bear out.
+    #[error("{0}")]
+    UncertaintyContradicted(Contradiction),
     /// A limit of the norm that has no part in the intervals.
     #[error(
         "the limit of the norm shortens intervals of least squares with independent errors only: those of this fit do \

@@ -48,6 +48,7 @@ impl Warning {
             NoInfluence | NoInfluenceOfRobust | NoInfluenceOfErrors | InfluenceOfMany { .. } => "no_influence",
             PositionsAsExact => "positions_as_exact",
             PositionsUncertain { .. } => "positions_uncertain",
+            UncertaintyContradicted(_) => "uncertainty_contradicted",
             GroupVarianceUncertain { .. } => "group_variance_uncertain",
             PowerUncertain { .. } => "power_uncertain",
             NormLimitUnused => "norm_limit_unused",

@@ -2,7 +2,10 @@
 
 use std::fmt;
 
-use crate::{estimation::spec::Criterion, fault::words::Shown};
+use crate::{
+    estimation::spec::Criterion,
+    fault::words::{Shown, Size, counted},
+};
 
 /// A regularisation that lacks what others have.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -66,6 +69,31 @@ impl fmt::Display for Times {
             factor if factor.is_finite() => write!(f, "{factor:.1e} times"),
             _ => f.write_str("infinitely many times"),
         }
+    }
+}
+
+/// Residuals that are not as large as the uncertainties of positions and heights make them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Contradiction {
+    /// σ of the residuals over the uncertainty of heights that was told.
+    pub ratio: f64,
+    /// Degrees of freedom of σ.
+    pub freedom: usize,
+}
+
+impl fmt::Display for Contradiction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mend = match self.ratio < 1.0 {
+            true => "tell smaller uncertainties",
+            false => "tell larger uncertainties, or look for what the model lacks",
+        };
+        write!(
+            f,
+            "the residuals are {} times as large as the uncertainties of positions and heights make them, which with {} \
+             is no chance: look whether both are in the units of the nodes, {mend}",
+            Size(self.ratio),
+            counted(self.freedom, "degree of freedom", "degrees of freedom")
+        )
     }
 }
 

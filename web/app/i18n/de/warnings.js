@@ -73,6 +73,8 @@ export default {
     "Die Richtungen des repräsentativen Teils passen nicht zu diesen Knoten; ein großer Teil des Fehlers bleibt.",
   shape_at_bound: "Die geschätzte Form der Verteilung liegt am Rand; die Fehler sind wohl anders verteilt.",
   target_of_constant_unused: "Die Konstante wird nicht gedämpft; ihr Zielwert bleibt ohne Wirkung.",
+  uncertainty_contradicted:
+    "Die Residuen passen nicht zu den angegebenen Unsicherheiten von Positionen und Höhen; Einheiten prüfen.",
   vif_infinite: "Einzelne Spalten hängen genau von anderen ab; einen VIF haben sie nicht.",
   worse_than_least_squares:
     "Diese Wahl lässt einen größeren Fehler erwarten als die kleinsten Quadrate; siehe die anderen Kriterien.",
