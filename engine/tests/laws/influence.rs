@@ -4,7 +4,7 @@ use crate::oracle::random::Random;
 use crate::problems::{Problem, assert_close, by, config, fit, linear, matrix, polynomial, spectral, warned};
 use flankfit_engine::estimation::{
     FitResult, Nodes,
-    result::Influence,
+    result::{ExactWithout, Influence, Warning},
     spec::{
         Attraction, Count, Criterion, Degree, Estimator, FitSpec, Include, JamesStein, Parameter, PolynomialBasis,
         Regularization, Scaling, Scheme, ShrinkageFactor, Tikhonov,
@@ -245,8 +245,37 @@ fn an_exact_fit_of_the_others_has_no_spread() {
             let list = list.as_ref().unwrap();
             assert!(list[3].is_none() && list[..3].iter().all(Option::is_some), "{list:?}");
         }
+        let named = ExactWithout { nodes: vec![3], count: 1, all: false };
+        assert!(result.warnings.contains(&Warning::NoNoiseWithout(named)), "{:?}", result.warnings);
         assert!(found.leverage.iter().all(|h| *h <= 1.0));
     }
+}
+
+/// A node that alone is off is named, since its own figures are null; and so it is said where
+/// every height is fitted exactly.
+#[test]
+fn figures_without_any_noise_are_warned_of() {
+    let x: Vec<Vec<f64>> = (0..10).map(|k| vec![1.0, f64::from(k)]).collect();
+    let plain = FitSpec { regularization: Regularization::None, ..linear() };
+    let mut y = vec![0.0; 10];
+    let result = fit(&matrix(&x, &y, None), &with_influence(plain.clone()));
+    let told = |result: &FitResult| {
+        let mut of = result.warnings.iter().filter(|w| w.code() == "no_noise_without");
+        of.next().map(|w| w.to_string())
+    };
+    assert!(told(&result).unwrap().starts_with("every height is fitted exactly"), "{:?}", result.warnings);
+    let found = of(&result);
+    for list in [&found.internally_studentized, &found.externally_studentized, &found.cooks_distance, &found.dffits] {
+        assert!(list.as_ref().unwrap().iter().all(Option::is_none), "{list:?}");
+    }
+    y[4] = 5.0;
+    let result = fit(&matrix(&x, &y, None), &with_influence(plain.clone()));
+    assert!(told(&result).unwrap().starts_with("without 1 node (node 4) the others"), "{:?}", result.warnings);
+    let found = of(&result);
+    assert!(found.externally_studentized.as_ref().unwrap()[4].is_none() && found.press_residual[4].is_some());
+    y[7] = -0.01;
+    let result = fit(&matrix(&x, &y, None), &with_influence(plain));
+    assert!(told(&result).is_none() && of(&result).dffits.as_ref().unwrap()[4].is_some());
 }
 
 #[test]

@@ -59,6 +59,9 @@ impl From<&Warning> for Params {
                 none.list("places", places.iter().copied()).with("count", *count)
             }
             Warning::FullLeverage { nodes, count } => none.list("nodes", nodes.iter().copied()).with("count", *count),
+            Warning::NoNoiseWithout(found) => {
+                none.list("nodes", found.nodes.iter().copied()).with("count", found.count)
+            }
             Warning::ShapeAtBound(ShapeBound::Freedom(freedom)) => none.with("degrees_of_freedom", *freedom),
             Warning::ShapeAtBound(ShapeBound::Exponent(exponent)) => none.with("exponent", *exponent),
             Warning::NoShapeOfDegree { degree, most } => none.with("degree", *degree).with("most", *most),
@@ -103,7 +106,7 @@ fn criterion(of: NeedsSigma) -> &'static str {
 mod tests {
     use super::*;
     use flankfit_engine::estimation::{
-        result::{Contradiction, PriorConflict},
+        result::{Contradiction, ExactWithout, PriorConflict},
         spec::Along,
     };
 
@@ -120,6 +123,7 @@ mod tests {
             Warning::UncertaintyContradicted(Contradiction { ratio: 0.125, freedom: 26 }),
             Warning::PowerUncertain { freedom: 4, more: 6 },
             Warning::FullLeverage { nodes: vec![3, 8], count: 2 },
+            Warning::NoNoiseWithout(ExactWithout { nodes: vec![4], count: 1, all: false }),
             Warning::CorrelatedResiduals { along: Along::V, correlation: 0.25, p: 0.001, factor: 1.5 },
             Warning::PriorConflict(PriorConflict { statistic: 9.5, p: 0.001, let_go: true }),
         ];

@@ -14,7 +14,7 @@ use crate::{
         data::Sample,
         problem::{Evidence, Rows},
         regularized::{Applied, Form, LinearMap},
-        result::{Influence, Warning},
+        result::{ExactWithout, Influence, Warning},
     },
     numerics::cancel::Asking,
 };
@@ -81,6 +81,12 @@ impl Solved<'_> {
             freedom: self.degrees_of_freedom,
         };
         let found = figures.influence();
+        let silent = figures.silent();
+        if !silent.is_empty() {
+            let posted = silent.iter().take(10).map(|&k| sample.posted(k)).collect();
+            let all = self.least_squares_rss == 0.0;
+            warnings.push(Warning::NoNoiseWithout(ExactWithout { nodes: posted, count: silent.len(), all }));
+        }
         let lost: Vec<usize> = (0..shares.len()).filter(|&k| !shares[k].determined()).collect();
         if !lost.is_empty() {
             let posted = lost.iter().take(10).map(|&k| sample.posted(k)).collect();
@@ -166,6 +172,12 @@ impl Figures<'_> {
             press,
             node_indices: self.sample.index().map(|index| index.iter().map(|&k| k as usize).collect()),
         }
+    }
+
+    /// The nodes without which nothing is left of the noise, though degrees of freedom are.
+    fn silent(&self) -> Vec<usize> {
+        let nothing = |k: usize| self.rss == 0.0 || (self.freedom > 1 && self.sigma_without(k).is_none());
+        (0..self.shares.len()).filter(|&k| self.freedom > 0 && self.shares[k].determined() && nothing(k)).collect()
     }
 
     /// σ̂ of plain least squares without node `k`; `None` where the others are fitted exactly.

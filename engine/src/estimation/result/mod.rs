@@ -52,4 +52,4 @@ pub use spectrum::{RegularizedSpectrum, SpectrumReport};
 pub use sums::WeightedSum;
 pub use term::{Coefficient, TermKey};
 pub use warning::Warning;
-pub use warning_parts::{Contradiction, NeedsSigma, Regularized, ShapeBound, Times};
+pub use warning_parts::{Contradiction, ExactWithout, NeedsSigma, Regularized, ShapeBound, Times};

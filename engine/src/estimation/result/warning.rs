@@ -3,7 +3,7 @@
 use super::{
     positions::HOLDING,
     prior::{PriorConflict, UnequalNoise},
-    warning_parts::{Contradiction, NeedsSigma, Probability, Regularized, ShapeBound, Times},
+    warning_parts::{Contradiction, ExactWithout, NeedsSigma, Probability, Regularized, ShapeBound, Times},
 };
 use crate::{
     estimation::spec::Along,
@@ -397,6 +397,9 @@ pub enum Warning {
         /// How many there are.
         count: usize,
     },
+    /// Nodes without which nothing is left of the noise.
+    #[error("{0}")]
+    NoNoiseWithout(ExactWithout),
     /// A shape of a measurement matrix.
     #[error("the columns of a measurement matrix are no curve or surface: there is no shape")]
     NoShapeOfMatrix,

@@ -57,6 +57,7 @@ impl Warning {
             NoCorrectedError | NothingToCorrect => "no_corrected_error",
             NoPredictionIntervals => "no_prediction_intervals",
             FullLeverage { .. } => "full_leverage",
+            NoNoiseWithout(_) => "no_noise_without",
             NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
             OutsideDomain(_) => "outside_domain",
             CorrelatedResiduals { .. } => "correlated_residuals",

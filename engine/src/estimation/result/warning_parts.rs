@@ -97,6 +97,36 @@ impl fmt::Display for Contradiction {
     }
 }
 
+/// Nodes without which the others are fitted exactly.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ExactWithout {
+    /// The posted nodes, ten at most.
+    pub nodes: Vec<usize>,
+    /// How many there are.
+    pub count: usize,
+    /// Whether every height is fitted exactly as it is.
+    pub all: bool,
+}
+
+impl fmt::Display for ExactWithout {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        if self.all {
+            return f.write_str(
+                "every height is fitted exactly: studentised residuals, Cook's distances and DFFITS divide by the \
+                 noise, of which there is none",
+            );
+        }
+        write!(
+            f,
+            "without {} (node {}{}) the others are fitted exactly: its externally studentised residual and DFFITS \
+             divide by the noise of the others, of which there is none",
+            counted(self.count, "node", "nodes in turn"),
+            self.nodes.iter().map(usize::to_string).collect::<Vec<_>>().join(", "),
+            if self.nodes.len() < self.count { ", …" } else { "" }
+        )
+    }
+}
+
 /// The shape of a distribution at an end of its range.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum ShapeBound {

@@ -40,6 +40,8 @@ export default {
   no_influence: "Einflüsse einzelner Knoten fehlen bei diesem Fit.",
   no_lambda_curve: "Diese Regularisierung hat kein λ*, über dem eine Kurve liefe.",
   no_matrix_b: "Zu dieser Regularisierung gibt es keine Matrix B.",
+  no_noise_without:
+    "Ohne einzelne Knoten liegen alle anderen genau auf dem Fit: Ihre studentisierten Residuen und DFFITS fehlen.",
   no_noise: "Ohne Rauschen sind die kleinsten Quadrate genau; Randomisieren kann nichts verbessern.",
   no_prediction_intervals: "Die Varianz weiterer Höhen ist unbekannt; ihre Intervalle fehlen.",
   no_predictions: "Die Knoten bestimmen nicht jeden Koeffizienten; Höhen an anderen Orten sind beliebig unsicher.",
