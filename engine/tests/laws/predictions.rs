@@ -320,3 +320,21 @@ fn bands_of_rows_hold_for_all_rows_at_once() {
         assert_eq!(predicted(&nodes(1), &spec).simultaneous.unwrap().method, method);
     }
 }
+
+/// About a quantile there is no interval of a further height, and the answer says so.
+#[test]
+fn a_quantile_has_no_prediction() {
+    let kinds = Kinds { confidence: true, prediction: true, simultaneous: false };
+    let asked = |estimator: Estimator, kinds: Kinds| {
+        let model =
+            Model::Polynomial { degree: Degree::Both(1), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
+        let predict = Some(Predict { at: Places::Curve(vec![0.5]), level: None, kinds, slopes: false });
+        let spec = FitSpec { estimator, predict, regularization: Regularization::None, ..FitSpec::new(model) };
+        let found = fit(&curve(0.1, 77), &spec);
+        let warned = found.warnings.iter().any(|w| w.code() == "no_prediction_intervals");
+        (found.predictions.unwrap().prediction.is_some(), warned)
+    };
+    assert_eq!(asked(Estimator::Quantile { tau: 0.3 }, kinds), (false, true));
+    assert_eq!(asked(Estimator::Quantile { tau: 0.3 }, Kinds { prediction: false, ..kinds }), (false, false));
+    assert_eq!(asked(Estimator::LeastAbsolute, kinds), (true, false));
+}

@@ -44,6 +44,10 @@ impl Solved<'_> {
         if let Some(outside) = predict.map(|asked| outside(self.linear.design, &asked.at)).filter(|count| *count > 0) {
             warnings.push(Warning::OutsideDomain(outside));
         }
+        let quantile = matches!(spec.estimator, Estimator::Quantile { .. });
+        if quantile && predict.is_some_and(|asked| asked.kinds.prediction) {
+            warnings.push(Warning::NoPredictionOfQuantile);
+        }
         let found = predict.map(|asked| predictions(&forms, asked, level));
         (covariance, found.and_then(|found| with_places(found, predict.map_or(0, |asked| asked.at.count()), warnings)))
     }

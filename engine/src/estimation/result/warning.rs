@@ -384,6 +384,12 @@ pub enum Warning {
          further heights are left out"
     )]
     NoPredictionIntervals,
+    /// The interval of a further height about a quantile.
+    #[error(
+        "a quantile says how many heights lie below it, not how they spread: intervals of further heights are left \
+         out; fit the quantiles that are to hold them"
+    )]
+    NoPredictionOfQuantile,
     /// Nodes without which the others do not determine the fit.
     #[error(
         "{} of leverage 1 (node {}{}): the fit passes through whatever is measured there, and without it the others \

@@ -55,7 +55,7 @@ impl Warning {
             PriorWithoutNoise => "prior_unused",
             ShapeAtBound(_) => "shape_at_bound",
             NoCorrectedError | NothingToCorrect => "no_corrected_error",
-            NoPredictionIntervals => "no_prediction_intervals",
+            NoPredictionIntervals | NoPredictionOfQuantile => "no_prediction_intervals",
             FullLeverage { .. } => "full_leverage",
             NoNoiseWithout(_) => "no_noise_without",
             NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",

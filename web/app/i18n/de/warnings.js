@@ -43,7 +43,7 @@ export default {
   no_noise_without:
     "Ohne einzelne Knoten liegen alle anderen genau auf dem Fit: Ihre studentisierten Residuen und DFFITS fehlen.",
   no_noise: "Ohne Rauschen sind die kleinsten Quadrate genau; Randomisieren kann nichts verbessern.",
-  no_prediction_intervals: "Die Varianz weiterer Höhen ist unbekannt; ihre Intervalle fehlen.",
+  no_prediction_intervals: "Wie weitere Höhen streuen, ist hier unbekannt; ihre Intervalle fehlen.",
   no_predictions: "Die Knoten bestimmen nicht jeden Koeffizienten; Höhen an anderen Orten sind beliebig unsicher.",
   no_regularized_perturbation: "Störungsschranken gibt es hier nur für die kleinsten Quadrate.",
   no_relative_error: "Alle Koeffizienten sind 0; einen relativen Fehler gibt es nicht.",
