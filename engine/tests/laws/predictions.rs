@@ -326,10 +326,9 @@ fn bands_of_rows_hold_for_all_rows_at_once() {
 fn a_quantile_has_no_prediction() {
     let kinds = Kinds { confidence: true, prediction: true, simultaneous: false };
     let asked = |estimator: Estimator, kinds: Kinds| {
-        let model =
-            Model::Polynomial { degree: Degree::Both(1), basis: PolynomialBasis::Legendre, terms: Terms::Tensor };
-        let predict = Some(Predict { at: Places::Curve(vec![0.5]), level: None, kinds, slopes: false });
-        let spec = FitSpec { estimator, predict, regularization: Regularization::None, ..FitSpec::new(model) };
+        let predict = Some(Predict { at: Places::Curve(vec![31.5]), level: None, kinds, slopes: false });
+        let line = polynomial(Degree::Both(1), PolynomialBasis::Legendre);
+        let spec = FitSpec { estimator, predict, ..plain(line) };
         let found = fit(&curve(0.1, 77), &spec);
         let warned = found.warnings.iter().any(|w| w.code() == "no_prediction_intervals");
         (found.predictions.unwrap().prediction.is_some(), warned)
