@@ -192,6 +192,27 @@ fn what_does_not_go_together_is_refused() {
     refused(&curve, &at_zero, Field::VariancePowerOf, ErrorsReason::Zero);
 }
 
+/// Heights that alternate, or rise where the model is level, are correlated beyond what is searched.
+#[test]
+fn correlations_beyond_what_is_searched_are_warned_of() {
+    let mut random = Random::new(40);
+    let asked = spec(0);
+    let estimated = Errors { correlation: Correlation::Ar1 { rho: None }, along: Along::Order, lines: None };
+    let bound = |y: Vec<f64>| {
+        let nodes = Nodes::curve(axis(y.len()), y, None).unwrap();
+        let found = fit(&nodes, &FitSpec { errors: Some(estimated.clone()), ..asked.clone() });
+        found.warnings.iter().find_map(|w| if let Warning::CorrelationAtBound(at) = w { Some(*at) } else { None })
+    };
+    let turning = (0..60).map(|k| if k % 2 == 0 { 1.0 } else { -1.0 } + 0.05 * random.normal()).collect();
+    assert!(bound(turning).is_some_and(|at| (at + 0.6).abs() < 1e-12));
+    // a rise that the model lacks, with next to no noise
+    let rise = (0..400).map(|k| f64::from(k) / 200.0 + 1e-5 * random.normal()).collect();
+    assert!(bound(rise).is_some_and(|at| (at - 0.998).abs() < 1e-12));
+    for rho in [0.0, 0.5] {
+        assert_eq!(bound(random.autoregression(200, rho)), None, "{rho}");
+    }
+}
+
 /// With correlation and noise told nothing is estimated: as many coefficients as nodes will do, and
 /// a height at a node has the error of that node.
 #[test]

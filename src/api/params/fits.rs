@@ -54,6 +54,7 @@ impl From<&Warning> for Params {
             Warning::PowerUncertain { freedom, more } => {
                 none.with("degrees_of_freedom", *freedom).with("more_nodes", *more)
             }
+            Warning::CorrelationAtBound(correlation) => none.with("correlation", *correlation),
             Warning::InfluenceOfMany { nodes, most } => none.with("nodes", *nodes).with("most", *most),
             Warning::PlacesBeyondDouble { places, count } => {
                 none.list("places", places.iter().copied()).with("count", *count)

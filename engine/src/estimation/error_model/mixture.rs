@@ -45,6 +45,14 @@ const LEAST: f64 = -0.6;
 const MOST: f64 = 0.998;
 
 impl Family {
+    /// The correlation of neighbours, where it is what the grid is laid over.
+    fn neighbours(&self, [a, _]: [f64; 2]) -> Option<f64> {
+        match self {
+            Family::Ar1 | Family::Ar2 => Some(libm::sin(a)),
+            Family::Matern { .. } => None,
+        }
+    }
+
     pub(crate) fn points(&self) -> usize {
         match self {
             Family::Ar1 => POINTS,
@@ -107,6 +115,8 @@ pub(crate) struct Mixture {
     pub std_errors: [f64; 2],
     /// The mean step from least squares.
     pub step: Vec<f64>,
+    /// The likeliest correlation of neighbours, where it is an end of what is searched.
+    pub at_end: Option<f64>,
     student: Student,
 }
 
@@ -116,6 +126,7 @@ impl Mixture {
     pub(crate) fn new(rows: &PlainRows, family: &Family, sigma: Option<f64>) -> Option<Self> {
         let (mut range, shape) = (family.range(), family.shape());
         let mut found: Vec<([usize; 2], Process, Generalised)> = Vec::new();
+        let mut at_end = None;
         for round in 0..=FINER {
             found.clear();
             let mut greatest = f64::NEG_INFINITY;
@@ -134,6 +145,11 @@ impl Mixture {
                 }
             }
             found.retain(|(_, _, here)| here.log_likelihood > greatest - NEGLIGIBLE);
+            let likeliest = found.iter().find(|(_, _, here)| here.log_likelihood == greatest).map(|(at, ..)| at[0]);
+            let ends = [(0, range[0][0]), (shape[0] - 1, range[0][1])];
+            let searched = family.range()[0];
+            let end = ends.into_iter().find(|(at, place)| likeliest == Some(*at) && searched.contains(place));
+            at_end = end.and_then(|(_, place)| family.neighbours([place, 0.0]));
             let before = range;
             for axis in 0..2 {
                 let low = found.iter().map(|(at, ..)| at[axis]).min()?;
@@ -149,7 +165,7 @@ impl Mixture {
                 break;
             }
         }
-        Some(Self::of(found, rows.freedom, sigma))
+        Some(Mixture { at_end, ..Self::of(found, rows.freedom, sigma) })
     }
 
     fn of(found: Vec<([usize; 2], Process, Generalised)>, freedom: f64, sigma: Option<f64>) -> Self {
@@ -172,7 +188,7 @@ impl Mixture {
         let std_errors = squares.map(f64::sqrt);
         let parts = found.into_iter().zip(&weights).map(|((.., here), weight)| (weight / whole, here)).collect();
         let student = if sigma.is_some() { Student::NORMAL } else { Student::new(freedom) };
-        Mixture { parts, process, std_errors, step, student }
+        Mixture { parts, process, std_errors, step, at_end: None, student }
     }
 
     /// A square root G of the covariance, `C = GGᵀ`: within the parts and between them.

@@ -180,6 +180,7 @@ impl Plain<'_> {
             (None, correlation) => given(correlation).ok_or_else(refused)?,
         };
         let std_errors = mixture.as_ref().map(|mixture| mixture.std_errors);
+        let at_end = mixture.as_ref().and_then(|mixture| mixture.at_end);
         let whitening = Whitening::new(&process, &lines).ok_or_else(refused)?;
         let rows = white_rows(self.design, self.sample, &lines, &whitening);
         let heights = white_heights(&rows, self.heights);
@@ -201,6 +202,7 @@ impl Plain<'_> {
         let spec = FitSpec { include: Include { residuals: true, ..self.spec.include }, ..self.spec.clone() };
         let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
         let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
+        result.warnings.extend(at_end.map(Warning::CorrelationAtBound));
         let left = result.residuals.values.take().unwrap_or_default();
         // as many coefficients as nodes leave rounding
         let lags = if left.len() > self.design.size() { Whiteness::lags(&lines) } else { 0 };

@@ -328,6 +328,12 @@ pub enum Warning {
         /// Nodes that are missing.
         more: usize,
     },
+    /// A correlation at an end of what is searched.
+    #[error(
+        "the likeliest correlation of neighbours is {}, an end of what is searched: it is no estimate, and intervals \
+         may hold less often than they say; tell the correlation, or look for what the model lacks", rounded(*.0, 3)
+    )]
+    CorrelationAtBound(f64),
     /// A predicted error that nothing corrects.
     #[error(
         "there is no corrected predicted error here: it is that of a matrix B, ridge or Tikhonov (up to 200 \

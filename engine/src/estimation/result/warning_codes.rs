@@ -53,6 +53,7 @@ impl Warning {
             PowerUncertain { .. } => "power_uncertain",
             NormLimitUnused => "norm_limit_unused",
             PriorWithoutNoise => "prior_unused",
+            CorrelationAtBound(_) => "correlation_at_bound",
             ShapeAtBound(_) => "shape_at_bound",
             NoCorrectedError | NothingToCorrect => "no_corrected_error",
             NoPredictionIntervals | NoPredictionOfQuantile => "no_prediction_intervals",

@@ -11,6 +11,8 @@ export default {
     "Nebenbedingungen halten die Funktion fest: Standardabweichungen gelten mit ihnen, Intervalle ohne sie.",
   correlated_residuals:
     "Benachbarte Residuen hängen zusammen: Dem Modell fehlt etwas, oder die Standardabweichungen sind zu klein.",
+  correlation_at_bound:
+    "Die wahrscheinlichste Korrelation der Nachbarn liegt am Rand des durchsuchten Bereichs und ist keine Schätzung.",
   criterion_not_reached:
     "Das Kriterium wird im durchsuchten Bereich von λ nicht erfüllt; die Antwort liegt an dessen Ende.",
   criterion_unavailable: "Das Kriterium braucht σ; stattdessen gelten die kleinsten Quadrate.",
