@@ -89,6 +89,35 @@ fn intervals_of_small_groups_hold() {
     }
 }
 
+/// Eight groups of three nodes, of which none tells its variance: coefficients of a quadratic and
+/// heights, 400 draws.
+#[test]
+fn intervals_of_many_small_groups_hold() {
+    let (count, draws, sigma) = (24, 400, [1.0, 0.3, 1.0, 2.0, 1.0, 0.3, 1.0, 1.0]);
+    let x: Vec<f64> = (0..count).map(|k| f64::from(k) / f64::from(count - 1)).collect();
+    let group: Vec<i64> = (0..i64::from(count)).map(|k| k / 3).collect();
+    let model = Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Monomial, terms: Terms::Tensor };
+    let at = Places::Curve(vec![0.0, 0.25, 0.5, 1.0]);
+    let predict = Some(Predict { at, level: None, kinds: Kinds::default(), slopes: false });
+    let variance = Variance::Groups(group.clone());
+    let asked = FitSpec { variance, predict, regularization: Regularization::None, ..FitSpec::new(model) };
+    let mut random = Random::new(607);
+    let (mut hits, mut fitted) = (0usize, 0usize);
+    for _ in 0..draws {
+        let y = group.iter().map(|g| sigma[*g as usize] * random.normal()).collect();
+        // now and then three residuals determine no variance
+        let Ok(found) = try_fit(&Nodes::curve(x.clone(), y, None).unwrap(), &asked) else { continue };
+        fitted += 1;
+        let own = found.coefficients.iter().map(|c| c.interval.unwrap().ends);
+        let heights = found.predictions.unwrap().confidence.unwrap();
+        hits += own.chain(heights).filter(|[low, high]| *low <= 0.0 && 0.0 <= *high).count();
+        assert!(found.warnings.iter().any(|w| w.code() == "group_variance_uncertain"));
+    }
+    let held = hits as f64 / (7 * fitted) as f64;
+    println!("{fitted} of {draws}: {held}");
+    assert!(fitted >= 300 && held >= 0.93, "{fitted} of {draws}: {held}");
+}
+
 /// Three groups at once, none of them large.
 #[test]
 fn intervals_of_three_groups_hold() {

@@ -17,6 +17,10 @@
 //! ν = 2 ‖q‖⁴ / Σ W_gh (qᵀS_g q)(qᵀS_h q)
 //! ```
 //!
+//! Where two or more groups rest on few degrees of freedom that is too many: the expansion takes
+//! every variance for nearly known, and with eight groups of three nodes 95 % intervals held in
+//! 0.82 to 0.84. There no form has more degrees of freedom than the group that has fewest.
+//!
 //! Ref.: Kackar and Harville, JASA 79, 1984; Kenward and Roger, Biometrics 53, 1997.
 
 use nalgebra::DMatrix;
@@ -34,6 +38,9 @@ pub(crate) struct VarianceSpread {
     scatter: DMatrix<f64>,
     /// m − n.
     freedom: f64,
+    /// Degrees of freedom in effect of the variance of each group: `Σ(1 − h)²` over its nodes, h
+    /// being the leverages.
+    free: Vec<f64>,
 }
 
 /// Numbers that shares may hold, and groups at most.
@@ -42,6 +49,9 @@ const MOST_GROUPS: usize = 100;
 
 /// Degrees of freedom that Student's distribution begins with.
 const LEAST_FREEDOM: f64 = 1.0;
+/// Degrees of freedom below which a group is small: several such limit those of every form.
+const FEW: f64 = 5.0;
+const SEVERAL: usize = 2;
 
 impl VarianceSpread {
     /// How many groups a fit of so many coefficients may have.
@@ -67,7 +77,9 @@ impl VarianceSpread {
         for (g, share) in shares.iter().enumerate() {
             squares += share * scatter[(g, g)];
         }
-        Some(VarianceSpread { shares, squares, scatter, freedom: (group.len() - n) as f64 })
+        let left = |(share, count): (&DMatrix<f64>, &f64)| count - 2.0 * share.trace() + share.norm_squared();
+        let free = shares.iter().zip(&counts).map(left).collect();
+        Some(VarianceSpread { shares, squares, scatter, freedom: (group.len() - n) as f64, free })
     }
 
     /// Of orthonormal rows of `n` numbers whose standard deviations go as a power of a coordinate
@@ -91,7 +103,7 @@ impl VarianceSpread {
             squares += &moments[g + h] * scatter[(g, h)];
         }
         moments.truncate(2);
-        Some(VarianceSpread { shares: moments, squares, scatter, freedom: (logs.len() - n) as f64 })
+        Some(VarianceSpread { shares: moments, squares, scatter, freedom: (logs.len() - n) as f64, free: Vec::new() })
     }
 
     /// A root of the covariance over σ².
@@ -125,17 +137,22 @@ impl VarianceSpread {
         let pairs = (0..of.len()).flat_map(|g| (0..of.len()).map(move |h| (g, h)));
         let scatter: f64 = pairs.map(|(g, h)| self.scatter[(g, h)] * of[g] * of[h]).sum();
         let freedom = 2.0 * square * square / scatter;
-        Student::new(if freedom.is_finite() { freedom.clamp(LEAST_FREEDOM, self.freedom) } else { self.freedom })
+        let freedom = if freedom.is_finite() { freedom.clamp(LEAST_FREEDOM, self.freedom) } else { self.freedom };
+        Student::new(freedom.min(self.limit()))
     }
 
-    /// The group whose variance rests on the fewest degrees of freedom, and how many they are:
-    /// `Σ(1 − h)²` over its nodes in effect, h being the leverages.
-    pub(crate) fn least_freedom(&self, group: &[usize]) -> (usize, f64) {
-        let free = |g: usize| {
-            let count = group.iter().filter(|&&own| own == g).count() as f64;
-            count - 2.0 * self.shares[g].trace() + self.shares[g].norm_squared()
-        };
-        (0..self.shares.len()).map(|g| (g, free(g))).min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, self.freedom))
+    /// What no form's degrees of freedom are above.
+    fn limit(&self) -> f64 {
+        match self.free.iter().filter(|free| **free < FEW).count() < SEVERAL {
+            true => f64::INFINITY,
+            false => self.least_freedom().1.max(LEAST_FREEDOM),
+        }
+    }
+
+    /// The group whose variance rests on the fewest degrees of freedom, and how many they are.
+    pub(crate) fn least_freedom(&self) -> (usize, f64) {
+        let each = self.free.iter().copied().enumerate();
+        each.min_by(|a, b| a.1.total_cmp(&b.1)).unwrap_or((0, self.freedom))
     }
 }
 

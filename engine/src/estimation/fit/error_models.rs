@@ -376,7 +376,7 @@ impl Plain<'_> {
         let (found, few) = match estimated {
             Estimated::Groups { place, count } => {
                 let found = VarianceSpread::of_groups(n, &rows, place, count).ok_or_else(undetermined)?;
-                let few = found.least_freedom(place);
+                let few = found.least_freedom();
                 (found, Some(few))
             }
             Estimated::Power { logs } => (VarianceSpread::of_power(n, &rows, logs).ok_or_else(undetermined)?, None),
