@@ -345,3 +345,25 @@ fn selection_costs_coverage() {
     let (large, found) = coverage(7.0, bic);
     assert!(large > 0.9 && found > 0.75, "{large} {found}");
 }
+
+/// A model that passes through every node has no likelihood; one that heights lie on but for
+/// rounding has none either, and is chosen with as few terms as will do.
+#[test]
+fn criteria_are_not_made_of_rounding() {
+    let x: Vec<f64> = (0..5).map(f64::from).collect();
+    let few = Nodes::curve(x, vec![0.0, 1.1, 1.9, 3.2, 3.9], None).unwrap();
+    for criterion in [ModelCriterion::Bic, ModelCriterion::Aicc, ModelCriterion::Reml] {
+        let found = fit(&few, &selecting(Degree::Both(4), criterion)).selection.unwrap();
+        assert!(found.candidates[found.chosen].coefficients < 4, "{criterion:?}: {found:?}");
+        let last = found.candidates.iter().find(|candidate| candidate.coefficients == 5).unwrap();
+        assert_eq!((last.aic, last.aicc, last.bic, last.reml), (None, None, None, None));
+    }
+    let x: Vec<f64> = (0..12).map(|k| 0.3 * f64::from(k)).collect();
+    let y = x.iter().map(|x| 7.1 - 0.3 * x + 0.9 * x * x).collect();
+    let exact = Nodes::curve(x, y, None).unwrap();
+    for criterion in [ModelCriterion::Bic, ModelCriterion::Aicc, ModelCriterion::Press, ModelCriterion::Reml] {
+        let found = fit(&exact, &selecting(Degree::Both(5), criterion)).selection.unwrap();
+        assert_eq!(found.candidates[found.chosen].coefficients, 3, "{criterion:?}: {found:?}");
+        assert!(found.candidates[1].bic.is_some() && found.candidates[2].bic.is_none(), "{found:?}");
+    }
+}

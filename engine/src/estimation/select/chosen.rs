@@ -51,10 +51,15 @@ pub(crate) fn choose(nodes: &Nodes, spec: &FitSpec, asked: &Select) -> Result<Ch
     check_work(asked, models, sample.count(), design.size(), problem.triangle.cost())?;
     let ordered = spec.model != Model::Linear;
     let (of, candidates): (Vec<_>, Vec<_>) = looked_at(asked, &problem, &design, &degrees, ordered).into_iter().unzip();
-    let chosen = (0..candidates.len())
+    // heights that lie on a model but for rounding are those of the smallest one that they lie on
+    let exact =
+        (0..candidates.len()).filter(|&k| problem.is_exact(&candidates[k])).min_by_key(|&k| candidates[k].coefficients);
+    let best = (0..candidates.len())
         .filter_map(|k| Some((k, candidates[k].figure(asked.criterion)?, candidates[k].coefficients)))
         .min_by(|x, y| x.1.total_cmp(&y.1).then(x.2.cmp(&y.2)))
-        .map(|(k, ..)| k)
+        .map(|(k, ..)| k);
+    let chosen = exact
+        .or(best)
         .ok_or_else(|| Faults::one(Field::SelectCriterion, SelectionReason::NoFigure(asked.criterion)))?;
     let selection = Selection { criterion: asked.criterion, candidates, chosen };
     Ok(match &of[chosen] {

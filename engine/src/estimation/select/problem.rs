@@ -24,6 +24,8 @@ use crate::{
     numerics::cancel::Asking,
 };
 
+/// Residuals this small against the heights are rounding.
+const ROUNDING: f64 = 1e-13;
 /// 1 − h below this is 0 to rounding.
 const UNDETERMINED: f64 = 1e-10;
 
@@ -46,6 +48,8 @@ pub(super) struct Problem {
     logarithms: f64,
     /// What the constant alone leaves, or nothing at all.
     whole: f64,
+    /// A residual sum of squares up to which is rounding.
+    rounding: f64,
 }
 
 impl Problem {
@@ -89,6 +93,7 @@ impl Problem {
             weight: (0..m).map(|k| sample.w(k)).sum(),
             logarithms: (0..m).map(|k| sample.w(k).ln()).sum(),
             whole: found.rss,
+            rounding: ROUNDING * ROUNDING * heights,
         };
         problem.whole += match problem.constant {
             Some(constant) => problem.beyond(&problem.triangle.subspace(&[constant])).norm_squared(),
@@ -108,7 +113,9 @@ impl Problem {
         let (m, n, rss) = (self.left.len() as f64, subspace.q.ncols() as f64, self.rss + beyond.norm_squared());
         let k = n + 1.0;
         let existing = |x: f64| Some(x).filter(|x| x.is_finite());
-        let deviance = existing(m * ((TAU * rss / m).ln() + 1.0) - self.logarithms);
+        // of rounding there is no likelihood: it would be the greater the more terms there are
+        let noisy = m > n && rss > self.rounding;
+        let deviance = existing(m * ((TAU * rss / m).ln() + 1.0) - self.logarithms).filter(|_| noisy);
         let aic = deviance.map(|deviance| deviance + 2.0 * k);
         let flat = if self.constant.is_some() { 1.0 } else { 0.0 };
         Candidate {
@@ -121,10 +128,15 @@ impl Problem {
             bic: deviance.map(|deviance| deviance + k * m.ln()),
             press: self.press(subspace, &beyond).and_then(existing),
             blocked_cv: self.blocked(subspace, &beyond).and_then(existing),
-            reml: existing(g_prior(self.whole, rss, n - flat, m - flat, None)).filter(|_| m > n),
+            reml: existing(g_prior(self.whole, rss, n - flat, m - flat, None)).filter(|_| noisy),
             rss,
             sigma: (m > n).then(|| (rss / (m - n)).sqrt()),
         }
+    }
+
+    /// Whether a model with fewer terms than there are nodes leaves nothing but rounding.
+    pub(super) fn is_exact(&self, candidate: &Candidate) -> bool {
+        candidate.coefficients < self.left.len() && candidate.rss <= self.rounding
     }
 
     fn press(&self, subspace: &Subspace, beyond: &DVector<f64>) -> Option<f64> {
