@@ -29,7 +29,11 @@ use crate::{
     jobs::{NewStream, PostedBlock, Stream, StreamDraft},
 };
 use flankfit_engine::{
-    estimation::{Recursive, near},
+    estimation::{
+        FitError, Recursive,
+        fault::{PriorReason, Reason},
+        near,
+    },
     fault::words::counted,
 };
 
@@ -193,7 +197,7 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
             };
             return Ok(EstimateText::Waiting { code: "too_few_nodes".into(), message });
         }
-        Err(error) => return Ok(waiting(error.into())),
+        Err(error) => return Ok(waiting(error)),
     };
     let shape = near::shape_of(estimate.spec(), &result);
     let digest = canonical::hexadecimal(input_sha256);
@@ -201,11 +205,18 @@ pub fn estimate_text(estimate: &Recursive, input_sha256: &[u8; 32]) -> Result<Es
     Ok(EstimateText::Result(String::from_utf8(text).map_err(Problem::internal)?))
 }
 
-/// Nodes that do not allow the fit yet are no fault of their block.
-fn waiting(problem: Problem) -> EstimateText {
+/// Nodes that do not allow the fit yet are no fault of their block: the code is that of a warning.
+fn waiting(error: FitError) -> EstimateText {
+    let code = match error.first() {
+        Some(Reason::Prior(PriorReason::NoNoise)) => Some("no_degrees_of_freedom"),
+        Some(Reason::Prior(PriorReason::Undetermined)) => Some("rank_deficient"),
+        Some(Reason::Prior(PriorReason::BeyondDouble) | Reason::Range(_)) => Some("beyond_double"),
+        _ => None,
+    };
+    let problem = Problem::from(error);
     let details: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
     let message = if details.is_empty() { problem.detail } else { details.join("; ") };
-    EstimateText::Waiting { code: problem.code.into_owned(), message }
+    EstimateText::Waiting { code: code.map_or_else(|| problem.code.into_owned(), str::to_owned), message }
 }
 
 /// The answer to a block.

@@ -45,6 +45,26 @@ fn close(one: &Value, two: &Value, pointer: &str) {
     assert!(one.iter().zip(&two).all(|(a, b)| (a - b).abs() <= 1e-12 * size), "{pointer}: {one:?} {two:?}");
 }
 
+/// With as many nodes as coefficients there is no noise to weigh a prior against yet.
+#[tokio::test]
+async fn a_prior_waits_for_noise() {
+    let mut app = TestApp::start().await;
+    let job = app.job().await;
+    let asked = json!({
+        "model": {"type": "polynomial", "degree": 1}, "regularization": {"type": "none"},
+        "prior": {"mean": [0, 0], "std_error": [1, 1]},
+    });
+    let opened = app.post(&format!("{job}/streams"), &asked).await.expect(201);
+    let stream = opened.header("location").unwrap().to_owned();
+    for (sequence, code) in [(1, Some("too_few_nodes")), (2, Some("no_degrees_of_freedom")), (3, None)] {
+        let nodes = json!({"type": "curve", "x": [sequence], "y": [sequence * sequence]});
+        let block = json!({"sequence": sequence, "nodes": nodes});
+        let answer = app.post(&format!("{stream}/nodes"), &block).await.expect(200).json();
+        assert_eq!(answer["warnings"][0]["code"].as_str(), code, "{answer}");
+        assert_eq!(answer.get("result").is_some(), code.is_none(), "{answer}");
+    }
+}
+
 #[tokio::test]
 async fn a_stream_from_its_first_node_to_its_iteration() {
     let mut app = TestApp::start().await;
