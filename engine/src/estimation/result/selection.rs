@@ -26,7 +26,8 @@ pub struct Candidate {
     pub coefficients: usize,
     /// λ of the elastic net that kept these terms; of several the one with the least `blocked_cv`.
     pub lambda: Option<f64>,
-    /// −2 ln L + 2(n + 1), σ² counted as a parameter.
+    /// −2 ln L + 2(n + 1), σ² counted as a parameter; `None`, like all that is made of L, where the
+    /// residuals are 0 but for rounding, or n = m.
     pub aic: Option<f64>,
     /// `aic` corrected for few nodes.
     pub aicc: Option<f64>,

@@ -41,7 +41,8 @@ answer! {
         /// λ of the elastic net that keeps these terms, in the unit of the heights; of several the
         /// one with the least `blocked_cv`.
         lambda?: f64 = lambda,
-        /// Akaike's criterion, −2 ln L + 2k; absent where the residuals are 0.
+        /// Akaike's criterion, −2 ln L + 2k; absent, like all that is made of L, where the residuals
+        /// are 0 but for rounding, or n = m.
         aic?: f64 = aic,
         /// The same corrected for few nodes; absent where m ≤ k + 1.
         aicc?: f64 = aicc,
@@ -54,7 +55,7 @@ answer! {
         /// nodes do not determine a block.
         blocked_cv?: f64 = blocked_cv,
         /// −2 ln of the marginal likelihood with Zellner's prior, less what all models have in
-        /// common; absent where n = m.
+        /// common; absent where `aic` is.
         reml?: f64 = reml,
         /// Σ w r², unit of the heights squared.
         rss: f64 = rss,
