@@ -240,8 +240,8 @@ fn intervals_hold_with_few_degrees_of_freedom() {
     assert_mean(&cases);
 }
 
-/// Another probe, or weights in another unit: σ of now is three times that of the iterations before,
-/// or a third. The error of least squares is by the nodes of now alone.
+/// Another probe, or weights in another unit: σ of now is three times that of the iterations
+/// before, or a third. The error of least squares is by the nodes of now alone.
 #[test]
 fn intervals_hold_whatever_the_noise_before_was() {
     let mut cases = Vec::new();

@@ -16,7 +16,7 @@ use crate::{
     estimation::{
         data::{Nodes, Sample},
         result::TermKey,
-        spec::{Degree, Domain, FitSpec, Model, PolynomialBasis, Terms},
+        spec::{Degree, Domain, FitSpec, Knots, Model, PolynomialBasis, Terms},
     },
     geometry::{Mapping, polynomial::Family},
 };

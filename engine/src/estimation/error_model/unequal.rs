@@ -29,7 +29,6 @@ pub(crate) struct Rows<'a> {
 struct Weighted {
     r: DMatrix<f64>,
     step: Vec<f64>,
-    rss: f64,
 }
 
 impl Rows<'_> {
@@ -49,7 +48,7 @@ impl Rows<'_> {
         triangular::solve_upper_transposed(&r, &mut right);
         let rss = squares - right.iter().map(|x| x * x).sum::<f64>();
         triangular::solve_upper(&r, &mut right);
-        (rss > 0.0).then_some(Weighted { r, step: right, rss })
+        (rss > 0.0).then_some(Weighted { r, step: right })
     }
 
     /// ln L of standard deviations that go as the exponent `delta` of the places with these

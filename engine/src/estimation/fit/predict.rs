@@ -154,8 +154,8 @@ fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2
 }
 
 /// A band about least squares, or about the mean of a posterior. Where r was given, and the filter
-/// does not follow from the heights, also that about the estimate with its bias, and the narrower of
-/// the two on the whole is taken: their widths know no heights but σ̂.
+/// does not follow from the heights, also that about the estimate with its bias, and the narrower
+/// of the two on the whole is taken: their widths know no heights but σ̂.
 fn simultaneous(forms: &Forms, heights: &[Estimated], places: &[[f64; 2]], noise: &Noise) -> Option<Simultaneous> {
     let plain = band(forms, heights, places, noise, forms.posterior)?;
     // r bounds no bias of a constrained estimate

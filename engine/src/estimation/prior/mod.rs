@@ -168,7 +168,13 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
             };
             match &chain.moves {
                 Moves::StdError(deviations) => {
-                    let branch = follow(&Spread::Of(current.along(deviations, noise.sigma)))?;
+                    let branch = follow(&Spread::Of(current.along(deviations, noise.sigma)));
+                    // what is determined without a move is so with any that doubles hold
+                    let lost = || follow(&Spread::Even(0.0)).is_ok();
+                    let branch = branch.or_else(|undetermined| match lost() {
+                        true => Err(Faults::one(Field::PriorMove, PriorReason::BeyondDouble)),
+                        false => Err(undetermined),
+                    })?;
                     (noise, vec![branch], None)
                 }
                 Moves::Estimated => {

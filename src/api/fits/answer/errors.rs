@@ -27,8 +27,8 @@ pub struct ErrorsResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub durbin_watson: Option<[f64; 2]>,
-    /// Ljung and Box's Q of both: m(m + 2) Σ cₕ²/mₕ over the lags, cₕ being Σ rᵢrᵢ₊ₕ / Σ r² over the
-    /// mₕ pairs that lie h nodes apart on one line.
+    /// Ljung and Box's Q of both: m(m + 2) Σ cₕ²/mₕ over the lags, cₕ being Σ rᵢrᵢ₊ₕ / Σ r² over
+    /// the mₕ pairs that lie h nodes apart on one line.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub ljung_box: Option<[f64; 2]>,
@@ -36,8 +36,8 @@ pub struct ErrorsResult {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub ljung_box_p: Option<[f64; 2]>,
-    /// Lags that Q is summed over: up to ten, or a fifth of the nodes, as far as lines have pairs for
-    /// a fifth of the nodes. 0 where no line has two nodes.
+    /// Lags that Q is summed over: up to ten, or a fifth of the nodes, as far as lines have pairs
+    /// for a fifth of the nodes. 0 where no line has two nodes.
     pub ljung_box_lags: usize,
 }
 

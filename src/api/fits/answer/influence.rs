@@ -7,10 +7,10 @@ use flankfit_engine::estimation::{result::Influence, spec::Include};
 answer! {
     /// How much each counted node has a say in the fit, in the order of `residuals.values`; null
     /// where a figure does not exist: without a node of leverage 1 the others do not determine the
-    /// fit there (warning `full_leverage`), and figures that divide by a σ̂ need some noise (warning
-    /// `no_noise_without`). A regularised fit is looked at with its penalty held as
-    /// all nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes
-    /// carry weights.
+    /// fit there (warning `full_leverage`), and figures that divide by a σ̂ need some noise
+    /// (warning `no_noise_without`). A regularised fit is looked at with its penalty held as all
+    /// nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes carry
+    /// weights.
     #[schema(as = Influence)]
     pub struct InfluenceBody from Influence {
         leverage, internally_studentized, externally_studentized, cooks_distance, dffits, press_residual, press,

@@ -46,7 +46,8 @@ answer! {
         prediction?: Vec<[f64; 2]> = prediction,
         /// `[low, high]` of the true heights of the whole domain at once, at each place; of a
         /// linear model of all rows asked for at once. About least squares; where a norm limit was
-        /// given about the estimate, if that band is narrower on the whole.
+        /// given, and λ* does not follow from the heights, about the estimate if that band is
+        /// narrower on the whole.
         simultaneous?: Vec<[f64; 2]> = simultaneous.as_ref().map(|all| &all.band),
         simultaneous_method?: SimultaneousMethodName = simultaneous.as_ref().map(|all| &all.method),
         /// Half the width of `simultaneous` in standard errors, the largest of all places.

@@ -41,8 +41,8 @@ answer! {
         /// λ of the elastic net that keeps these terms, in the unit of the heights; of several the
         /// one with the least `blocked_cv`.
         lambda?: f64 = lambda,
-        /// Akaike's criterion, −2 ln L + 2k; absent, like all that is made of L, where the residuals
-        /// are 0 but for rounding, or n = m.
+        /// Akaike's criterion, −2 ln L + 2k; absent, like all that is made of L, where the
+        /// residuals are 0 but for rounding, or n = m.
         aic?: f64 = aic,
         /// The same corrected for few nodes; absent where m ≤ k + 1.
         aicc?: f64 = aicc,

@@ -31,10 +31,11 @@
 //!
 //! Quantiles are of probability 0.999, so a machine that is what J says is called something else
 //! once or twice in a thousand corrections (20 of 28,000 in simulation with white noise,
-//! `tests/laws/gear_correction_verdict.rs`; waviness that does not repeat raises it). Where σ was estimated from the residuals of the
-//! correction they are those of Student's t and Fisher's F, and *weaker* asks that β̂ be too small
-//! without the correction by σ² h as well: such a σ holds form that both measurements share, and
-//! which biases nothing. A ratio that is not distinguishable from 0 is not answered.
+//! `tests/laws/gear_correction_verdict.rs`; waviness that does not repeat raises it). Where σ was
+//! estimated from the residuals of the correction they are those of Student's t and Fisher's F, and
+//! *weaker* asks that β̂ be too small without the correction by σ² h as well: such a σ holds form
+//! that both measurements share, and which biases nothing. A ratio that is not distinguishable from
+//! 0 is not answered.
 
 mod answer;
 mod comparison;
