@@ -159,11 +159,12 @@ async fn what_does_not_go_together_with_a_model_of_the_errors_is_refused() {
     let y: Vec<f64> = x.iter().enumerate().map(|(k, x)| 0.3 * x + 0.02 * x * x + (37 * k % 11) as f64 / 30.0).collect();
     let plain = json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": {"type": "polynomial", "degree": 2},
         "regularization": {"type": "none"}});
+    let groups = [[1; 12], [2; 12]].concat();
     let models = [
         ("errors", json!({"type": "ar1", "along": "order", "parameters": {"rho": 0.3}})),
         ("errors", json!({"type": "ar1", "along": "order"})),
         ("variance", json!("hc3")),
-        ("variance", json!({"groups": [[1; 12], [2; 12]].concat()})),
+        ("variance", json!({"groups": groups})),
         ("variance", json!({"power_of": "u"})),
     ];
     let criterion = |name: &str| json!({"type": "ridge", "parameter": {"criterion": name}});

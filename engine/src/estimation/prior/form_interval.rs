@@ -186,12 +186,18 @@ impl Prediction {
         let each = 1.0 / steps().len() as f64;
         let alone =
             steps().chain(FAR).map(|s| ((ALONE * each).ln(), Moments { variance: middle.variance + s * s, ..middle }));
-        let whole = stepped.into_iter().map(|(ln, part)| ((WHOLE * each).ln() + ln, part));
+        let whole: Vec<(f64, Moments)> =
+            stepped.into_iter().map(|(ln, part)| ((WHOLE * each).ln() + ln, part)).collect();
+        // beyond any step that the flank is allowed
+        let beyond = whole.iter().max_by(|a, b| a.0.total_cmp(&b.0)).copied();
+        let beyond = beyond.into_iter().flat_map(|(ln, part)| {
+            FAR.map(|s| (ln + (ALONE * each).ln(), Moments { variance: part.variance + s * s, ..part }))
+        });
         let still = parts
             .into_iter()
             .filter(|(weight, _)| *weight > NOTHING)
             .map(|(weight, part)| (((1.0 - ALONE - WHOLE) * weight).ln(), part));
-        Prediction { parts: still.chain(alone).chain(whole).collect() }
+        Prediction { parts: still.chain(alone).chain(whole.iter().copied()).chain(beyond).collect() }
     }
 
     /// δ(c).
