@@ -20,6 +20,8 @@ import { scaleOf, ticksOf } from "./scale.js";
  */
 
 const MARGIN = { top: 12, right: 16, bottom: 44, left: 70 };
+/** What a digit of a tick needs, and the axis's title beside it, pixels. */
+const [DIGIT, TITLE] = [7, 34];
 
 /**
  * @param {{
@@ -42,14 +44,15 @@ export function Chart({ name, summary, x, y, height = 320, children, probes = []
   const [at, setAt] = useState(/** @type {number | null} */ (null));
   const [box, width] = useWidth();
   const plot = plotOf(x, y, width, height);
+  const left = width - MARGIN.right - plot.width;
   const probe = at === null ? undefined : probes[at];
   const heading = level === 2 ? html`<h2 id=${id}>${name}</h2>` : html`<h3 id=${id}>${name}</h3>`;
 
   const drawing = () => html`<svg class="chart" width=${width} height=${height} viewBox=${`0 0 ${width} ${height}`}
     role=${probes.length > 0 ? undefined : "img"} aria-hidden=${probes.length > 0 ? "true" : undefined}
     aria-labelledby=${probes.length > 0 ? undefined : id} aria-describedby=${probes.length > 0 ? undefined : `${id}-summary`}>
-    <g transform=${`translate(${MARGIN.left} ${MARGIN.top})`}>
-      ${h(Axes, { plot, x, y })}
+    <g transform=${`translate(${left} ${MARGIN.top})`}>
+      ${h(Axes, { plot, x, y, left })}
       ${children(plot)}
       ${probe && h(Crosshair, { plot, probe })}
     </g>
@@ -68,24 +71,26 @@ export function Chart({ name, summary, x, y, height = 320, children, probes = []
         }
       </div>
     </figcaption>
-    <p class="quiet" id=${`${id}-summary`}>${summary}</p>
+    <div class="chart-said">
+      <p class="quiet chart-summary" id=${`${id}-summary`}>${summary}</p>
+      ${probes.length > 0 && !asTable && html`<p class="chart-readout" aria-hidden="true">${probe?.text}</p>`}
+    </div>
     ${
       asTable && data
         ? table({ ...data, caption: name, hideCaption: true })
         : html`<div class="chart-box" ref=${box}>
-            ${probes.length > 0 ? h(Reader, { id, name, probes, at, setAt, plot, onPick, children: drawing() }) : drawing()}
-          </div>
-          ${probes.length > 0 && html`<p class="chart-readout" aria-hidden="true">${probe?.text ?? "\u00a0"}</p>`}`
+            ${probes.length > 0 ? h(Reader, { id, name, probes, at, setAt, plot, left, onPick, children: drawing() }) : drawing()}
+          </div>`
     }
   </figure>`;
 }
 
 /**
  * Reads points out: as a slider, which screen readers know how to say.
- * @param {{ id: string, name: string, probes: readonly Probe[], at: number | null, setAt: (at: number | null) => void, plot: Plot,
+ * @param {{ id: string, name: string, probes: readonly Probe[], at: number | null, setAt: (at: number | null) => void, plot: Plot, left: number,
  *   onPick: ((probe: Probe, index: number) => void) | undefined, children: Children }} props
  */
-function Reader({ id, name, probes, at, setAt, plot, onPick, children }) {
+function Reader({ id, name, probes, at, setAt, plot, left, onPick, children }) {
   const last = probes.length - 1;
   const now = Math.min(at ?? 0, last);
   const pick = (/** @type {number} */ index) => {
@@ -104,7 +109,7 @@ function Reader({ id, name, probes, at, setAt, plot, onPick, children }) {
   };
   const point = (/** @type {PointerEvent & { currentTarget: Element }} */ event) => {
     const box = event.currentTarget.getBoundingClientRect();
-    setAt(nearest(probes, plot, event.clientX - box.left - MARGIN.left, event.clientY - box.top - MARGIN.top));
+    setAt(nearest(probes, plot, event.clientX - box.left - left, event.clientY - box.top - MARGIN.top));
   };
   return html`<div class="chart-reader" tabindex="0" role="slider" aria-label=${name} aria-describedby=${`${id}-summary`}
     aria-valuemin="1" aria-valuemax=${last + 1} aria-valuenow=${now + 1} aria-valuetext=${probes[now]?.text ?? ""}
@@ -134,12 +139,10 @@ function Crosshair({ plot, probe }) {
   </g>`;
 }
 
-/** @param {{ plot: Plot, x: AxisSpec, y: AxisSpec }} props */
-function Axes({ plot, x, y }) {
-  const [across, up] = [
-    ticksOf(plot.x, { ticks: plot.width < 420 ? 4 : 7, ...x }, fmt.value),
-    ticksOf(plot.y, { ticks: 6, ...y }, fmt.value),
-  ];
+/** @param {{ plot: Plot, x: AxisSpec, y: AxisSpec, left: number }} props `left`: what is left of the axes, pixels */
+function Axes({ plot, x, y, left }) {
+  const across = ticksOf(plot.x, { ticks: plot.width < 420 ? 4 : 7, ...x }, fmt.value);
+  const up = ticksUp(plot.y, y);
   const title = (/** @type {AxisSpec} */ { label, unit }) =>
     html`${label}${unit && html`<tspan translate="no">${` / ${unit}`}</tspan>`}`;
   return html`<g class="chart-axes">
@@ -159,15 +162,21 @@ function Axes({ plot, x, y }) {
     })}
     <path class="frame" d=${`M0 0V${plot.height}H${plot.width}`} />
     <text class="axis-title" x=${plot.width / 2} y=${plot.height + 36} text-anchor="middle">${title(x)}</text>
-    <text class="axis-title" transform=${`translate(${-MARGIN.left + 14} ${plot.height / 2}) rotate(-90)`} text-anchor="middle">${title(y)}</text>
+    <text class="axis-title" transform=${`translate(${14 - left} ${plot.height / 2}) rotate(-90)`} text-anchor="middle">${title(y)}</text>
   </g>`;
 }
 
+/** @param {import("./scale.js").Scale} scale @param {AxisSpec} y */
+const ticksUp = (scale, y) => ticksOf(scale, { ticks: 6, ...y }, fmt.value);
+
 /** @param {AxisSpec} x @param {AxisSpec} y @param {number} width @param {number} height @returns {Plot} */
 function plotOf(x, y, width, height) {
-  const inner = Math.max(40, width - MARGIN.left - MARGIN.right);
   const tall = height - MARGIN.top - MARGIN.bottom;
-  return { x: scaleOf(x, [0, inner]), y: scaleOf(y, [tall, 0]), width: inner, height: tall };
+  const up = scaleOf(y, [tall, 0]);
+  // long ticks push the axis to the right
+  const longest = Math.max(0, ...ticksUp(up, y).map(({ label }) => label?.length ?? 0));
+  const inner = Math.max(40, width - Math.max(MARGIN.left, TITLE + DIGIT * longest) - MARGIN.right);
+  return { x: scaleOf(x, [0, inner]), y: up, width: inner, height: tall };
 }
 
 /** The width of an element, as it changes. @returns {[import("../../vendor/ui.js").RefObject<HTMLDivElement | null>, number]} */

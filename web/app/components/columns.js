@@ -50,12 +50,13 @@ export const termColumn = (header) => ({
  * An estimate to the second digit of its standard error.
  * @template Row
  * @param {string} key @param {string} header @param {(row: Row) => { value?: Maybe, std_error?: Maybe } | undefined} of
+ * @param {(row: Row) => string | undefined} [unit]
  * @returns {Column<Row>}
  */
-export const estimateColumn = (key, header, of) => ({
+export const estimateColumn = (key, header, of, unit) => ({
   key,
   header,
   numeric: true,
-  cell: (row) => h(WithError, { value: of(row)?.value, error: of(row)?.std_error }),
+  cell: (row) => h(WithError, { value: of(row)?.value, error: of(row)?.std_error, unit: unit?.(row) }),
   csv: (row) => of(row)?.value,
 });

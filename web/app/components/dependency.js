@@ -8,7 +8,7 @@ import { html } from "../../vendor/ui.js";
 
 /** @param {{ of: import("../api/client.js").Schema<"NearDependency"> }} props */
 export function Dependency({ of }) {
-  if (shownLanguage.value !== "de") return html`<span lang="en" translate="no">${of.sentence}</span>`;
+  if (shownLanguage.value !== "de") return html`<span lang="en" translate="no">${termSign(of.sentence)}</span>`;
   const digits = (/** @type {number | undefined} */ value, /** @type {number} */ count) =>
     value === undefined || value === null ? undefined : fmt.value.input(Number(value.toPrecision(count)));
   const figures = {

@@ -11,7 +11,7 @@ import { ABSENT } from "../lib/format.js";
 import { FIELDS, gearOf } from "../lib/gear_form.js";
 import { editOf, patchOf, rebased } from "../lib/job_edit.js";
 import { t as requirementText } from "../i18n/requirements.js";
-import { FIGURES, limitsOf, requirementsOf, SIDES } from "../lib/requirements.js";
+import { ALL_FIGURES, limitsOf, requirementsOf, SIDES } from "../lib/requirements.js";
 import { h, html, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
 import { Checkbox } from "./form.js";
@@ -171,7 +171,7 @@ function inShort(form) {
   const { requirements } = requirementsOf(form);
   const of = requirements?.tolerance_limits?.class;
   const limits = SIDES.flatMap((side) =>
-    FIGURES.flatMap(({ name, symbol }) => {
+    ALL_FIGURES.flatMap(({ name, symbol }) => {
       const ends = limitsOf(requirements, side, name)?.map(fmt.value.input).join(" … ");
       const whose = side === "both" ? "" : `, ${requirementText[side]}`;
       return ends ? [`${symbol.replace("_", " ")}${whose}: ${ends}`] : [];
@@ -181,5 +181,10 @@ function inShort(form) {
     ({ kind, upper, lower }) =>
       `${requirementText[kind]}: ${[upper, lower].map((line) => JSON.stringify(line)).join(" ")}`,
   );
-  return [...(of === undefined ? [] : [`${requirementText.class}: ${of}`]), ...limits, ...bands].join("; ");
+  const ofPitch = requirements?.pitch_limits?.class;
+  const classes = [
+    ...(of === undefined ? [] : [`${requirementText.class}: ${of}`]),
+    ...(ofPitch === undefined ? [] : [`${requirementText.pitchClass}: ${ofPitch}`]),
+  ];
+  return [...classes, ...limits, ...bands].join("; ");
 }

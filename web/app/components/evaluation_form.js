@@ -7,6 +7,7 @@ import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { useDraft } from "../lib/draft.js";
 import { parseNumber } from "../lib/format.js";
+import { CLASSES } from "../lib/requirements.js";
 import { h, html, useState } from "../../vendor/ui.js";
 import { SelectField, TextField } from "./form.js";
 import { Failure } from "./states.js";
@@ -16,7 +17,6 @@ import { notify } from "./toast.js";
 /** @typedef {import("../api/client.js").Schema<"JobRecord">} JobRecord */
 /** @typedef {import("../api/client.js").Schema<"EvaluationSettings">} EvaluationSettings */
 
-export const CLASSES = Array.from({ length: 11 }, (_, i) => String(i + 1));
 const FIELDS = [
   "/evaluation/profile_diameter_range_mm",
   "/evaluation/helix_range_mm",

@@ -142,7 +142,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
   const shown = asked.map((column) => (isAnswered(column.key, rows) ? column : { ...column, cell: undefined }));
   const level = fmt.value.input(Number((100 * (settings.level ?? 0.95)).toPrecision(12)));
   const intervals = !brief && rows.some(({ trace }) => trace?.slope_interval_um || trace?.crowning_interval_um);
-  const body = table({
+  return table({
     caption: of ? `${t[kind]}, ${of}` : t[kind],
     hideCaption: true,
     csvName,
@@ -151,8 +151,8 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     rowKey: ({ key }) => key,
     rowClass: ({ trace }) => (trace ? "" : "summary"),
     columns: shown,
+    note: intervals && t.intervalsBelow(level),
   });
-  return html`${body}${intervals && html`<p class="hint">${t.intervalsBelow(level)}</p>`}`;
 }
 
 /** Those with errors. */

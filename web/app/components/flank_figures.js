@@ -16,7 +16,10 @@ import { Within } from "./within.js";
 /** @typedef {import("../api/client.js").Schema<"Conformity">} Conformity */
 /** @typedef {(typeof SURFACE_FIGURES)[number] & { figure: FlankFigure }} Row */
 
-/** @param {Figures | undefined} figures @param {(typeof SURFACE_FIGURES)[number]["name"]} name */
+/** @typedef {(typeof SURFACE_FIGURES)[number]["name"]} Name */
+/** @typedef {{ number: number, link: import("../../vendor/ui.js").ComponentChildren, flank: "left" | "right" | undefined, figures: Figures | undefined }} IterationFigures */
+
+/** @param {Figures | undefined} figures @param {Name} name */
 const figureOf = (figures, name) => figures?.[/** @type {const} */ (`${name}_um`)];
 
 /** Those that a fit tells. @param {Figures | undefined} figures @returns {Row[]} */
@@ -60,7 +63,8 @@ export function FlankFigures({ figures, level }) {
             rows,
             rowKey: ({ name }) => name,
             columns: columns(percent, limited),
-          })}<p class="hint">${t.figuresHint}${limited && ` ${t.conformityHint}`}</p>`
+            note: html`${t.figuresHint}${limited && ` ${t.conformityHint}`}`,
+          })}`
     }
     ${(figures?.warnings.length ?? 0) > 0 && h(WarningList, { warnings: figures?.warnings ?? [] })}
   </section>`;
@@ -121,33 +125,50 @@ function columns(percent, limited) {
 }
 
 /**
- * The figures of several iterations below each other, by their standing fits.
- * @param {{ rows: readonly { number: number, link: import("../../vendor/ui.js").ComponentChildren, figures: Figures | undefined }[], csvName: string }} props
+ * The figures of several iterations below each other, by their standing fits. The limits are those that decided of the
+ * last one that has some; where others are asked for, these stand below.
+ * @param {{ rows: readonly IterationFigures[], required: (name: Name, flank: "left" | "right" | undefined) => readonly number[] | undefined, csvName: string }} props
  */
-export function FiguresOfIterations({ rows, csvName }) {
+export function FiguresOfIterations({ rows, required, csvName }) {
   const told = SURFACE_FIGURES.filter(({ name }) => rows.some(({ figures }) => figureOf(figures, name)));
-  const limitsOf = (/** @type {(typeof SURFACE_FIGURES)[number]["name"]} */ name) =>
-    rows.flatMap(({ figures }) => figureOf(figures, name)?.conformity?.limits_um ?? []).slice(-2);
+  const decisive = (/** @type {Name} */ name) => rows.findLast(({ figures }) => figureOf(figures, name)?.conformity);
+  /** @param {Name} name @returns {readonly number[]} */
+  const limitsOf = (name) => figureOf(decisive(name)?.figures, name)?.conformity?.limits_um ?? [];
+  /** @param {Name} name @returns {readonly number[]} */
+  const askedOf = (name) => {
+    const [of, limits] = [decisive(name), limitsOf(name)];
+    const asked = of && required(name, of.flank);
+    return asked && !sameLimits(asked, limits) ? asked : [];
+  };
   const limited = told.some(({ name }) => limitsOf(name).length > 0);
+  const differs = told.some(({ name }) => askedOf(name).length > 0);
   if (told.length === 0) return html`<p class="quiet">${t.noFigures}</p>`;
-  /** @typedef {(typeof rows)[number] | "limits"} Line */
+  /** @typedef {IterationFigures | "limits" | "required"} Line */
   /** @type {Line[]} */
-  const lines = [...rows, ...(limited ? [/** @type {const} */ ("limits")] : [])];
+  const lines = [
+    ...rows,
+    ...(limited ? [/** @type {const} */ ("limits")] : []),
+    ...(differs ? [/** @type {const} */ ("required")] : []),
+  ];
+  const heads = { limits: differs ? t.limitsDecided : t.limitsOf, required: t.limitsRequired };
+  const ends = (/** @type {"limits" | "required"} */ line, /** @type {Name} */ name) =>
+    line === "limits" ? limitsOf(name) : askedOf(name);
   return html`${table({
     caption: t.figuresOfFit,
     hideCaption: true,
     csvName,
     stacked: true,
     rows: lines,
-    rowKey: (line) => (line === "limits" ? line : line.number),
-    rowClass: (line) => (line === "limits" ? "summary" : ""),
+    rowKey: (line) => (typeof line === "string" ? line : line.number),
+    rowClass: (line) => (typeof line === "string" ? "summary" : ""),
+    note: [t.figuresHint, ...(limited ? [t.conformityHint] : []), ...(differs ? [t.limitsShare] : [])].join(" "),
     columns: [
       {
         key: "iteration",
         header: t.iteration,
         rowHeader: true,
-        cell: (line) => (line === "limits" ? t.limitsOf : line.link),
-        csv: (line) => (line === "limits" ? t.limitsOf : line.number),
+        cell: (line) => (typeof line === "string" ? heads[line] : line.link),
+        csv: (line) => (typeof line === "string" ? heads[line] : line.number),
       },
       ...told.map(({ name, symbol }) => {
         /** @type {import("./table.js").Column<Line>} */
@@ -158,21 +179,26 @@ export function FiguresOfIterations({ rows, csvName }) {
           unit: "µm",
           numeric: true,
           cell: (line) => {
-            if (line === "limits") {
-              const limits = limitsOf(name);
+            if (typeof line === "string") {
+              const limits = ends(line, name);
               return data(limits.length > 0 ? limitText(limits) : ABSENT);
             }
             const figure = figureOf(line.figures, name);
             if (!figure) return ABSENT;
             return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}`;
           },
-          csv: (line) => (line === "limits" ? limitsOf(name).join(" … ") : figureOf(line.figures, name)?.value),
+          csv: (line) =>
+            typeof line === "string" ? ends(line, name).join(" … ") : figureOf(line.figures, name)?.value,
         };
         return column;
       }),
     ],
-  })}<p class="hint">${t.figuresHint}${limited && ` ${t.conformityHint}`}</p>`;
+  })}`;
 }
+
+/** To the last digit that numbers are sent with. @param {readonly number[]} some @param {readonly number[]} others */
+const sameLimits = (some, others) =>
+  some.every((end, i) => Math.abs(end - (others[i] ?? Number.NaN)) <= 1e-9 * Math.max(1, Math.abs(end)));
 
 /** In short, as an entry of the trace has them. @param {{ figures: Figures | undefined }} props */
 export function FiguresInShort({ figures }) {

@@ -8,15 +8,13 @@ import { dashOf } from "../lib/colour.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { Facts, WithError } from "./figure.js";
-import { GearSymbol } from "./symbol.js";
-import { table } from "./table.js";
+import { PitchTable } from "./pitch_table.js";
 import { WarningList } from "./warnings.js";
 
 /** @typedef {import("../api/client.js").Schema<"PitchEvaluation">} PitchEvaluation */
 /** @typedef {import("../api/client.js").Schema<"FlankPitch">} FlankPitch */
 /** @typedef {import("../api/client.js").Schema<"GearRunout">} GearRunout */
 /** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
-/** @typedef {{ key: string, symbol: string, name: string, flank: string, value: number | undefined, tooth: number | undefined, tolerance: number | undefined, class: number | undefined, beyond: boolean }} Row */
 
 /** @param {{ pitch: PitchEvaluation, tolerances: GearTolerances | undefined, csvName: string }} props */
 export function PitchSheet({ pitch, tolerances, csvName }) {
@@ -26,7 +24,6 @@ export function PitchSheet({ pitch, tolerances, csvName }) {
     ${flanks.map((of) => h(Pitches, { key: of.flank, of, csvName }))}
     ${pitch.runout && h(Runout, { of: pitch.runout, csvName })}
     ${h(PitchTable, { pitch, flanks, tolerances, csvName })}
-    <p class="hint">${pitch.counting === "counterclockwise" ? t.counterclockwise : t.clockwise}</p>
     ${warnings.length > 0 && h(WarningList, { warnings })}`;
 }
 
@@ -86,19 +83,24 @@ function Pitches({ of, csvName }) {
   const x = { label: t.tooth, domain: teeth };
   const [bars, curve] = [byTooth(singles), byTooth(index)];
   const worst = of.single_pitch;
+  const limits = of.single_pitch_limits_um ?? [];
   return html`<section class="pitch-flank" aria-label=${whose}>
     ${h(Chart, {
       name: t.singleOf(whose),
-      summary: t.singleSummary(fmt.value.um(worst?.value_um), worst ? fmt.value.count(worst.tooth) : ABSENT),
+      summary: [
+        t.singleSummary(fmt.value.um(worst?.value_um), worst ? fmt.value.count(worst.tooth) : ABSENT),
+        ...(limits.length > 0 ? [t.limitsDrawn] : []),
+      ].join(" "),
       height: 200,
       x,
-      y: { label: t.singleShort, unit: "µm", domain: domainOf(singles), nice: true },
+      y: { label: t.singleShort, unit: "µm", domain: domainOf([...singles, ...limits]), nice: true },
       probes: probesOf(bars),
       data: asTable(`${csvName} ${t.singleOf(whose)}`, t.singleShort, bars),
       children: (plot) => html`
         ${h(Bars, { plot, bins: bars.flatMap(({ tooth, value }) => (value === null ? [] : [{ from: tooth - 0.4, to: tooth + 0.4, count: value }])) })}
         ${worst && h(Bars, { plot, series: "vermilion", bins: [{ from: worst.tooth - 0.4, to: worst.tooth + 0.4, count: worst.value_um }] })}
-        ${h(Rule, { plot, y: 0, kind: "zero" })}`,
+        ${h(Rule, { plot, y: 0, kind: "zero" })}
+        ${limits.map((y) => h(Rule, { key: y, plot, y, kind: "limit" }))}`,
     })}
     ${h(Chart, {
       name: t.cumulativeOf(whose),
@@ -110,7 +112,7 @@ function Pitches({ of, csvName }) {
       data: asTable(`${csvName} ${t.cumulativeOf(whose)}`, t.index, curve),
       children: (plot) => html`
         ${h(Rule, { plot, y: 0, kind: "zero" })}
-        ${endsOf(index).map((y) => h(Rule, { key: y, plot, y, kind: "limit" }))}
+        ${endsOf(index).map((y) => h(Rule, { key: y, plot, y }))}
         ${h(Line, { plot, dash: dashOf(flank), points: curve.map(({ tooth, value }) => ({ x: tooth, y: value })) })}
         ${h(Dots, { plot, small: true, points: curve.map(({ tooth, value }) => ({ x: tooth, y: value })) })}`,
     })}
@@ -146,7 +148,7 @@ function Runout({ of, csvName }) {
       data: asTable(`${csvName} ${t.runout}`, t.reading_, rows),
       children: (plot) => html`
         ${h(Rule, { plot, y: 0, kind: "zero" })}
-        ${endsOf(readings).map((y) => h(Rule, { key: y, plot, y, kind: "limit" }))}
+        ${endsOf(readings).map((y) => h(Rule, { key: y, plot, y }))}
         ${wave && h(Line, { plot, series: "vermilion", dash: "9 3 1 3", thin: true, points: wave.filter(({ x }) => x <= readings.length) })}
         ${h(Line, { plot, points: rows.map(({ tooth, value }) => ({ x: tooth, y: value })) })}
         ${h(Dots, { plot, small: true, points: rows.map(({ tooth, value }) => ({ x: tooth, y: value })) })}`,
@@ -168,128 +170,3 @@ function Runout({ of, csvName }) {
 
 /** @param {readonly number[]} values */
 const mean = (values) => values.reduce((sum, one) => sum + one, 0) / Math.max(1, values.length);
-
-/** @param {{ pitch: PitchEvaluation, flanks: readonly FlankPitch[], tolerances: GearTolerances | undefined, csvName: string }} props */
-function PitchTable({ pitch, flanks, tolerances, csvName }) {
-  const values = tolerances?.rounded;
-  const rows = [
-    ...flanks.flatMap((of) => flankRows(of, values)),
-    ...(pitch.runout ? [runoutRow(pitch.runout, values)] : []),
-  ];
-  const missing = [...flanks, ...(pitch.runout ? [pitch.runout] : [])].reduce((sum, one) => sum + one.missing, 0);
-  const data = (/** @type {string} */ text) => html`<span translate="no">${text}</span>`;
-  return html`${table({
-    caption: t.title,
-    hideCaption: true,
-    csvName,
-    stacked: true,
-    rows,
-    rowKey: ({ key }) => key,
-    columns: /** @type {import("./table.js").Column<Row>[]} */ ([
-      {
-        key: "figure",
-        header: t.figure,
-        rowHeader: true,
-        cell: ({ symbol, name }) => html`${h(GearSymbol, { name: symbol })} <span class="figure-name">${name}</span>`,
-        csv: ({ symbol }) => symbol.replace("_", " "),
-      },
-      { key: "flank", header: t.flank, cell: ({ flank }) => flank || ABSENT, csv: ({ flank }) => flank },
-      {
-        key: "value",
-        header: t.value,
-        unit: "µm",
-        numeric: true,
-        cell: ({ value }) => data(fmt.value.um(value)),
-        csv: ({ value }) => value,
-      },
-      {
-        key: "tooth",
-        header: t.atTooth,
-        numeric: true,
-        cell: ({ tooth }) => data(fmt.value.count(tooth)),
-        csv: ({ tooth }) => tooth,
-      },
-      {
-        key: "tolerance",
-        header: tolerances ? t.tolerance(tolerances.class) : t.toleranceNone,
-        unit: "µm",
-        numeric: true,
-        cell: values ? ({ tolerance }) => data(fmt.value.um(tolerance)) : undefined,
-        csv: values ? ({ tolerance }) => tolerance : undefined,
-      },
-      {
-        key: "class",
-        header: t.class,
-        numeric: true,
-        cell: ({ class: of, beyond }) => (beyond ? t.beyond : data(fmt.value.count(of))),
-        csv: ({ class: of, beyond }) => (beyond ? ">11" : of),
-      },
-    ]),
-  })}${missing > 0 && html`<p class="note">${t.missing(missing)}</p>`}`;
-}
-
-/** @param {FlankPitch} of @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances @returns {Row[]} */
-function flankRows(of, tolerances) {
-  const flank = of.flank === "left" ? t.leftShort : t.rightShort;
-  const beyond = of.class.beyond ?? [];
-  const row = (/** @type {Partial<Row> & { key: string, symbol: string, name: string }} */ own) => ({
-    flank,
-    value: undefined,
-    tooth: undefined,
-    tolerance: undefined,
-    class: undefined,
-    beyond: false,
-    ...own,
-    key: `${own.key} ${of.flank}`,
-  });
-  return [
-    row({
-      key: "single",
-      symbol: "f_p",
-      name: t.single,
-      value: of.single_pitch?.value_um,
-      tooth: of.single_pitch?.tooth,
-      tolerance: tolerances?.single_pitch_um,
-      class: of.class.single_pitch,
-      beyond: beyond.includes("single_pitch"),
-    }),
-    row({
-      key: "cumulative",
-      symbol: "F_p",
-      name: t.cumulative,
-      value: of.cumulative_pitch_um,
-      tolerance: tolerances?.cumulative_pitch_um,
-      class: of.class.cumulative_pitch,
-      beyond: beyond.includes("cumulative_pitch"),
-    }),
-    row({
-      key: "sector",
-      symbol: "F_pk",
-      name: t.sector(fmt.value.count(of.k)),
-      value: of.sector_pitch?.value_um,
-      tooth: of.sector_pitch?.tooth,
-    }),
-    row({
-      key: "adjacent",
-      symbol: "f_u",
-      name: t.adjacent,
-      value: of.adjacent_pitch_difference?.value_um,
-      tooth: of.adjacent_pitch_difference?.tooth,
-    }),
-  ];
-}
-
-/** @param {GearRunout} of @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances @returns {Row} */
-function runoutRow(of, tolerances) {
-  return {
-    key: "runout",
-    symbol: "F_r",
-    name: of.derived ? t.runoutFromPitches : t.runout,
-    flank: "",
-    value: of.runout_um,
-    tooth: undefined,
-    tolerance: tolerances?.runout_um,
-    class: of.class,
-    beyond: of.beyond_classes,
-  };
-}

@@ -4,27 +4,29 @@ import { Chart } from "../charts/chart.js";
 import { Band, Line } from "../charts/marks.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/requirements.js";
-import { ABSENT } from "../lib/format.js";
-import { FIGURES, heightAt, limitsOf, SIDES } from "../lib/requirements.js";
+import { ABSENT, capital } from "../lib/format.js";
+import { ALL_FIGURES, heightAt, limitsOf, SIDES } from "../lib/requirements.js";
 import { h, html } from "../../vendor/ui.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
 /** @typedef {import("../lib/requirements.js").Requirements} Requirements */
 /** @typedef {import("../lib/requirements.js").KBand} KBand */
-/** @typedef {(typeof FIGURES)[number]} Figure */
+/** @typedef {(typeof ALL_FIGURES)[number]} Figure */
 
 /** @param {{ requirements: Requirements | undefined, name: string }} props `name`: of the job */
 export function RequirementsPanel({ requirements, name }) {
   const of = requirements?.tolerance_limits?.class;
-  const rows = FIGURES.filter((figure) => SIDES.some((side) => limitsOf(requirements, side, figure.name)));
+  const rows = ALL_FIGURES.filter((figure) => SIDES.some((side) => limitsOf(requirements, side, figure.name)));
   const sides = SIDES.filter((side) => rows.some((figure) => limitsOf(requirements, side, figure.name)));
   const bands = requirements?.k_bands ?? [];
-  const none = of === undefined && rows.length === 0 && bands.length === 0;
+  const ofPitch = requirements?.pitch_limits?.class;
+  const none = of === undefined && ofPitch === undefined && rows.length === 0 && bands.length === 0;
   return html`<section class="panel" aria-labelledby="requirements">
     <h2 id="requirements">${t.title}</h2>
     ${none ? html`<p class="quiet">${t.none}</p>` : html`<p class="hint">${t.hint}</p>`}
     ${of !== undefined && html`<p><b>${t.classOf(of)}</b></p>`}
+    ${ofPitch !== undefined && html`<p><b>${t.pitchClassOf(ofPitch)}</b></p>`}
     ${
       rows.length > 0 &&
       table({
@@ -88,7 +90,7 @@ function BandChart({ band, number, name }) {
     name: t.bandOf(number, t[kind], flank === "left" ? t.leftFlank : flank === "right" ? t.rightFlank : t.bothFlanks),
     summary: t.bandSummary(write(low), write(high)),
     height: 220,
-    x: { label: t[axis], unit, domain: [low, high] },
+    x: { label: capital(t[axis]), unit, domain: [low, high] },
     y: { label: t.deviation, unit: "µm", domain: [Math.min(0, ...heights), Math.max(0, ...heights)], nice: true },
     data: {
       rows,

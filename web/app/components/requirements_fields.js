@@ -2,52 +2,78 @@
 
 import { faultsAt } from "../api/problem.js";
 import { t } from "../i18n/requirements.js";
-import { bandPlace, emptyBand, FIGURES, placeOf, requirementsOf } from "../lib/requirements.js";
+import {
+  ALL_FIGURES,
+  bandPlace,
+  CLASSES,
+  emptyBand,
+  FIGURES,
+  limitPointer,
+  PITCH_FIGURES,
+  placeOf,
+  requirementsOf,
+  sidesOf,
+} from "../lib/requirements.js";
 import { h, html, useId } from "../../vendor/ui.js";
-import { CLASSES } from "./evaluation_form.js";
 import { SelectField, TextField } from "./form.js";
 import { GearSymbol } from "./symbol.js";
 
 /** @typedef {import("../lib/requirements.js").RequirementsForm} RequirementsForm */
 /** @typedef {import("../lib/requirements.js").BandForm} BandForm */
 /** @typedef {import("../lib/requirements.js").Side} Side */
+/** @typedef {readonly { name: import("../lib/requirements.js").FigureName, symbol: string }[]} Figures */
 /** @typedef {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} Typed */
 
 /** JSON Pointers of requests whose faults stand at these fields. @param {RequirementsForm} form */
 export const shownPointers = (form) => [
   "/requirements/tolerance_limits/class",
-  ...["", "/left", "/right"].flatMap((side) =>
-    FIGURES.map(({ name }) => `/requirements/tolerance_limits${side}/${name}_um`),
-  ),
+  "/requirements/pitch_limits/class",
+  ...ALL_FIGURES.flatMap(({ name }) => sidesOf(name).map((side) => limitPointer(side, name))),
   ...form.bands.flatMap((_, i) => ["upper", "lower"].map((edge) => `/requirements/k_bands/${i}/${edge}`)),
 ];
 
 /** @param {{ form: RequirementsForm, onChange: (form: RequirementsForm) => void, error: unknown, told: boolean }} props */
 export function RequirementsFields({ form, onChange, error, told }) {
   const { faults } = requirementsOf(form);
-  const oneFlank = Object.keys(form.limits).some((place) => form.limits[place] && !place.startsWith("both"));
-  const ends = (/** @type {readonly Side[]} */ sides) =>
-    h(Limits, { sides, form, error, faults: told ? faults : onlyNumbers(faults), onChange });
+  /** Whether some of these figures have limits of one flank. @param {Figures} figures */
+  const oneFlank = (figures) =>
+    figures.some(({ name }) =>
+      sidesOf(name).some(
+        (side) => side !== "both" && [0, 1].some((end) => form.limits[placeOf(side, name, end ? 1 : 0)]),
+      ),
+    );
+  const ends = (/** @type {readonly Side[]} */ sides, /** @type {Figures} */ figures) =>
+    h(Limits, { sides, figures, form, error, faults: told ? faults : onlyNumbers(faults), onChange });
+  /** @param {"class" | "pitchClass"} name @param {string} label @param {string} hint @param {string} pointer */
+  const classField = (name, label, hint, pointer) =>
+    h(SelectField, {
+      label,
+      hint,
+      value: form[name] ?? "",
+      error,
+      pointer,
+      onChange: (value) => onChange({ ...form, [name]: value }),
+      options: [
+        { value: "", label: t.noClass },
+        ...CLASSES.map((value) => ({ value, label: html`<span translate="no">${value}</span>` })),
+      ],
+    });
   return html`<div class="requirements-fields">
-    <div class="fields">
-      ${h(SelectField, {
-        label: t.class,
-        hint: t.classHint,
-        value: form.class,
-        error,
-        pointer: "/requirements/tolerance_limits/class",
-        onChange: (value) => onChange({ ...form, class: value }),
-        options: [
-          { value: "", label: t.noClass },
-          ...CLASSES.map((value) => ({ value, label: html`<span translate="no">${value}</span>` })),
-        ],
-      })}
-    </div>
+    <div class="fields">${classField("class", t.class, t.classHint, "/requirements/tolerance_limits/class")}</div>
     <div role="group" aria-label=${t.limits}>
       <h3>${t.limits}</h3>
       <p class="hint">${t.limitsHint}</p>
-      ${ends(["both"])}
-      <details open=${oneFlank}><summary>${t.oneFlank}</summary>${ends(["left", "right"])}</details>
+      ${ends(["both"], FIGURES)}
+      <details open=${oneFlank(FIGURES)}><summary>${t.oneFlank}</summary>${ends(["left", "right"], FIGURES)}</details>
+    </div>
+    <div role="group" aria-label=${t.pitchLimits}>
+      <h3>${t.pitchLimits}</h3>
+      <div class="fields">
+        ${classField("pitchClass", t.pitchClass, t.pitchClassHint, "/requirements/pitch_limits/class")}
+      </div>
+      ${ends(["both"], PITCH_FIGURES)}
+      <details open=${oneFlank(PITCH_FIGURES)}><summary>${t.pitchesOfOneFlank}</summary>
+        ${ends(["left", "right"], PITCH_FIGURES.slice(0, 2))}</details>
     </div>
     <div role="group" aria-label=${t.bands}>
       <h3>${t.bands}</h3>
@@ -73,14 +99,14 @@ export function RequirementsFields({ form, onChange, error, told }) {
 const onlyNumbers = (faults) =>
   Object.fromEntries(Object.entries(faults).filter(([, fault]) => fault === "notANumber"));
 
-/** A table of two fields a figure, from and to. @param {{ sides: readonly Side[], form: RequirementsForm, faults: Record<string, import("../lib/requirements.js").Fault>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
-function Limits({ sides, form, faults, error, onChange }) {
+/** A table of two fields a figure, from and to. @param {{ sides: readonly Side[], figures: Figures, form: RequirementsForm, faults: Record<string, import("../lib/requirements.js").Fault>, error: unknown, onChange: (form: RequirementsForm) => void }} props */
+function Limits({ sides, figures, form, faults, error, onChange }) {
   const id = useId();
   return html`<div class="limits-grid" data-sides=${sides.length}>
     ${sides.length > 1 && html`<span></span>${sides.map((side) => html`<b key=${side} class="limits-side">${t[side]}</b>`)}`}
-    ${FIGURES.map(({ name, symbol }) => {
+    ${figures.map(({ name, symbol }) => {
       const told = sides.flatMap((side) => {
-        const pointer = `/requirements/tolerance_limits${side === "both" ? "" : `/${side}`}/${name}_um`;
+        const pointer = limitPointer(side, name);
         const own = faults[placeOf(side, name, 0)];
         return [
           ...(own ? [html`<span key=${side}>${t[own]}</span>`] : []),
@@ -95,7 +121,8 @@ function Limits({ sides, form, faults, error, onChange }) {
           ${
             /** @type {const} */ ([0, 1]).map((end) => {
               const place = placeOf(side, name, end);
-              const label = `${t[name]}, ${t[side]}, ${end === 0 ? t.from : t.to}`;
+              const whose = sidesOf(name).length > 1 ? [t[side]] : [];
+              const label = [t[name], ...whose, end === 0 ? t.from : t.to].join(", ");
               return html`${end === 1 && html`<span class="quiet" aria-hidden="true">…</span>`}<input key=${place} type="text" class="numeric" inputmode="decimal"
               autocomplete="off" spellcheck=${false} aria-label=${label} value=${form.limits[place] ?? ""}
               aria-invalid=${told.length > 0 ? "true" : undefined} aria-describedby=${told.length > 0 ? fault : undefined}

@@ -88,7 +88,10 @@ export function FigureChart({ history, kind }) {
     return typeof y === "number" && y > 0 ? [{ nodes, x: nodes, y, after }] : [];
   });
   const last = points.at(-1);
-  if (!last) return kind === "lambda" ? html`<h3>${t.lambda}</h3><p class="quiet">${t.noLambda}</p>` : null;
+  if (!last)
+    return kind === "lambda"
+      ? html`<div class="chart-figure"><div class="chart-head"><h3>${t.lambda}</h3></div><p class="quiet">${t.noLambda}</p></div>`
+      : null;
   const format = kind === "lambda" ? fmt.value.three : fmt.value.condition;
   const write = ({ y, after } = last) => (after === undefined ? format(y) : `${format(y)} → ${format(after)}`);
   const values = points.flatMap(({ y, after }) => (after === undefined ? [y] : [y, after]));

@@ -15,6 +15,7 @@ import { h, html } from "../../vendor/ui.js";
  * @property {string | undefined} [unit] written behind the header
  * @property {boolean} [numeric] right-aligned, digits below digits
  * @property {boolean} [rowHeader] names the row
+ * @property {boolean} [minor] not on tablets, where the columns do not fit beside each other
  * @property {((row: Row) => Children) | undefined} [cell] a column without is in the file only
  * @property {((row: Row) => string | number | boolean | null | undefined) | undefined} [csv] its value in full; a column without is left out there
  * @property {"ascending" | "descending" | undefined} [sorted]
@@ -33,7 +34,9 @@ import { h, html } from "../../vendor/ui.js";
  *   csvName?: string | undefined,
  *   stacked?: boolean,
  *   tools?: Children,
- * }} props `csvName`: offers the table as a file of this name; `stacked`: on narrow screens a card for each row
+ *   note?: Children,
+ * }} props `csvName`: offers the table as a file of this name; `stacked`: on narrow screens a card for each row;
+ *   `note`: a sentence about the table, below it
  */
 export function table({
   caption,
@@ -45,6 +48,7 @@ export function table({
   csvName,
   stacked = false,
   tools,
+  note,
 }) {
   const shown = columns.filter(({ cell }) => cell);
   const save = () => {
@@ -54,9 +58,9 @@ export function table({
     download(`${csvName}.csv`, csv(told, rows));
   };
   const bar =
-    csvName || tools
+    csvName || tools || note
       ? html`<div class="table-tools">
-          ${tools} ${csvName && html`<button type="button" class="button small" onClick=${save}>${t.csv}</button>`}
+          ${note && html`<p class="table-note">${note}</p>`} ${tools} ${csvName && html`<button type="button" class="button small" onClick=${save}>${t.csv}</button>`}
         </div>`
       : null;
   // roles are told again, since a stacked table is laid out as blocks, which drop them
@@ -81,18 +85,19 @@ export function table({
 }
 
 /** @param {{ column: Column<never> }} props */
-function Head({ column: { header, head, unit, numeric, sorted, onSort } }) {
+function Head({ column: { header, head, unit, numeric, minor, sorted, onSort } }) {
   const text = html`<span>${head ?? header}${unit && html` <span class="unit" translate="no">${unit}</span>`}</span>`;
-  return html`<th role="columnheader" scope="col" class=${numeric ? "numeric" : ""} aria-sort=${sorted}>
+  return html`<th role="columnheader" scope="col" class=${[numeric && "numeric", minor && "minor"].filter(Boolean).join(" ")} aria-sort=${sorted}>
     ${onSort ? html`<button type="button" class="sort" onClick=${onSort}>${text}</button>` : text}
   </th>`;
 }
 
 /** @template Row @param {Column<Row>} column @param {Row} row */
-function cellOf({ key, header, head, numeric, rowHeader, cell }, row) {
+function cellOf({ key, header, head, numeric, minor, rowHeader, cell }, row) {
   const value = cell?.(row);
   const content = html`<span class="cell-label" aria-hidden="true">${head ?? header}</span><span class="cell">${value}</span>`;
-  const name = [numeric && "numeric", (value === ABSENT || value === "") && "absent"].filter(Boolean).join(" ");
+  const absent = value === ABSENT || value === "";
+  const name = [numeric && "numeric", minor && "minor", absent && "absent"].filter(Boolean).join(" ");
   if (rowHeader) return html`<th role="rowheader" scope="row" key=${key} class=${name}>${content}</th>`;
   return html`<td role="cell" key=${key} class=${name}>${content}</td>`;
 }

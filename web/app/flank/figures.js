@@ -4,6 +4,7 @@ import { Facts, WithError } from "../components/figure.js";
 import { table } from "../components/table.js";
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
+import { ABSENT } from "../lib/format.js";
 import { termSign } from "../lib/terms.js";
 import { heightUnit, unitSign } from "../lib/units.js";
 import { Dependency } from "../components/dependency.js";
@@ -76,10 +77,10 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
       key: "bias",
       header: t.biasBound,
       numeric: true,
-      cell: (one) => html`<span translate="no">${fmt.value.significant(one.bias_bound, 2)}</span>`,
+      cell: (one) => html`<span translate="no">${inUnit(fmt.value.significant(one.bias_bound, 2), one, axes)}</span>`,
       csv: (one) => one.bias_bound,
     },
-    ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level) : []),
+    ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level, axes) : []),
   ];
   return table({
     caption: t.coefficients,
@@ -92,24 +93,34 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
   });
 }
 
-/** @param {number} level @returns {import("../components/table.js").Column<Coefficient>[]} */
-function intervalColumns(level) {
+/** @param {number} level @param {Axes | null | undefined} axes @returns {import("../components/table.js").Column<Coefficient>[]} */
+function intervalColumns(level, axes) {
   const name = t.interval(fmt.value.input(Number((100 * level).toPrecision(12))));
   return [
     {
       key: "interval",
       header: name,
       numeric: true,
-      cell: ({ interval, least_squares_std_error: error }) =>
-        html`<span translate="no">${fmt.value.interval(interval, error)}</span>`,
+      cell: (one) =>
+        html`<span translate="no">${inUnit(fmt.value.interval(one.interval, one.least_squares_std_error), one, axes)}</span>`,
     },
     { key: "low", header: `${name}: ${t.low}`, csv: ({ interval }) => interval?.[0] },
     { key: "high", header: `${name}: ${t.high}`, csv: ({ interval }) => interval?.[1] },
   ];
 }
 
-/** The unit of a coefficient of raw powers: µm/mm². @param {Coefficient} coefficient @param {Axes | null | undefined} axes */
-export function unitOf({ powers }, axes) {
+/** A number in the unit of a coefficient. @param {string} text @param {Parameters<typeof unitOf>[0]} coefficient @param {Axes | null | undefined} axes */
+export function inUnit(text, coefficient, axes) {
+  const unit = unitOf(coefficient, axes);
+  return unit && text !== ABSENT ? `${text}\u202f${unit}` : text;
+}
+
+/**
+ * The unit of a coefficient: µm/mm² of raw powers, that of the heights where the term is a function of places on −1 … 1.
+ * @param {{ powers?: readonly number[] | null, term?: string | null }} coefficient @param {Axes | null | undefined} axes
+ */
+export function unitOf({ powers, term }, axes) {
+  if (term?.includes("(")) return heightUnit(axes);
   const [top, u, v] = [heightUnit(axes), unitSign(axes?.u?.unit), unitSign(axes?.v?.unit)];
   if (!top || !powers || !u || (powers.length > 1 && !v)) return undefined;
   const [p = 0, q = 0] = powers;

@@ -57,8 +57,20 @@ function columns(sort, limit) {
       sorted: sort === "name" ? "ascending" : undefined,
       onSort: by("name"),
     },
-    { key: "part", header: t.part, cell: (job) => data(job.part_number), csv: (job) => job.part_number },
-    { key: "serial", header: t.serial, cell: (job) => data(job.serial_number), csv: (job) => job.serial_number },
+    {
+      key: "part",
+      header: t.part,
+      cell: (job) => data(job.part_number),
+      csv: (job) => job.part_number,
+      minor: true,
+    },
+    {
+      key: "serial",
+      header: t.serial,
+      cell: (job) => data(job.serial_number),
+      csv: (job) => job.serial_number,
+      minor: true,
+    },
     { key: "machine", header: t.machine, cell: (job) => data(job.machine), csv: (job) => job.machine },
     {
       key: "status",
@@ -91,7 +103,7 @@ function columns(sort, limit) {
       csv: (job) => job.class,
     },
     number("rms", t.rms, ({ rms }) => rms, fmt.value.three),
-    number("condition", t.condition, ({ condition }) => condition, fmt.value.condition),
+    { ...number("condition", t.condition, ({ condition }) => condition, fmt.value.condition), minor: true },
     { key: "gear", header: t.gear, csv: (job) => gearInShort(job.gear) },
     { key: "tags", header: t.tags, csv: (job) => tagText(job.tags) },
     { key: "measured", header: t.measured, csv: (job) => job.last_measured_at },
@@ -123,10 +135,12 @@ function number(key, header, of, write) {
 }
 
 /** The name, a link; below it what it is of. @param {ListedJob} job */
-function nameOf({ id, name, gear, tags }) {
+function nameOf({ id, name, gear, tags, part_number: part, serial_number: serial }) {
   const beside = gearInShort(gear);
   const tagged = Object.keys(tags).length > 0;
+  const numbers = [part, serial].filter(Boolean).join(" · ");
   return html`<a href=${href("/jobs/{job_id}", { job_id: id })} translate="no">${name}</a>
+    ${numbers && html`<span class="job-numbers" translate="no">${numbers}</span>`}
     ${(beside || tagged) && html`<span class="job-more" translate="no">${beside && html`<span>${beside}</span>`}${tagged && h(Tags, { tags })}</span>`}`;
 }
 

@@ -7,6 +7,9 @@ const MINUS = "\u2212";
 const NARROW = "\u202f";
 const SUPERSCRIPTS = "⁰¹²³⁴⁵⁶⁷⁸⁹";
 
+/** As words stand at the head of a chart or of an axis. @param {string} words */
+export const capital = (words) => words.charAt(0).toUpperCase() + words.slice(1);
+
 /** @typedef {"en" | "de"} Locale */
 /** @typedef {number | null | undefined} Maybe */
 

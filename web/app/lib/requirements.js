@@ -4,18 +4,25 @@ import { parseNumber } from "./format.js";
 
 /** @typedef {import("../api/client.js").Schema<"Requirements">} Requirements */
 /** @typedef {import("../api/client.js").Schema<"ToleranceLimits">} ToleranceLimits */
+/** @typedef {import("../api/client.js").Schema<"PitchLimits">} PitchLimits */
 /** @typedef {import("../api/client.js").Schema<"KBand">} KBand */
-/** @typedef {(typeof FIGURES)[number]["name"]} FigureName */
+/** @typedef {Record<string, number[] | undefined>} Limits */
+/** @typedef {(typeof FIGURES)[number]["name"] | PitchName} FigureName */
+/** @typedef {(typeof PITCH_FIGURES)[number]["name"]} PitchName */
 /** @typedef {"both" | "left" | "right"} Side */
 /** @typedef {{ kind: "profile" | "helix", flank: "" | "left" | "right", axis: "roll_length" | "diameter" | "roll_angle", upper: string, lower: string }} BandForm */
 /** @typedef {"notANumber" | "twoEnds" | "order" | "points"} Fault */
 /**
  * @typedef {object} RequirementsForm
  * @property {string} class
+ * @property {string} [pitchClass] of pitches and run-out, where it is another
  * @property {Record<string, string>} limits by `placeOf`; what is left empty is not there
  * @property {BandForm[]} bands
  * @property {Record<string, unknown>} [others] what the form has no fields for, which stays as it is
  */
+
+/** The classes of ISO 1328-1. */
+export const CLASSES = Array.from({ length: 11 }, (_, i) => String(i + 1));
 
 /** The figures that have limits, with their symbols. */
 export const FIGURES = /** @type {const} */ ([
@@ -30,6 +37,14 @@ export const FIGURES = /** @type {const} */ ([
   { name: "helix_total", symbol: "F_β" },
 ]);
 
+/** What is measured all around the gear. */
+export const PITCH_FIGURES = /** @type {const} */ ([
+  { name: "single_pitch", symbol: "f_p" },
+  { name: "cumulative_pitch", symbol: "F_p" },
+  { name: "runout", symbol: "F_r" },
+]);
+export const ALL_FIGURES = [...FIGURES, ...PITCH_FIGURES];
+
 /** Those that the surface of a fit has too. */
 export const SURFACE_FIGURES = FIGURES.slice(0, 5).map(
   ({ name, symbol }) => /** @type {{ name: SurfaceFigure, symbol: string }} */ ({ name, symbol }),
@@ -38,15 +53,42 @@ export const SURFACE_FIGURES = FIGURES.slice(0, 5).map(
 
 export const SIDES = /** @type {const} */ (["both", "left", "right"]);
 
+/** Whose limits a figure has: the run-out is of both flanks. @param {FigureName} name */
+export const sidesOf = (name) => (name === "runout" ? SIDES.slice(0, 1) : SIDES);
+
+/** @param {FigureName} name */
+const group = (name) =>
+  PITCH_FIGURES.some((figure) => figure.name === name)
+    ? /** @type {const} */ ("pitch_limits")
+    : /** @type {const} */ ("tolerance_limits");
+
+/** Where a limit stands in a request, as a JSON Pointer. @param {Side} side @param {FigureName} name */
+export const limitPointer = (side, name) =>
+  `/requirements/${group(name)}${side === "both" ? "" : `/${side}`}/${name}_um`;
+
 /** Where a limit stands in the form. @param {Side} side @param {FigureName} name @param {0 | 1} end */
 export const placeOf = (side, name, end) => `${side} ${name} ${end}`;
 
 /** The limits of one figure, as they were asked for. @param {Requirements | undefined} requirements @param {Side} side @param {FigureName} name */
 export function limitsOf(requirements, side, name) {
-  const all = requirements?.tolerance_limits;
+  const all = /** @type {Limits & { left?: Limits, right?: Limits } | undefined} */ (requirements?.[group(name)]);
   const of = side === "both" ? all : all?.[side];
-  const [low, high] = of?.[/** @type {const} */ (`${name}_um`)] ?? [];
+  const [low, high] = of?.[`${name}_um`] ?? [];
   return low === undefined || high === undefined ? undefined : /** @type {const} */ ([low, high]);
+}
+
+/**
+ * What is asked of a figure of a flank: its own limits, those of both flanks, or the tolerance of the class.
+ * @param {Requirements | undefined} requirements @param {"left" | "right" | undefined} flank @param {SurfaceFigure} name
+ * @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances of the class that is asked for
+ * @returns {readonly number[] | undefined}
+ */
+export function requiredLimits(requirements, flank, name, tolerances) {
+  const own = flank && limitsOf(requirements, flank, name);
+  const given = own ?? limitsOf(requirements, "both", name);
+  if (given) return given;
+  const tolerance = name === "profile_slope" || name === "helix_slope" ? tolerances?.[`${name}_um`] : undefined;
+  return tolerance === undefined ? undefined : [-tolerance, tolerance];
 }
 
 /** @returns {RequirementsForm} */
@@ -58,11 +100,12 @@ export const emptyBand = () => ({ kind: "profile", flank: "", axis: "roll_length
 /** @param {Requirements | undefined} requirements @param {(value: number) => string} write @returns {RequirementsForm} */
 export function requirementsForm(requirements, write) {
   const form = emptyRequirements();
-  const { tolerance_limits: _, k_bands: __, ...others } = requirements ?? {};
+  const { tolerance_limits: _, pitch_limits: __, k_bands: ___, ...others } = requirements ?? {};
   if (Object.keys(others).length > 0) form.others = others;
   form.class = String(requirements?.tolerance_limits?.class ?? "");
+  form.pitchClass = String(requirements?.pitch_limits?.class ?? "");
   for (const side of SIDES)
-    for (const { name } of FIGURES) {
+    for (const { name } of ALL_FIGURES) {
       const limits = limitsOf(requirements, side, name);
       if (!limits) continue;
       form.limits[placeOf(side, name, 0)] = write(limits[0]);
@@ -87,20 +130,8 @@ export function requirementsForm(requirements, write) {
 export function requirementsOf(form) {
   /** @type {Record<string, Fault>} */
   const faults = {};
-  /** @type {Record<string, unknown>} */
-  const limits = {};
-  if (form.class) limits["class"] = Number(form.class);
-  for (const side of SIDES) {
-    /** @type {Record<string, readonly number[]>} */
-    const own = {};
-    for (const { name } of FIGURES) {
-      const found = endsOf(form, side, name);
-      if (typeof found === "string") faults[placeOf(side, name, 0)] = found;
-      else if (found) own[`${name}_um`] = found;
-    }
-    if (side === "both") Object.assign(limits, own);
-    else if (Object.keys(own).length > 0) limits[side] = own;
-  }
+  const limits = limitsIn(form, form.class, FIGURES, faults);
+  const pitches = limitsIn(form, form.pitchClass, PITCH_FIGURES, faults);
   const bands = form.bands.map(({ kind, flank, axis, ...edges }, i) => {
     const [upper, lower] = [pointsOf(edges.upper), pointsOf(edges.lower)];
     if (!upper) faults[bandPlace(i, "upper")] = "points";
@@ -110,10 +141,33 @@ export function requirementsOf(form) {
   });
   const whole = {
     ...form.others,
-    ...(Object.keys(limits).length > 0 ? { tolerance_limits: /** @type {ToleranceLimits} */ (limits) } : {}),
+    ...(limits ? { tolerance_limits: /** @type {ToleranceLimits} */ (limits) } : {}),
+    ...(pitches ? { pitch_limits: /** @type {PitchLimits} */ (pitches) } : {}),
     ...(bands.length > 0 ? { k_bands: /** @type {KBand[]} */ (bands) } : {}),
   };
   return { requirements: Object.keys(whole).length > 0 ? whole : undefined, faults };
+}
+
+/**
+ * The limits of some figures as they are sent; none where there are none.
+ * @param {RequirementsForm} form @param {string | undefined} of their class @param {readonly { name: FigureName }[]} figures
+ * @param {Record<string, Fault>} faults to which those found are added @returns {Record<string, unknown> | undefined}
+ */
+function limitsIn(form, of, figures, faults) {
+  /** @type {Record<string, unknown>} */
+  const limits = of ? { class: Number(of) } : {};
+  for (const side of SIDES) {
+    /** @type {Record<string, readonly number[]>} */
+    const own = {};
+    for (const { name } of figures) {
+      const found = endsOf(form, side, name);
+      if (typeof found === "string") faults[placeOf(side, name, 0)] = found;
+      else if (found) own[`${name}_um`] = found;
+    }
+    if (side === "both") Object.assign(limits, own);
+    else if (Object.keys(own).length > 0) limits[side] = own;
+  }
+  return Object.keys(limits).length > 0 ? limits : undefined;
 }
 
 /** @param {number} i @param {"upper" | "lower"} edge */
@@ -164,6 +218,7 @@ export function requirementsRebased(mine, from, theirs) {
   const bandsTouched = JSON.stringify(mine.bands) !== JSON.stringify(from.bands);
   return {
     class: mine.class === from.class ? theirs.class : mine.class,
+    pitchClass: mine.pitchClass === from.pitchClass ? (theirs.pitchClass ?? "") : (mine.pitchClass ?? ""),
     limits,
     bands: bandsTouched ? mine.bands : theirs.bands,
     ...(theirs.others ? { others: theirs.others } : {}),

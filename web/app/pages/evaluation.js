@@ -1,10 +1,9 @@
 // Evaluated traces of an iteration, as on printed tester sheets.
 
-import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { useRecord, useRecords } from "../api/records.js";
-import { useResource } from "../api/resource.js";
-import { CLASSES, EvaluationForm } from "../components/evaluation_form.js";
+import { useTolerances } from "../api/tolerances.js";
+import { EvaluationForm } from "../components/evaluation_form.js";
 import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
 import { Facts } from "../components/figure.js";
@@ -16,6 +15,7 @@ import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { t as pitchText } from "../i18n/pitch.js";
+import { CLASSES } from "../lib/requirements.js";
 import { query, setQuery } from "../navigation.js";
 import { toMeasure } from "../router.js";
 import { WarningList } from "../components/warnings.js";
@@ -202,19 +202,6 @@ function PitchWithTolerances({ job, number, record }) {
     tolerances: tolerances.data,
     csvName: `${job.name} ${number} ${pitchText.title}`,
   });
-}
-
-/** Those of a class; nothing is asked for without gear or class. @param {Job["gear"]} gear @param {string} of */
-function useTolerances(gear, of) {
-  const wanted = gear && CLASSES.includes(of) && may("compute");
-  return useResource(wanted ? `tolerances ${of} ${JSON.stringify(gear)}` : null, (signal) =>
-    answer(
-      api.POST("/v1/gears/tolerances", {
-        signal,
-        body: { gear: /** @type {NonNullable<typeof gear>} */ (gear), class: Number(of) },
-      }),
-    ),
-  );
 }
 
 /** @param {string} text */

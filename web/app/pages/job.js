@@ -3,6 +3,7 @@
 import { answer, api } from "../api/client.js";
 import { standingFit } from "../api/job.js";
 import { may } from "../api/key.js";
+import { useTolerances } from "../api/tolerances.js";
 import { Dialog } from "../components/dialog.js";
 import { EditJob } from "../components/edit_job.js";
 import { Badge, Facts } from "../components/figure.js";
@@ -20,6 +21,7 @@ import { fmt, texts } from "../i18n/i18n.js";
 import { t as requirementText } from "../i18n/requirements.js";
 import { ABSENT } from "../lib/format.js";
 import { gearInShort } from "../lib/gear.js";
+import { requiredLimits } from "../lib/requirements.js";
 import { heightUnit } from "../lib/units.js";
 import { navigate } from "../navigation.js";
 import { href, hrefIf, toMeasure } from "../router.js";
@@ -155,6 +157,7 @@ function Iterations({ job, iterations }) {
         {
           key: "criterion",
           header: t.criterion,
+          minor: true,
           cell: (one) => data(fit(one)?.criterion),
           csv: (one) => fit(one)?.criterion,
         },
@@ -193,13 +196,17 @@ function Iterations({ job, iterations }) {
 
 /** @param {{ job: Job, iterations: readonly TracedIteration[] }} props */
 function Figures({ job, iterations }) {
+  const of = job.requirements?.tolerance_limits?.class;
+  const tolerances = useTolerances(job.gear, String(of ?? ""));
   return html`<section class="panel" aria-labelledby="flank-figures">
     <h2 id="flank-figures">${requirementText.figuresOfFit}</h2>
     ${h(FiguresOfIterations, {
       csvName: `${job.name} figures`,
+      required: (name, flank) => requiredLimits(job.requirements, flank, name, tolerances.data?.rounded),
       rows: iterations.map((one) => ({
         number: one.number,
         link: numberLink(job, one.number),
+        flank: one.flank ?? undefined,
         figures: standingFit(one)?.figures,
       })),
     })}

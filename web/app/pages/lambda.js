@@ -146,7 +146,7 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
     ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, standing, shown: selection && chosen, symbol, unit, onPick: (value) => setSelection({ value }) })}
     ${result.ridge_trace && h(RidgeTrace, { points: result.ridge_trace, result, at: chosen })}
     ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => setSelection({ by }) })}
-    ${h(Coefficients, { before: result, after: shown, afterName: t.refit, names: "coefficients" })}
+    ${h(Coefficients, { before: result, after: shown, axes: iteration.axes, afterName: t.refit, names: "coefficients" })}
     ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, draft: `keep ${path.job_id} ${path.number}`, send: keep, onClose: () => setKeeping(false) })}
   `;
 }

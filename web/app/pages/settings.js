@@ -91,7 +91,7 @@ function Access() {
           { name: t.who, value: data(caller.key_name ?? caller.actor) },
           ...(caller.role ? [{ name: t.role, value: data(caller.role) }] : []),
           ...(caller.tenant ? [{ name: t.tenant, value: data(caller.tenant) }] : []),
-          { name: t.scopes, value: data(caller.scopes.join(", ")) },
+          { name: t.scopes, value: scopesOf(caller.scopes) },
           ...(caller.expires_at ? [{ name: t.expires, value: data(fmt.value.time(caller.expires_at)) }] : []),
         ];
         return h(Facts, { items: facts });
@@ -117,6 +117,13 @@ function Program() {
     <p><a href="/docs/">${t.interface}</a></p>
   </section>`;
 }
+
+/** What the caller may, in words; what has none here by its own name. @param {readonly string[]} scopes */
+const scopesOf = (scopes) =>
+  scopes.map((scope, i) => {
+    const word = /** @type {Record<string, string>} */ (/** @type {unknown} */ (t))[`may_${scope}`];
+    return html`${i > 0 && ", "}${word ?? data(scope)}`;
+  });
 
 /** @param {string} text */
 const data = (text) => html`<span translate="no">${text}</span>`;

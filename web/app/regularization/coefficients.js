@@ -4,6 +4,7 @@ import { Chart } from "../charts/chart.js";
 import { Dots, Rule } from "../charts/marks.js";
 import { estimateColumn, numberColumn, termColumn } from "../components/columns.js";
 import { table } from "../components/table.js";
+import { inUnit, unitOf } from "../flank/figures.js";
 import de from "../i18n/de/lambda.js";
 import en from "../i18n/en/lambda.js";
 import { fmt, texts } from "../i18n/i18n.js";
@@ -14,22 +15,31 @@ import { h, html } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 
-/** @param {{ before: FitResult, after: FitResult, afterName: string, names: string }} props `before`: of the fit that stands; `names`: of the file */
-export function Coefficients({ before, after, afterName, names }) {
+/**
+ * @param {{ before: FitResult, after: FitResult, axes: import("../flank/figures.js").Axes | null | undefined, afterName: string, names: string }} props
+ *   `before`: of the fit that stands; `names`: of the file
+ */
+export function Coefficients({ before, after, axes, afterName, names }) {
+  const unit = (/** @type {Coefficient} */ one) => unitOf(one, axes);
   const same = before === after;
   const standing = new Map(before.coefficients.map((one) => [one.term, one]));
   /** @type {import("../components/table.js").Column<Coefficient>[]} */
   const columns = [
     termColumn(t.term),
-    estimateColumn("ls", t.leastSquares, (one) => ({
-      value: one.least_squares,
-      std_error: one.least_squares_std_error,
-    })),
+    estimateColumn(
+      "ls",
+      t.leastSquares,
+      (one) => ({ value: one.least_squares, std_error: one.least_squares_std_error }),
+      unit,
+    ),
     ...(same
       ? []
-      : [estimateColumn("standing", t.standing, (/** @type {Coefficient} */ { term }) => standing.get(term))]),
-    estimateColumn("value", same ? t.standing : afterName, (one) => one),
-    numberColumn("bound", t.biasBound, (one) => one.bias_bound),
+      : [estimateColumn("standing", t.standing, (/** @type {Coefficient} */ { term }) => standing.get(term), unit)]),
+    estimateColumn("value", same ? t.standing : afterName, (one) => one, unit),
+    {
+      ...numberColumn("bound", t.biasBound, (/** @type {Coefficient} */ one) => one.bias_bound),
+      cell: (one) => html`<span translate="no">${inUnit(fmt.value.three(one.bias_bound), one, axes)}</span>`,
+    },
   ];
   return html`<section class="panel">
     <h2>${t.coefficients}</h2>

@@ -36,7 +36,7 @@ export function Provenance({ fit: { id, created_at, result }, path }) {
       columns: true,
       items: [
         { name: t.digits, value: data(fmt.value.fixed(result.numerics.correct_digits, 1)) },
-        { name: t.arithmetic, value: data(result.numerics.arithmetic) },
+        { name: t.arithmetic, value: t[result.numerics.arithmetic] ?? data(result.numerics.arithmetic) },
         { name: t.engine, value: data(result.provenance.engine) },
         { name: t.digest, value: html`<code class="digest" translate="no">${result.provenance.input_sha256}</code>` },
         { name: t.made, value: data(fmt.value.time(created_at)) },

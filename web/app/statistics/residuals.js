@@ -150,7 +150,7 @@ function Against({ name, file, axis, unit, points }) {
   const high = points.reduce((most, { x }) => Math.max(most, x), Number.NEGATIVE_INFINITY);
   return h(Chart, {
     name,
-    summary: t.againstSummary(fmt.value.three(reach)),
+    summary: t.againstSummary(`${fmt.value.three(reach)}${unit ? ` ${unit}` : ""}`),
     x: { ...axis, domain: [low, high], nice: true },
     y: { label: t.residual, unit, domain: [-reach, reach], nice: true },
     height: 260,

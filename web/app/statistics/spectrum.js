@@ -99,37 +99,35 @@ function Direction({ result, number }) {
   const found = result.collinearity.near_dependencies.find((one) => one.eigenvalue === eigenvalue);
   const rows = result.coefficients.map(({ term }, i) => ({ term, weight: found?.weights?.[i] }));
   return html`<section class="direction" aria-live="polite">
-    <h3>${t.directionTitle(number, fmt.value.three(eigenvalue))}</h3>
+    <div class="direction-words">
+      <h3>${t.directionTitle(number, fmt.value.three(eigenvalue))}</h3>
+      ${found ? html`<p>${h(Dependency, { of: found })}</p>` : html`<p class="quiet">${t.noDependency}</p>`}
+    </div>
     ${
-      found
-        ? html`<p>${h(Dependency, { of: found })}</p>
-          ${
-            found.weights &&
-            table({
-              caption: t.weights,
-              hideCaption: true,
-              columns: [
-                {
-                  key: "term",
-                  header: t.term,
-                  rowHeader: true,
-                  cell: ({ term }) => html`<span class="term" translate="no">${termSign(term)}</span>`,
-                  csv: ({ term }) => term,
-                },
-                {
-                  key: "weight",
-                  header: t.weight,
-                  numeric: true,
-                  cell: ({ weight }) => fmt.value.fixed(weight, 3),
-                  csv: ({ weight }) => weight,
-                },
-              ],
-              rows,
-              rowKey: ({ term }) => term,
-              csvName: `direction-${number}`,
-            })
-          }`
-        : html`<p class="quiet">${t.noDependency}</p>`
+      found?.weights &&
+      table({
+        caption: t.weights,
+        hideCaption: true,
+        columns: [
+          {
+            key: "term",
+            header: t.term,
+            rowHeader: true,
+            cell: ({ term }) => html`<span class="term" translate="no">${termSign(term)}</span>`,
+            csv: ({ term }) => term,
+          },
+          {
+            key: "weight",
+            header: t.weight,
+            numeric: true,
+            cell: ({ weight }) => fmt.value.fixed(weight, 3),
+            csv: ({ weight }) => weight,
+          },
+        ],
+        rows,
+        rowKey: ({ term }) => term,
+        csvName: `direction-${number}`,
+      })
     }
   </section>`;
 }

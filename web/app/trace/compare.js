@@ -6,6 +6,7 @@ import { table } from "../components/table.js";
 import de from "../i18n/de/trace.js";
 import en from "../i18n/en/trace.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { unitOf } from "../flank/figures.js";
 import { query, setQuery } from "../navigation.js";
 import { h, html } from "../../vendor/ui.js";
 import { compared } from "./entries.js";
@@ -31,12 +32,31 @@ export function Compare({ iterations }) {
   }));
   const same = a.iteration === b.iteration;
   const rows = compared(a.fit, b.fit, same);
+  /** In the unit that both have. @param {Row} row */
+  const difference = (row) => {
+    const [one, other] = [unitOf(row.a, a.iteration.axes), unitOf(row.b, b.iteration.axes)];
+    const unit = one === other ? one : undefined;
+    return html`<span translate="no">${fmt.value.three(row.difference)}${unit ? `\u202f${unit}` : ""}</span>`;
+  };
   /** @type {readonly import("../components/table.js").Column<Row>[]} */
   const columns = [
     termColumn(t.term),
-    estimateColumn("a", t.first, (row) => row.a),
-    estimateColumn("b", t.second, (row) => row.b),
-    numberColumn("difference", t.difference, (row) => row.difference),
+    estimateColumn(
+      "a",
+      t.first,
+      (row) => row.a,
+      (row) => unitOf(row.a, a.iteration.axes),
+    ),
+    estimateColumn(
+      "b",
+      t.second,
+      (row) => row.b,
+      (row) => unitOf(row.b, b.iteration.axes),
+    ),
+    {
+      ...numberColumn("difference", t.difference, (/** @type {Row} */ row) => row.difference),
+      cell: (row) => difference(row),
+    },
     numberColumn("errors", t.inErrors, (row) => row.inErrors, { write: (value) => fmt.value.fixed(value, 1) }),
   ];
   return html`<section class="panel trace-compare">

@@ -41,12 +41,19 @@ export function EntryText({ entry, jobId, unit }) {
       ${reason(entry.reason)}`;
   }
   if (entry.kind === "record") {
-    return html`${head(t[entry.record.kind])}<p class="quiet">${t.method} <code translate="no">${entry.record.method}</code></p>`;
+    return html`${head(t[entry.record.kind])}<p class="quiet">${t.method} ${methodOf(entry.record.method)}</p>`;
   }
   const known = entry.decision === "accept" ? "good" : entry.decision === "reject" ? "bad" : "warn";
   const word =
     { accept: common.accept, reject: common.reject, remachine: common.remachine }[entry.decision] ?? entry.decision;
   return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${reason(entry.reason)}`;
+}
+
+/** In the words of the page where it has some. @param {string} method */
+function methodOf(method) {
+  if (method === "iso_1328_1") return html`<span translate="no">ISO 1328-1</span>`;
+  const words = { form_grinding: t.form_grinding, generating_grinding: t.generating_grinding, matrix: t.matrix };
+  return words[/** @type {"matrix"} */ (method)] ?? html`<code translate="no">${method}</code>`;
 }
 
 /** Who it was, where that is known. @param {Entry} entry */

@@ -176,6 +176,50 @@ browserTest("traces are held against the limits and bands that the job asks for"
   await stands();
 });
 
+browserTest("pitches and run-out are held against their limits, one by one", {}, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { id } = await job({
+    requirements: {
+      tolerance_limits: { class: 6 },
+      pitch_limits: { left: { single_pitch_um: [-1, 1] }, cumulative_pitch_um: [0, 9.5], runout_um: [0, 8] },
+    },
+  });
+  await iteration(id);
+  const sent = JSON.parse(await example("requests/iteration_pitch.json"));
+  const { result } = await call("POST", `/v1/jobs/${id}/iterations/1/pitch`, {
+    ...sent,
+    standard_uncertainty_um: { single_pitch: 0.05, cumulative_pitch: 0.5 },
+  });
+  const { left, runout } = result;
+  assert.deepEqual([left.single_pitch_within, left.cumulative_pitch_within, runout.within], [false, true, true]);
+  await open(pathOf(id));
+  const rows = page.getByRole("table", { name: "Pitch and run-out" }).locator("tbody tr");
+  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+  for (const [at, within, limits, conformity] of /** @type {const} */ ([
+    [0, left.single_pitch_within, left.single_pitch_limits_um, left.single_pitch_conformity],
+    [1, left.cumulative_pitch_within, left.cumulative_pitch_limits_um, left.cumulative_pitch_conformity],
+    [4, runout.within, runout.limits_um, runout.conformity],
+  ])) {
+    const cells = await rows.nth(at).locator("td .cell").allTextContents();
+    assert.ok(cells[1]?.endsWith(within ? "within the limits" : "outside the limits"), cells[1]);
+    assert.equal(cells[5], limits.join(" … ").replaceAll("-", "−"));
+    assert.equal(cells[6]?.trim(), conformity ? words[/** @type {"conforms"} */ (conformity.decision)] : "–");
+  }
+  assert.deepEqual(
+    [left.single_pitch_conformity.decision, left.cumulative_pitch_conformity.decision, runout.conformity],
+    ["does_not_conform", "cannot_be_told", undefined],
+  );
+  // what has no limits says nothing of them
+  assert.equal(await rows.nth(2).locator(".within").count(), 0);
+  const single = page.getByRole("figure", { name: "Single pitch deviations, left flanks" });
+  assert.equal(await single.locator(".mark-rule.limit").count(), 2, "the limits are drawn");
+  // what was answered keeps what it was held against
+  await call("PATCH", `/v1/jobs/${id}`, { requirements: { pitch_limits: { runout_um: [0, 1] } } });
+  await open(pathOf(id));
+  await rows.nth(4).getByText("within the limits").waitFor();
+  await rows.nth(4).getByText("0 … 8", { exact: true }).waitFor();
+});
+
 browserTest("pitches and run-out are drawn, and every figure is the interface's", {}, async (world) => {
   const { page, open, job, iteration, call } = world;
   const { id } = await job({ requirements: { tolerance_limits: { class: 5 } } });
@@ -205,6 +249,9 @@ browserTest("pitches and run-out are drawn, and every figure is the interface's"
     }
   }
   agrees(await rows.nth(at).locator("td .cell").nth(1).textContent(), result.runout.runout_um);
+  // the class that the job asks for bounds them: one flank is within, the other has a tooth too far
+  assert.deepEqual([result.left.single_pitch_within, result.left.cumulative_pitch_within], [true, true]);
+  await rows.nth(0).getByText("within the limits").waitFor();
   const { amount_um, std_error_um, angle_deg } = result.runout.eccentricity;
   const runout = page.getByRole("region", { name: "Run-out", exact: true });
   agrees(await runout.locator("dd").nth(0).textContent(), amount_um, std_error_um);

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
+import { unitOf } from "./numbers.js";
 import { formats } from "../../app/lib/format.js";
 import { termSign } from "../../app/lib/terms.js";
 
@@ -101,12 +102,13 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   const rows = page.getByRole("table", { name: "Coefficients" }).locator("tbody tr");
   for (const [i, one] of own.coefficients.entries()) {
     const cells = await rows.nth(i).locator(".cell").allTextContents();
+    const unit = unitOf(one);
     assert.deepEqual(cells, [
       termSign(one.term),
-      f.withError(one.least_squares, one.least_squares_std_error),
-      f.withError(fits[0].result.coefficients[i].value, fits[0].result.coefficients[i].std_error),
-      f.withError(one.value, one.std_error),
-      f.three(one.bias_bound),
+      f.withError(one.least_squares, one.least_squares_std_error, unit),
+      f.withError(fits[0].result.coefficients[i].value, fits[0].result.coefficients[i].std_error, unit),
+      f.withError(one.value, one.std_error, unit),
+      `${f.three(one.bias_bound)}\u202f${unit}`,
     ]);
   }
   // what is seen stands in the address

@@ -15,3 +15,8 @@ export function agrees(text, ...values) {
     assert.equal(Number(written[i]?.replace("−", "-")), Number(value.toFixed(decimals)) + 0, text ?? "");
   }
 }
+
+const UNITS = ["µm", "µm/mm", "µm/mm²", "µm/mm³", "µm/mm⁴"];
+
+/** The unit of a coefficient of heights in µm over mm, by its degrees. @param {{ powers: number[] }} coefficient */
+export const unitOf = ({ powers }) => UNITS[powers.reduce((sum, one) => sum + one, 0)] ?? "";

@@ -45,6 +45,49 @@ browserTest("requirements are shown, edited, and refused where they cannot be", 
   await panel.getByRole("cell", { name: "−3", exact: true }).waitFor();
 });
 
+browserTest(
+  "limits of pitches and run-out are edited, shown, and refused at their fields",
+  { statuses: [422] },
+  async (world) => {
+    const { page, open, job, call } = world;
+    const { id } = await job({ requirements: await asked() });
+    await open(`/jobs/${id}`);
+    const panel = page.getByRole("region", { name: "Requirements" });
+    await panel.getByRole("row", { name: /Run-out.*0 … 18/ }).waitFor();
+    await page.getByRole("button", { name: "Edit" }).click();
+    const dialog = page.getByRole("dialog");
+    const to = (/** @type {string} */ figure) => dialog.getByLabel(`${figure}, to`, { exact: true });
+    assert.equal(await to("Run-out").inputValue(), "18");
+    assert.equal(
+      await to("Single pitch, Left flank").inputValue(),
+      "6",
+      "limits of one flank are open where there are some",
+    );
+    await dialog.getByLabel("Class of pitches").selectOption("5");
+    await to("Run-out").fill("");
+    await page.getByRole("button", { name: "Save" }).click();
+    await dialog.getByText("Both ends are needed, or none.").waitFor();
+    await to("Run-out").fill("15");
+    await dialog.getByLabel("Total cumulative pitch, Both flanks, from", { exact: true }).fill("20");
+    await to("Total cumulative pitch, Both flanks").fill("20");
+    await page.getByRole("button", { name: "Save" }).click();
+    // two ends that are one: the server says so at the figure
+    const row = dialog.getByRole("group", { name: "Total cumulative pitch" }).first();
+    await row.locator(".fault [lang=en]").waitFor();
+    await dialog.getByLabel("Total cumulative pitch, Both flanks, from", { exact: true }).fill("0");
+    await to("Total cumulative pitch, Both flanks").fill("20");
+    await page.getByRole("button", { name: "Save" }).click();
+    await page.getByText("The job has been changed.").waitFor();
+    const { requirements } = await call("GET", `/v1/jobs/${id}`);
+    assert.deepEqual(requirements, {
+      ...(await asked()),
+      pitch_limits: { class: 5, cumulative_pitch_um: [0, 20], runout_um: [0, 15], left: { single_pitch_um: [-6, 6] } },
+    });
+    await panel.getByText("Pitches and run-out: class 5 of ISO 1328-1:2013").waitFor();
+    await panel.getByRole("row", { name: /Total cumulative pitch.*0 … 20/ }).waitFor();
+  },
+);
+
 browserTest("a new job brings its requirements", {}, async ({ page, open, call }) => {
   await open("/jobs/new");
   await page.getByLabel("Name").fill("with limits");
@@ -80,6 +123,12 @@ browserTest("figures of fits are the interface's on every page, against their li
     const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
     assert.equal(await rows.nth(2).locator("td .cell").nth(k).textContent(), limits);
   }
+  // nodes over less than the whole width have their share of a limit: both stand there, with the reason
+  assert.notDeepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
+  await rows.nth(2).getByText("Limits that decided").waitFor();
+  await rows.nth(3).getByText("Limits asked for").waitFor();
+  assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−6 … 2", "–", "–", "–"]);
+  await page.getByText("what the nodes span has its share of them").waitFor();
 
   await open(`/jobs/${id}/iterations/1`);
   const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");

@@ -49,7 +49,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
   await chart.focus();
   await chart.press("Enter");
   const [worst] = result.collinearity.near_dependencies;
-  await page.locator(".direction").getByText(worst.sentence).waitFor();
+  await page.locator(".direction").getByText(termSign(worst.sentence)).waitFor();
   assert.deepEqual(
     await rowsOf("Weights of the direction"),
     worst.weights.map((/** @type {number} */ weight, /** @type {number} */ i) => [
@@ -59,7 +59,7 @@ browserTest("spectrum, collinearity, residuals and replay are the interface's ow
   );
   await page.reload();
   await stands();
-  await page.locator(".direction").getByText(worst.sentence).waitFor();
+  await page.locator(".direction").getByText(termSign(worst.sentence)).waitFor();
 
   const figure = page.locator("figure").filter({ has: page.getByRole("heading", { name: "Histogram" }) });
   await figure.getByRole("button", { name: "As table" }).click();

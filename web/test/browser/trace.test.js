@@ -4,6 +4,7 @@ import assert from "node:assert/strict";
 import { formats } from "../../app/lib/format.js";
 import { termSign } from "../../app/lib/terms.js";
 import { browserTest, example } from "./harness.js";
+import { unitOf } from "./numbers.js";
 
 const f = formats("en");
 
@@ -54,11 +55,12 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
     const other = b.coefficients.find((/** @type {any} */ c) => c.term === one.term);
     const cells = await rows.nth(i).locator(".cell").allTextContents();
     const difference = other.value - one.value;
+    const unit = unitOf(one);
     assert.deepEqual(cells, [
       termSign(one.term),
-      f.withError(one.value, one.std_error),
-      f.withError(other.value, other.std_error),
-      f.three(difference),
+      f.withError(one.value, one.std_error, unit),
+      f.withError(other.value, other.std_error, unit),
+      `${f.three(difference)}\u202f${unit}`,
       f.fixed(difference / Math.hypot(one.std_error, other.std_error), 1),
     ]);
   }

@@ -7,10 +7,13 @@ import { editOf, patchOf, rebased } from "../../app/lib/job_edit.js";
 import {
   emptyBand,
   heightAt,
+  limitPointer,
   placeOf,
   pointsOf,
+  requiredLimits,
   requirementsForm,
   requirementsOf,
+  requirementsRebased,
 } from "../../app/lib/requirements.js";
 import { COLUMNS, heightsOf, materialAt, ROWS } from "../../app/lib/thumbnail.js";
 
@@ -67,14 +70,52 @@ test("requirements are sent whole where they were touched, and cleared where not
   assert.deepEqual([both?.tolerance_limits?.class, both?.tolerance_limits?.twist_um], [5, [-4, 7]]);
 });
 
+test("pitches and run-out have limits and a class of their own, beside those of the flanks", () => {
+  const requirements = {
+    tolerance_limits: { class: 6 },
+    pitch_limits: { class: 4, cumulative_pitch_um: [0, 20], runout_um: [0, 18], right: { single_pitch_um: [-6, 5] } },
+  };
+  const form = requirementsForm(requirements, String);
+  assert.deepEqual(requirementsOf(form).requirements, requirements);
+  form.limits[placeOf("both", "runout", 1)] = "";
+  assert.deepEqual(requirementsOf(form).faults, { [placeOf("both", "runout", 0)]: "twoEnds" });
+  // somebody else changes the class of pitches, while a limit of theirs is changed here
+  const from = requirementsForm(requirements, String);
+  const mine = structuredClone(from);
+  mine.limits[placeOf("both", "runout", 1)] = "15";
+  const both = requirementsOf(requirementsRebased(mine, from, { ...structuredClone(from), pitchClass: "5" }));
+  assert.deepEqual(both.requirements?.pitch_limits, { ...requirements.pitch_limits, class: 5, runout_um: [0, 15] });
+  assert.deepEqual(
+    [limitPointer("both", "runout"), limitPointer("left", "single_pitch"), limitPointer("right", "twist")],
+    [
+      "/requirements/pitch_limits/runout_um",
+      "/requirements/pitch_limits/left/single_pitch_um",
+      "/requirements/tolerance_limits/right/twist_um",
+    ],
+  );
+});
+
+test("what is asked of a figure: limits of its flank, then of both, then the tolerance of the class", () => {
+  const { requirements } = example;
+  const tolerances = /** @type {import("../../app/api/client.js").Schema<"ToleranceValues">} */ (
+    /** @type {unknown} */ ({ profile_slope_um: 6.5, helix_slope_um: 8 })
+  );
+  assert.deepEqual(requiredLimits(requirements, "left", "helix_slope", tolerances), [-6, 2]);
+  assert.deepEqual(requiredLimits(requirements, undefined, "helix_slope", tolerances), [-8, 8]);
+  assert.deepEqual(requiredLimits(requirements, "right", "profile_slope", tolerances), [-6.5, 6.5]);
+  assert.deepEqual(requiredLimits(requirements, "right", "twist", tolerances), [-4, 4]);
+  assert.equal(requiredLimits({ tolerance_limits: { class: 6 } }, "left", "twist", tolerances), undefined);
+  assert.equal(requiredLimits(undefined, "left", "profile_slope", undefined), undefined);
+});
+
 test("what the form has no fields for stays as it is", () => {
-  const requirements = { ...example.requirements, pitch_limits: { class: 5 } };
+  const requirements = { ...example.requirements, to_come: { class: 5 } };
   const form = requirementsForm(requirements, String);
   assert.deepEqual(requirementsOf(form).requirements, requirements);
   form.class = "";
   form.limits = {};
   form.bands = [];
-  assert.deepEqual(requirementsOf(form).requirements, { pitch_limits: { class: 5 } });
+  assert.deepEqual(requirementsOf(form).requirements, { to_come: { class: 5 } });
 });
 
 test("a line is straight between its points and says nothing beyond them", () => {

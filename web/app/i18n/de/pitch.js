@@ -11,6 +11,8 @@ export default {
   singleOf: (flank) => `Teilungs-Einzelabweichungen, ${flank}`,
   singleShort: "Einzelteilung",
   singleSummary: (value, tooth) => `Die größte ist ${value} µm an Zahn ${tooth}.`,
+  limitsDrawn: "Rot: ihre Grenzen.",
+  withinHint: "✓ und ✗ sagen, ob eine Kenngröße in den Grenzen liegt, an denen sie gemessen wurde.",
   cumulativeOf: (flank) => `Teilungs-Summenabweichung, ${flank}`,
   cumulativeSummary: (value) => `Von der kleinsten zur größten: ${value} µm.`,
   index: "Summenabweichung",

@@ -54,6 +54,8 @@ export default {
   provenance: "Wie gerechnet wurde",
   digits: "Richtige Dezimalstellen",
   arithmetic: "Arithmetik",
+  double: "doppelte Genauigkeit",
+  double_double: "zweifach doppelte Genauigkeit",
   engine: "Rechenkern",
   digest: "SHA-256 der Eingabe",
   made: "Erstellt",

@@ -11,6 +11,8 @@ export default {
   singleShort: "Single pitch",
   singleSummary: (/** @type {string} */ value, /** @type {string} */ tooth) =>
     `The greatest is ${value} µm at tooth ${tooth}.`,
+  limitsDrawn: "Red: its limits.",
+  withinHint: "✓ and ✗ say whether a figure lies within the limits that it was held against.",
   cumulativeOf: (/** @type {string} */ flank) => `Cumulative pitch, ${flank}`,
   cumulativeSummary: (/** @type {string} */ value) => `From least to greatest: ${value} µm.`,
   index: "Index deviation",

@@ -56,6 +56,8 @@ export default {
   provenance: "How it was computed",
   digits: "Correct decimal digits",
   arithmetic: "Arithmetic",
+  double: "double precision",
+  double_double: "twice double precision",
   engine: "Engine",
   digest: "SHA-256 of the input",
   made: "Made",
