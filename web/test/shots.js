@@ -2,7 +2,7 @@
 import path from "node:path";
 import { after, test } from "node:test";
 import { inBrowser, serve } from "./browser/harness.js";
-import { pageList } from "./browser/pages.js";
+import { pageList, visit } from "./browser/pages.js";
 
 const folder = process.env["SHOTS"] ?? "shots";
 const looks = /** @type {const} */ ([
@@ -16,13 +16,14 @@ const looks = /** @type {const} */ ([
 test("pictures", async () => {
   const server = await serve();
   after(() => server.stop());
-  /** @type {{ name: string, path: string }[] | undefined} */
+  /** @type {import("./browser/pages.js").Listed[] | undefined} */
   let list;
   for (const [look, options] of looks) {
     await inBrowser(server, options, async (world) => {
       list ??= await pageList(world);
-      for (const { name, path: place } of list) {
-        await world.open(place);
+      for (const listed of list) {
+        const { name } = listed;
+        await visit(world, listed);
         // as high as the page: a capture beyond the window lays it out anew
         const { width } = world.page.viewportSize() ?? { width: 1280 };
         const height = await world.page.evaluate(() => document.documentElement.scrollHeight);

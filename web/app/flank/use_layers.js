@@ -12,7 +12,15 @@ import { difference, extremesOf } from "./surface.js";
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
 
-export const LAYERS = /** @type {const} */ (["measured", "fitted", "residual", "difference", "predicted", "answered"]);
+export const LAYERS = /** @type {const} */ ([
+  "measured",
+  "fitted",
+  "residual",
+  "difference",
+  "predicted",
+  "answered",
+  "teeth",
+]);
 /** @typedef {(typeof LAYERS)[number]} LayerName */
 
 /** What was made of nodes. @type {WeakMap<Nodes, FlankSurface | undefined>} */
@@ -82,7 +90,7 @@ function useCorrection(jobId, number, wanted) {
 /**
  * What a layer shows: its surface as soon as all of it is there.
  * @param {{ jobId: string, number: number, fitId: string | undefined, layer: LayerName, other: number | undefined, corrected: boolean }} of
- *   `other`: the iteration of the difference; `corrected`: there is a correction
+ *   `other`: the iteration of the difference; `corrected`: there is a correction; all teeth are no layer of the nodes
  */
 export function useLayer({ jobId, number, fitId, layer, other, corrected }) {
   const nodes = useNodes(jobId, number);
@@ -123,6 +131,7 @@ export function useLayer({ jobId, number, fitId, layer, other, corrected }) {
  */
 function layered(measured, layer, residuals, earlier, correction) {
   if (layer === "measured") return { surface: measured };
+  if (layer === "teeth") return { surface: undefined };
   if (layer === "difference") return earlier ? difference(measured, earlier) : { surface: undefined };
   if (layer === "fitted" || layer === "residual") {
     const values = layer === "fitted" ? residuals?.fitted : residuals?.values;

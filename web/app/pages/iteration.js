@@ -6,6 +6,7 @@ import { Decision } from "../components/decision.js";
 import { FlankFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
+import { AllTeeth } from "../flank/all_teeth.js";
 import { FlankCurve } from "../flank/curve.js";
 import { FitCoefficients, FitFigures, Warnings } from "../flank/figures.js";
 import { FlankView } from "../flank/view.js";
@@ -118,6 +119,10 @@ function Layers({ job, iteration, traced, fitId, domain }) {
   const corrected = traced.some(
     ({ number, records }) => number === iteration.number && records?.some(({ kind }) => kind === "correction"),
   );
+  // ids are in the order of time, whatever the order of the answer
+  const teeth = (traced.find(({ number }) => number === iteration.number)?.records ?? [])
+    .flatMap(({ kind, id }) => (kind === "deviations" ? [id] : []))
+    .sort();
   const layer = LAYERS.find((name) => name === query.value.get("layer")) ?? "measured";
   const wanted = Number(query.value.get("with"));
   const other = others.includes(wanted) ? wanted : (others.filter((one) => one < iteration.number).at(-1) ?? others[0]);
@@ -126,6 +131,7 @@ function Layers({ job, iteration, traced, fitId, domain }) {
     (name) =>
       (name !== "difference" || others.length > 0) &&
       ((name !== "predicted" && name !== "answered") || corrected) &&
+      (name !== "teeth" || teeth.length > 0 || layer === "teeth") &&
       (name !== "answered" || layer === "answered" || shown.answered || layer !== "predicted"),
   );
   const ofCorrection = layer === "predicted" || layer === "answered";
@@ -153,7 +159,16 @@ function Layers({ job, iteration, traced, fitId, domain }) {
   const nodes = shown.nodes.data;
   /** @type {import("../../vendor/ui.js").ComponentChildren} */
   let content = null;
-  if (nodes?.type === "curve") {
+  if (layer === "teeth" && teeth.length > 0) {
+    content = h(AllTeeth, {
+      jobId: job.id,
+      number: iteration.number,
+      records: teeth,
+      name: common.iteration(iteration.number),
+      flipU: job.gear?.internal === true,
+      file: `${job.name}-${iteration.number}-${layer}`,
+    });
+  } else if (nodes?.type === "curve") {
     content = h(FlankCurve, {
       nodes,
       residuals: shown.residuals,

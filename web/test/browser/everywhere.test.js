@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
-import { pageList } from "./pages.js";
+import { pageList, visit } from "./pages.js";
 
 /** What of axe's rules the colours of a theme decide. */
 const OF_COLOURS = ["color-contrast", "link-in-text-block"];
@@ -12,9 +12,9 @@ browserTest(
   "axe finds nothing on any page, light and dark",
   { settings: { theme: "light" }, axe: true },
   async (world) => {
-    const { page, open, accessible } = world;
-    for (const { path } of await pageList(world)) {
-      await open(path);
+    const { page, accessible } = world;
+    for (const listed of await pageList(world)) {
+      await visit(world, listed);
       await accessible();
       // the themes differ in nothing else
       await page.evaluate(() => document.documentElement.setAttribute("data-theme", "dark"));
@@ -27,8 +27,8 @@ browserTest(
   "axe finds nothing on any page of a tablet, and targets are 44 px high",
   { settings: { theme: "light" }, context: TABLET, axe: true },
   async (world) => {
-    for (const { path } of await pageList(world)) {
-      await world.open(path);
+    for (const listed of await pageList(world)) {
+      await visit(world, listed);
       await world.accessible();
       const small = await world.page.evaluate(() =>
         [
@@ -39,7 +39,7 @@ browserTest(
           .filter((one) => one.checkVisibility() && one.getBoundingClientRect().height < 43.5)
           .map((one) => `${one.tagName} ${one.className} ${one.textContent} ${one.getBoundingClientRect().height}`),
       );
-      assert.deepEqual(small, [], path);
+      assert.deepEqual(small, [], listed.name);
     }
   },
 );
@@ -47,20 +47,20 @@ browserTest(
 for (const language of ["en", "de"]) {
   const context = { viewport: { width: 360, height: 740 } };
   browserTest(`nothing is wider than 360 px (${language})`, { context, settings: { language } }, async (world) => {
-    for (const { path } of await pageList(world)) {
-      await world.open(path);
+    for (const listed of await pageList(world)) {
+      await visit(world, listed);
       const [scrollWidth = 0, clientWidth = 0] = await world.page.evaluate(() => {
         const { scrollWidth, clientWidth } = document.documentElement;
         return [scrollWidth, clientWidth];
       });
-      assert.ok(scrollWidth <= clientWidth, `${path}: ${scrollWidth} in ${clientWidth}`);
+      assert.ok(scrollWidth <= clientWidth, `${listed.name}: ${scrollWidth} in ${clientWidth}`);
     }
   });
 }
 
 browserTest("every text is of the tables", { settings: { language: "pseudo" } }, async (world) => {
-  for (const { path } of await pageList(world)) {
-    await world.open(path);
+  for (const listed of await pageList(world)) {
+    await visit(world, listed);
     const strays = await world.page.evaluate(() => {
       // texts within texts are marked twice; units are the same in every language
       /** @type {(text: string) => string} */
@@ -91,7 +91,7 @@ browserTest("every text is of the tables", { settings: { language: "pseudo" } },
       }
       return found;
     });
-    assert.deepEqual(strays, [], path);
+    assert.deepEqual(strays, [], listed.name);
   }
 });
 

@@ -8,6 +8,7 @@ export default {
   difference: "Unterschied zu einer anderen Iteration",
   predicted: "Von der Korrektur vorhergesagt",
   answered: "Nach der Korrektur gemessen",
+  teeth: "Alle Zähne",
   minus: "Abzüglich",
   lessIteration: (/** @type {number} */ number) => `abzüglich Iteration ${number}`,
   noMap:

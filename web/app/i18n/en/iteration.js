@@ -7,6 +7,7 @@ export default {
   difference: "Difference to another iteration",
   predicted: "Predicted by the correction",
   answered: "Measured after the correction",
+  teeth: "All teeth",
   minus: "Less",
   lessIteration: (/** @type {number} */ number) => `less iteration ${number}`,
   noMap:

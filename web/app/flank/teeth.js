@@ -1,0 +1,94 @@
+// Deviations of several teeth as surfaces, one for each flank of a tooth. Pure, but for the triangles.
+
+import { countsOf, extremesOf, gridOf } from "./surface.js";
+import { scatteredOf } from "./triangles.js";
+
+/** @typedef {import("./surface.js").FlankSurface} FlankSurface */
+/** @typedef {import("../api/client.js").Schema<"GearDeviations">} GearDeviations */
+/** @typedef {{ key: string, tooth: number, flank: "left" | "right", surface: FlankSurface }} ToothFlank `u`: roll length, `v`: along the axis, mm; heights in µm */
+
+/** Left flanks first, teeth in their order. @param {ToothFlank} a @param {ToothFlank} b */
+const inOrder = (a, b) => (a.flank === b.flank ? a.tooth - b.tooth : a.flank === "left" ? -1 : 1);
+
+/**
+ * Each flank that some deviations are of; of a flank in several answers the last one counts.
+ * @param {readonly GearDeviations[]} answers in the order in which they were made @returns {ToothFlank[]}
+ */
+export function flanksOf(answers) {
+  /** @type {Map<string, ToothFlank>} */
+  const found = new Map();
+  for (const answer of answers)
+    for (const [key, { tooth, flank, points }] of pointsOf(answer)) {
+      const surface = points.some(({ z }) => Number.isFinite(z)) ? surfaceOf(points) : undefined;
+      if (surface) found.set(key, { key, tooth, flank, surface });
+    }
+  return [...found.values()].sort(inOrder);
+}
+
+/** @typedef {{ u: number, v: number, z: number }} Point `z` is NaN where the deviation is undefined */
+
+/** @param {GearDeviations} answer */
+function pointsOf({ deviation_um: z, roll_length_mm: u, z_mm: v, tooth, flank }) {
+  /** @type {Map<string, { tooth: number, flank: "left" | "right", points: Point[] }>} */
+  const found = new Map();
+  for (const [i, of] of tooth.entries()) {
+    const side = flank[i];
+    const [atU, atV] = [u[i], v[i]];
+    // a point without a place belongs nowhere
+    if (of === 0 || side === undefined || typeof atU !== "number" || typeof atV !== "number") continue;
+    const key = `${of}-${side}`;
+    const one = found.get(key) ?? { tooth: of, flank: side, points: [] };
+    one.points.push({ u: atU, v: atV, z: z[i] ?? Number.NaN });
+    found.set(key, one);
+  }
+  return found;
+}
+
+/** A grid where the points are one, else triangles. @param {readonly Point[]} points */
+function surfaceOf(points) {
+  const [us, vs] = [ascending(points.map(({ u }) => u)), ascending(points.map(({ v }) => v))];
+  if (us.length < 2 || vs.length < 2 || us.length * vs.length > 4 * points.length)
+    return scatteredOf(
+      points.map(({ u }) => u),
+      points.map(({ v }) => v),
+      points.map(({ z }) => z),
+    );
+  const rows = us.map(() => new Array(vs.length).fill(null));
+  const [rowOf, columnOf] = [us, vs].map((all) => new Map(all.map((value, i) => [value, i])));
+  for (const { u, v, z } of points) {
+    const row = rows[rowOf?.get(u) ?? -1];
+    if (row && Number.isFinite(z)) row[columnOf?.get(v) ?? -1] = z;
+  }
+  return gridOf(us, vs, rows);
+}
+
+/** @param {readonly number[]} values each once */
+const ascending = (values) => [...new Set(values)].sort((a, b) => a - b);
+
+/** What a table says of a flank. @param {ToothFlank} of */
+export function inFigures({ surface }) {
+  const { nodes, missing } = countsOf(surface);
+  const ends = extremesOf(surface);
+  let [sum, squares] = [0, 0];
+  for (const z of surface.z) {
+    if (Number.isNaN(z)) continue;
+    sum += z;
+    squares += z * z;
+  }
+  const count = nodes - missing;
+  return {
+    count,
+    least: ends?.least.z,
+    greatest: ends?.greatest.z,
+    mean: count > 0 ? sum / count : undefined,
+    rms: count > 0 ? Math.sqrt(squares / count) : undefined,
+  };
+}
+
+/** What all of them are on. @param {readonly ToothFlank[]} flanks @param {"u" | "v"} axis @returns {[number, number]} */
+export function commonRange(flanks, axis) {
+  let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (const { surface } of flanks)
+    for (const value of surface[axis]) [low, high] = [Math.min(low, value), Math.max(high, value)];
+  return low <= high ? [low, high] : [0, 1];
+}
