@@ -40,10 +40,13 @@ export function Failure({ error, retry, back, except = [] }) {
   const { title, detail } = words(error);
   const refused = error instanceof ApiError ? error : undefined;
   const faults = refused?.faultsBeside(except) ?? [];
+  // one fault is not said twice
+  const [only] = faults.length === 1 ? faults : [];
+  const twice = only && typeof detail === "string" && detail.replace(/\.$/, "") === `${only.pointer}: ${only.detail}`;
   const waits = refused?.status === 503 && refused.retryAfter !== undefined;
   return html`<section class="failure" role="alert" aria-labelledby=${id}>
     <h2 id=${id}>${title}</h2>
-    ${detail && html`<p lang="en">${detail}</p>`}
+    ${detail && !twice && html`<p lang="en">${detail}</p>`}
     ${
       faults.length > 0 &&
       html`<ul class="faults">

@@ -109,6 +109,8 @@ function Preview({ content, error, name }) {
   const { surface } = content;
   const extremes = surface && extremesOf(surface);
   if (!surface || !extremes) return null;
+  // scattered nodes that span no area have no map
+  if (surface.kind === "scattered" && surface.triangles.length === 0) return null;
   const told = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (content.request?.["axes"]);
   const [axes, unit, whole] = [mapAxes(told), heightUnit(told), boxOf(surface)];
   const says = (/** @type {import("../flank/surface.js").FlankNode} */ node) => nodeText(node, { axes, unit, whole });

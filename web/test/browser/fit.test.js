@@ -112,7 +112,8 @@ browserTest(
         lines.push(`${u},${v},${u === 2 && v === 2 ? "" : (u * u - v + 0.1 * ((u * v) % 3)).toFixed(2)},1`);
     await field.fill([...lines.slice(0, 4), "9,9,abc,1"].join("\n"));
     await send.click();
-    await page.getByText("line 5, column 3 (z)").first().waitFor();
+    await page.getByText("line 5, column 3 (z)").waitFor();
+    assert.equal((await page.getByRole("alert").textContent())?.split("line 5").length, 2, "the fault is said once");
     await field.fill(lines.join("\n"));
     await send.click();
     await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
