@@ -151,6 +151,7 @@ function Iterations({ job, iterations }) {
           key: "fits",
           header: t.fits,
           numeric: true,
+          minor: true,
           cell: (one) => f.count(one.fits.length + (one.earlier?.fits ?? 0)),
           csv: (one) => one.fits.length + (one.earlier?.fits ?? 0),
         },
