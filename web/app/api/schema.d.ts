@@ -1585,9 +1585,9 @@ export interface components {
         AlongName: "u" | "v" | "order";
         /**
          * @description Autoregression of first order in steps of the line; missing nodes are steps. With ρ
-         *     estimated, 95 % intervals hold that often up to ρ = 0.9; where the correlation reaches over
-         *     the whole line they do not: in 0.92 on average, in 0.88 for the worst coefficient of a cubic
-         *     at 60 nodes with ρ = 0.95 (docs/errors.md).
+         *     estimated, 95 % intervals of a cubic at 60 nodes hold in 0.95 to 0.97 on average and in 0.93
+         *     for the worst coefficient up to ρ = 0.9. Where the correlation reaches over the whole line
+         *     they do not: with ρ = 0.95 in 0.92 on average and in 0.88 for the worst (docs/errors.md).
          */
         Ar1Errors: {
             /**
@@ -1967,9 +1967,10 @@ export interface components {
             knots?: number[][];
         };
         /**
-         * @description A band: `confidence` holds the true height at each place by itself, `prediction` a further
-         *     measurement of weight 1, `simultaneous` the true heights of the whole domain (of a linear model:
-         *     of all rows asked for) at once.
+         * @description A band: `confidence` is for the true height at each place by itself, `prediction` for a further
+         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain (of a linear
+         *     model: of all rows asked for) at once. How often they hold is in docs/intervals.md. A fit of n
+         *     coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth of that.
          * @enum {string}
          */
         Band: "confidence" | "prediction" | "simultaneous";
@@ -2071,10 +2072,10 @@ export interface components {
             coefficient_norm_limit_source: components["schemas"]["NormLimitSource"];
             /**
              * Format: double
-             * @description What the norm of the true coefficients stays below by least squares and its errors,
-             *     about as often as `level` says (at 0.95 in 86 to 100 % of the draws of simulations).
-             *     There where r is the norm of the estimate and something is regularised; no bound uses
-             *     it.
+             * @description What the norm of the true coefficients stays below by least squares and its errors. An
+             *     expansion of first order, which holds less often than `level` says (at 0.95 in 86 % of
+             *     the draws of simulations at worst). There where r is the norm of the estimate and
+             *     something is regularised; no bound uses it.
              */
             upper_confidence?: number;
             /**
@@ -2244,7 +2245,8 @@ export interface components {
             lambda?: number;
             /**
              * Format: double
-             * @description Akaike's criterion, −2 ln L + 2k; absent where the residuals are 0.
+             * @description Akaike's criterion, −2 ln L + 2k; absent, like all that is made of L, where the
+             *     residuals are 0 but for rounding, or n = m.
              */
             aic?: number;
             /**
@@ -2272,7 +2274,7 @@ export interface components {
             /**
              * Format: double
              * @description −2 ln of the marginal likelihood with Zellner's prior, less what all models have in
-             *     common; absent where n = m.
+             *     common; absent where `aic` is.
              */
             reml?: number;
             /**
@@ -2308,8 +2310,9 @@ export interface components {
             /**
              * Format: double
              * @description Predicted mean squared error of the coefficients in the scaled columns: good for
-             *     comparing criteria on the same nodes. That of the chosen one is too small, about 0.4 of
-             *     the true error in simulations (docs/mathematics-notes.md).
+             *     comparing criteria on the same nodes. That of the chosen one is mostly too small: 0.42
+             *     of the true error in simulations of one flank (docs/mathematics-notes.md), 0.28 to 1.03
+             *     over other cases (docs/choosing-lambda.md).
              */
             predicted_mse?: number;
             /**
@@ -2496,11 +2499,12 @@ export interface components {
              * Format: double
              * @description Standard error of `value` for the λ* used, as if it had not been chosen by the same
              *     nodes; absent without degrees of freedom. After a chosen λ* it is too small and leaves
-             *     the bias out: in simulations the truth lay within it in 23 to 44 % of the cases, not 68
-             *     % (docs/mathematics-notes.md). `least_squares_std_error` holds. With a `prior` the
-             *     standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
-             *     squares with the derivatives at the active places held at 0, as if these places had been
-             *     known beforehand: too small likewise (docs/constraints.md).
+             *     the bias out: in simulations of one flank the truth lay within it in 23 to 44 % of the
+             *     cases, not 68 % (docs/mathematics-notes.md); within `least_squares_std_error` of least
+             *     squares in 66 to 68 %. With a `prior` the standard deviation of the posterior, by
+             *     `prior.sigma`. With `constraints` that of least squares with the derivatives at the
+             *     active places held at 0, as if these places had been known beforehand: too small
+             *     likewise (docs/constraints.md).
              */
             std_error?: number;
             /**
@@ -2521,9 +2525,11 @@ export interface components {
              */
             bias_bound: number;
             /**
-             * @description Confidence interval of the true coefficient at `level`, `[low, high]`: in simulations it
-             *     holds as often as it says (docs/intervals.md). The regularised `value` may lie outside.
-             *     Absent without an estimate of the noise, and where nothing limits the coefficient.
+             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
+             *     holds is in docs/intervals.md: for independent normal errors, at 0.95, in 0.94 to 0.96
+             *     on average; elsewhere as docs/errors.md, docs/prior.md and docs/selection.md have it.
+             *     The regularised `value` may lie outside. Absent without an estimate of the noise, and
+             *     where nothing limits the coefficient.
              */
             interval?: number[];
             interval_kind?: components["schemas"]["IntervalKind"];
@@ -2589,20 +2595,23 @@ export interface components {
         };
         /**
          * @description A figure against its limits, by its standard error (ISO 14253-1): the limits are drawn in by a
-         *     guard band, so that a part at a limit is found to conform in one measurement of twenty at most.
+         *     guard band, so that a part at a limit is found to conform in about one measurement of twenty,
+         *     and one that lies within not to in one of twenty at most, where errors are as the fit takes them
+         *     (docs/intervals.md). It counts noise only: what is the same all over a flank (alignment,
+         *     temperature, calibration) is in no residual.
          */
         Conformity: {
             /** @description The limits that were compared with, µm. */
             limits_um: number[];
             /**
              * @description Least and greatest probability that the true figure lies within the limits, by Student's
-             *     distribution; they differ where the estimate may be biased.
+             *     distribution about the estimate; they differ where the estimate may be biased.
              */
             probability: number[];
             decision: components["schemas"]["ConformityDecision"];
         };
         /**
-         * @description What the uncertainty allows to say.
+         * @description What the uncertainty allows to say, at 0.95 whatever `level` is.
          * @enum {string}
          */
         ConformityDecision: "conforms" | "does_not_conform" | "cannot_be_told";
@@ -3019,8 +3028,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -3257,7 +3267,7 @@ export interface components {
             /**
              * Format: double
              * @description Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
-             *     intervals hold in 0.92 only (docs/errors.md).
+             *     intervals hold in 0.92 only, those of the worst coefficient in 0.88 (docs/errors.md).
              */
             rho?: number;
             /** @description Of `ar2`: φ₁ and φ₂. */
@@ -3309,15 +3319,22 @@ export interface components {
              */
             effective_count: number;
             /**
-             * @description Durbin and Watson's d, about 2 for white residuals: of plain least squares, and of the white
-             *     rows.
+             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line over the mean of
+             *     r² over the nodes, about 2 for white residuals and any number of lines. Of plain least
+             *     squares, and of the white rows. Absent where no line has two nodes.
              */
             durbin_watson?: number[];
-            /** @description Ljung and Box's Q of both. */
+            /**
+             * @description Ljung and Box's Q of both: m(m + 2) Σ cₕ²/mₕ over the lags, cₕ being Σ rᵢrᵢ₊ₕ / Σ r² over
+             *     the mₕ pairs that lie h nodes apart on one line.
+             */
             ljung_box?: number[];
             /** @description P(χ² > Q) with as many degrees of freedom as lags. */
             ljung_box_p?: number[];
-            /** @description Lags that Q is summed over. */
+            /**
+             * @description Lags that Q is summed over: up to ten, or a fifth of the nodes, as far as lines have pairs
+             *     for a fifth of the nodes. 0 where no line has two nodes.
+             */
             ljung_box_lags: number;
         };
         /**
@@ -3452,8 +3469,8 @@ export interface components {
              */
             slope_std_error_um?: number;
             /**
-             * @description Confidence interval of the true slope at `level`, `[low, high]`; left out as its standard
-             *     error is.
+             * @description Confidence interval of the true slope at `level`, `[low, high]`, for the noise that the
+             *     standard error knows of (docs/intervals.md); left out as its standard error is.
              */
             slope_interval_um?: number[];
             /**
@@ -3870,8 +3887,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -3942,8 +3960,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -4080,8 +4099,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -4234,7 +4254,8 @@ export interface components {
             std_error?: number;
             /**
              * Format: double
-             * @description Most by which regularisation can have moved it.
+             * @description Most by which regularisation moves it on average, for coefficients within the norm limit of
+             *     the fit (`bias.coefficient_norm_limit`).
              */
             bias_bound: number;
             /**
@@ -4250,10 +4271,10 @@ export interface components {
             interval_kind?: components["schemas"]["IntervalKind"];
             /**
              * @description Whether the estimate itself lies within its limits (`tolerance_limits`); there where the
-             *     figure has some.
+             *     figure has some and is not extrapolated (`range_not_covered`).
              */
             within?: boolean;
-            /** @description There where the figure has limits (`tolerance_limits`) and an interval. */
+            /** @description There where `within` is and the figure has an interval. */
             conformity?: components["schemas"]["Conformity"];
         };
         /** @description What the surface leaves over. */
@@ -4382,7 +4403,9 @@ export interface components {
              */
             single_pitch_within?: boolean;
             /**
-             * @description Of the single pitch with the least room; there where there are limits and an uncertainty,
+             * @description Of the single pitch with the least room. A gear with a pitch at its limit is found to
+             *     conform in at most one measurement of twenty, and not to conform more often, the more
+             *     pitches lie at theirs (docs/intervals.md). There where there are limits and an uncertainty,
              *     and no tooth is missing.
              */
             single_pitch_conformity?: components["schemas"]["Conformity"];
@@ -4447,6 +4470,12 @@ export interface components {
             /** @description The evaluated part of the width. */
             z_range_mm: number[];
             nodes: components["schemas"]["FlankNodeCounts"];
+            /**
+             * @description What is to be known of the nodes and of the range; those of the fit are `result.warnings`.
+             *     After `range_not_covered` figures are held against no limits: the nodes that the border
+             *     leaves cover less than three quarters of the range.
+             */
+            warnings: components["schemas"]["GearWarning"][];
             /** @description The fit, as `POST /v1/fits` answers it: u and v over [-1, 1]. */
             result: components["schemas"]["FitResult"];
         };
@@ -4464,8 +4493,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -4699,8 +4729,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -5457,9 +5488,10 @@ export interface components {
         /**
          * @description How much each counted node has a say in the fit, in the order of `residuals.values`; null
          *     where a figure does not exist: without a node of leverage 1 the others do not determine the
-         *     fit there (warning `full_leverage`). A regularised fit is looked at with its penalty held as
-         *     all nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes
-         *     carry weights.
+         *     fit there (warning `full_leverage`), and figures that divide by a σ̂ need some noise
+         *     (warning `no_noise_without`). A regularised fit is looked at with its penalty held as all
+         *     nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes carry
+         *     weights.
          */
         Influence: {
             /**
@@ -5467,19 +5499,25 @@ export interface components {
              *     is the number of coefficients, or what regularisation leaves of it.
              */
             leverage: number[];
-            /** @description √wᵢ rᵢ / (σ̂ √(1 − hᵢ)), σ̂ being `residuals.sigma`. Absent without degrees of freedom. */
+            /**
+             * @description √wᵢ rᵢ / (σ̂ √(1 − hᵢ)), σ̂ being `residuals.sigma`; null where σ̂ is 0. Absent without
+             *     degrees of freedom.
+             */
             internally_studentized?: (number | null)[];
             /**
              * @description The same with the σ̂ of least squares on the other nodes: where errors are normal and
-             *     nothing is regularised, Student's t of m − n − 1 degrees of freedom. Absent without
-             *     these.
+             *     nothing is regularised, Student's t of m − n − 1 degrees of freedom; null where the
+             *     other nodes are fitted exactly: this one stands out of nothing. Absent without these.
              */
             externally_studentized?: (number | null)[];
-            /** @description Cook's distance: Σ w (change of the fitted heights without the node)² / (σ̂² Σh). */
+            /**
+             * @description Cook's distance: Σ w (change of the fitted heights without the node)² / (σ̂² Σh); null
+             *     where σ̂ is 0.
+             */
             cooks_distance?: (number | null)[];
             /**
              * @description Change of the node's own fitted height without it, in standard errors of that height
-             *     with the σ̂ of the other nodes.
+             *     with the σ̂ of the other nodes; null where those are fitted exactly.
              */
             dffits?: (number | null)[];
             /**
@@ -5502,11 +5540,14 @@ export interface components {
         /**
          * @description What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
          *     Student's t about the estimate before it is regularised (least squares, or the robust
-         *     estimate), as nothing limits the bias of the regularised one;
+         *     estimate), as nothing limits the bias of the regularised one (where `noise_sigma` is told,
+         *     t is the normal quantile in all of these: Student's with endless degrees of freedom);
          *     `bias_aware`, the shortest interval about a filtered estimate that holds for all
-         *     coefficients within the norm limit that was given; `posterior`, Student's t about the mean
-         *     of the posterior, or, where moves are estimated, an interval that is shorter where the
-         *     earlier iterations predict well and holds whatever the flank did (docs/prior.md).
+         *     coefficients within the norm limit that was given, and for no others; `posterior`,
+         *     Student's t about the mean of the posterior, which takes what was given for known, or,
+         *     where moves are estimated, an interval that is shorter where the earlier iterations predict
+         *     well. For a known σ it holds whatever the flank did, and is the same where the prior is let
+         *     go (docs/prior.md).
          * @enum {string}
          */
         IntervalKind: "student" | "least_squares" | "bias_aware" | "posterior";
@@ -5628,8 +5669,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -5719,8 +5761,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -6242,8 +6285,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -6785,7 +6829,8 @@ export interface components {
             response_ratio_std_error?: number;
             /**
              * @description `[low, high]` of the share that came, at 0.95 by that standard error (Student's t where the
-             *     noise was estimated).
+             *     noise was estimated). It is rather too wide: it held in 0.97 and more of simulated
+             *     corrections (docs/intervals.md).
              */
             response_ratio_interval?: number[];
             /**
@@ -7151,8 +7196,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -7523,8 +7569,10 @@ export interface components {
             unit: string;
             /**
              * Format: double
-             * @description Left out where the points do not determine the motion. Where a regularisation chose its λ*
-             *     by these points it is too small, as in any fit.
+             * @description By the scatter of the points, each by itself: what moves all points of a flank together, as
+             *     a pitch deviation does, is not in it (docs/gears.md). Left out where the points do not
+             *     determine the motion. Where a regularisation chose its λ* by these points it is too small,
+             *     as in any fit.
              */
             std_error?: number;
             /**
@@ -8009,7 +8057,8 @@ export interface components {
             /**
              * @description `[low, high]` of the true heights of the whole domain at once, at each place; of a
              *     linear model of all rows asked for at once. About least squares; where a norm limit was
-             *     given about the estimate, if that band is narrower on the whole.
+             *     given, and λ* does not follow from the heights, about the estimate if that band is
+             *     narrower on the whole.
              */
             simultaneous?: number[][];
             simultaneous_method?: components["schemas"]["SimultaneousMethod"];
@@ -8039,8 +8088,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -8122,7 +8172,8 @@ export interface components {
             p: number;
             /**
              * @description Whether p is below 1e-4: the prior was let go and least squares of these nodes is
-             *     answered (warning `prior_conflict`).
+             *     answered (warning `prior_conflict`). Where moves are estimated the intervals are made as
+             *     without a conflict: they hold whatever the flank did.
              */
             let_go: boolean;
         };
@@ -8157,7 +8208,8 @@ export interface components {
             move_ratio?: number;
             /**
              * @description Whether the nodes contradict what was known; absent before that can be told (of
-             *     iterations with an estimated move from the third on).
+             *     iterations with an estimated move from the third on; from the second where the move is
+             *     beyond 1,000 standard errors, the largest step that is allowed for).
              */
             conflict?: components["schemas"]["PriorConflict"];
             /**
@@ -8168,7 +8220,8 @@ export interface components {
             /**
              * Format: double
              * @description Standard deviation of a height of weight 1, by the residuals of all iterations together,
-             *     or as given; the errors of the coefficients rest on it.
+             *     or as given. The errors of the coefficients rest on it, unless a prior with a `move` or
+             *     `mean` that was told is let go.
              */
             sigma?: number;
             /** @description Degrees of freedom of `sigma`; absent where it was given. */
@@ -8558,8 +8611,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
@@ -8662,11 +8716,12 @@ export interface components {
              * Format: double
              * @description Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
              *     choice that stands, corrected by simulation for that choice having been made by the same
-             *     nodes. With `min_mse` its mean is 0.78 to 1.22 times the true error in simulations with
-             *     three degrees of freedom or more, 0.65 to 1.25 times with one or two, where that of the
-             *     uncorrected one is 0.2 to 1.0 times it (docs/choosing-lambda.md). Present when
-             *     `predicted_mse` was included; not with `press`, truncated SVD, James–Stein and
-             *     attraction.
+             *     nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
+             *     error in 144 simulated cases with three degrees of freedom or more, where that of the
+             *     uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
+             *     scatters by once to twice itself; of other criteria, and of Tikhonov, nothing was
+             *     simulated. Present when `predicted_mse` was included; not with `press`, `blocked_cv`,
+             *     truncated SVD, James–Stein and attraction.
              */
             predicted_mse_corrected?: number;
             /** @description Present for `representative`. */
@@ -9367,8 +9422,8 @@ export interface components {
              * @description Of noise and errors of the sensitivity (`response_uncertainty`) together: how far the change
              *     lies from what this regularised correction is on average, once in three times further. What
              *     regularisation takes away on average is not in it but in `bias_bound`: what is wanted lies
-             *     within the sum of both two times in three. Left out at a limit and without degrees of
-             *     freedom.
+             *     within the sum of both two times in three or more, where its norm is within that of the
+             *     bound (docs/mathematics-notes.md). Left out at a limit and without degrees of freedom.
              */
             std_error?: number;
             /**
@@ -10148,8 +10203,9 @@ export interface components {
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals; by
-             *     default estimated.
+             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
+             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
+             *     known from elsewhere than these nodes (docs/intervals.md).
              */
             coefficient_norm_limit?: number;
             /**
