@@ -48,7 +48,7 @@ fn close(one: &Value, two: &Value, pointer: &str) {
 /// With as many nodes as coefficients there is no noise to weigh a prior against yet.
 #[tokio::test]
 async fn a_prior_waits_for_noise() {
-    let mut app = TestApp::start().await;
+    let app = TestApp::start().await;
     let job = app.job().await;
     let asked = json!({
         "model": {"type": "polynomial", "degree": 1}, "regularization": {"type": "none"},

@@ -171,9 +171,9 @@ pub(crate) fn weigh(current: &Current, prior: &Prior) -> Result<Option<Outcome>,
                     let branch = follow(&Spread::Of(current.along(deviations, noise.sigma)));
                     // what is determined without a move is so with any that doubles hold
                     let lost = || follow(&Spread::Even(0.0)).is_ok();
-                    let branch = branch.or_else(|undetermined| match lost() {
-                        true => Err(Faults::one(Field::PriorMove, PriorReason::BeyondDouble)),
-                        false => Err(undetermined),
+                    let branch = branch.map_err(|undetermined| match lost() {
+                        true => Faults::one(Field::PriorMove, PriorReason::BeyondDouble),
+                        false => undetermined,
                     })?;
                     (noise, vec![branch], None)
                 }

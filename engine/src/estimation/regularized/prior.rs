@@ -57,7 +57,7 @@ pub(super) fn apply(context: &Context, prior: &Prior, warnings: &mut Vec<Warning
         warnings.push(Warning::NoEarlierIterations);
         return plain(context, prior, None, warnings);
     };
-    warnings.extend(outcome.unequal.clone().map(Warning::UnequalNoise));
+    warnings.extend(outcome.unequal.map(Warning::UnequalNoise));
     match &outcome.posterior {
         Some(mixture) => {
             let posterior = Posterior::new(context, &current, mixture, outcome.noise.sigma);
