@@ -110,9 +110,12 @@ async fn of_two_blocks_of_one_number_one_counts_wherever_they_come(replicas: Rep
 /// that answer, or says that the key was used for another request.
 async fn one_of_two_replicas_stores_under_a_key(replicas: Replicas) {
     let path = format!("{}/iterations", replicas.job().await);
-    let mut another = iteration();
+    // of a kind that is always left to the workers
+    let mut one = iteration();
+    one["estimator"] = json!({"type": "rank"});
+    let mut another = one.clone();
     another["note"] = json!("another request");
-    for (key, body) in [("same", iteration()), ("other", another)] {
+    for (key, body) in [("same", one.clone()), ("other", another)] {
         // the second replica has looked for the key and waits for a worker
         let second = &replicas.states[1];
         let mut gates = Vec::new();
@@ -134,7 +137,7 @@ async fn one_of_two_replicas_stores_under_a_key(replicas: Replicas) {
         while second.pool.waiting() == 0 {
             tokio::task::yield_now().await;
         }
-        let first = send(replicas.keyed(0, &path, key, &iteration())).await.expect(201);
+        let first = send(replicas.keyed(0, &path, key, &one)).await.expect(201);
         drop(gates);
         let late = late.await.unwrap();
         if key == "same" {
