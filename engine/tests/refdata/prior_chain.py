@@ -34,6 +34,8 @@ for one in iterations:
     r = y - x * a
     rss += (r.T * r)[0]
     freedom += len(one["x"]) - N
+    alone = len(one["x"]) - N
+    variance_alone = (r.T * r)[0] / alone
     fits.append((a, covariance))
 variance = rss / freedom
 x = design(iterations[1]["x"])
@@ -114,38 +116,61 @@ def mix(branches, stepped=()):
 
 
 def student(t):
-    """P(T > t)."""
+    """P(T > t), by the degrees of freedom of the nodes of now."""
     if t < 0:
         return 1 - student(-t)
-    return betainc(mpf(freedom) / 2, mpf(1) / 2, 0, freedom / (freedom + t * t), regularized=True) / 2
+    return betainc(mpf(alone) / 2, mpf(1) / 2, 0, alone / (alone + t * t), regularized=True) / 2
 
 
-def interval(j, branches, value):
+def beside(j, predicted):
+    """Mean and variance of coefficient j by a prediction and by all sums of least squares of now whose
+    errors have nothing to do with that of its own, and the log-likelihood of these."""
+    a, p = predicted
+    c = variance * fits[3][1]
+    sums = matrix([[mpf(int(i == k)) - (c[i, j] / c[j, j] if k == j else 0) for k in range(N)]
+                   for i in range(N) if i != j])
+    spread = inverse(sums * (p + c) * sums.T)
+    error = sums * (fits[3][0] - a)
+    along = sums * p[:, j]
+    ln = -((error.T * spread * error)[0] - log(det(spread))) / 2
+    return a[j] + (along.T * spread * error)[0], p[j, j] - (along.T * spread * along)[0], ln
+
+
+def interval(j, branches, stepped, value):
     """That of coefficient j at level 0.95, widened to the value."""
-    unit = sqrt(variance * fits[3][1][j, j])
+    pooled = sqrt(variance * fits[3][1][j, j])
+    unit = sqrt(variance_alone * fits[3][1][j, j])
     y = fits[3][0][j] / unit
     before = [log(max(q, mpf("0.01"))) for q in ratios]
     own = []
     for q in ratios:
-        m, v, ln = fits[0][0][j] / unit, variance * fits[0][1][j, j] / unit ** 2, mpf(0)
+        m, v, ln = fits[0][0][j] / pooled, variance * fits[0][1][j, j] / pooled ** 2, mpf(0)
         for k in range(1, 3):
-            m, v = m + shifts[k - 1][j] / unit, v + q * q
-            seen, spread = fits[k][0][j] / unit, variance * fits[k][1][j, j] / unit ** 2
+            m, v = m + shifts[k - 1][j] / pooled, v + q * q
+            seen, spread = fits[k][0][j] / pooled, variance * fits[k][1][j, j] / pooled ** 2
             ln -= ((seen - m) ** 2 / (v + spread) + log(v + spread)) / 2
             m, v = m + v / (v + spread) * (seen - m), v * spread / (v + spread)
-        own.append((ln, m + shifts[2][j] / unit, v + q * q))
+        own.append((ln, pooled * (m + shifts[2][j] / pooled), pooled ** 2 * (v + q * q)))
     both = [b[2] + l for b, l in zip(branches, before)]
-    alone = [o[0] + l for o, l in zip(own, before)]
-    rest = [b - a + l for b, a, l in zip(both, alone, before)]
-    odds = mpf(9) * exp(ln_sum(alone) + ln_sum(rest) - ln_sum(both) - ln_sum(before))
+    single = [o[0] + l for o, l in zip(own, before)]
+    rest = [b - a + l for b, a, l in zip(both, single, before)]
+    odds = mpf(9) * exp(ln_sum(single) + ln_sum(rest) - ln_sum(both) - ln_sum(before))
     share = odds / (1 + odds)
+    found = [beside(j, b[5]) for b in branches]
+    seen = [l + f[2] for l, f in zip(both, found)]
     parts = []
-    for w, u, b, o in zip(normed(both), normed(alone), branches, own):
-        parts.append(((1 - share) * w, b[5][0][j] / unit, b[5][1][j, j] / unit ** 2))
+    for w, u, f, o in zip(normed(seen), normed(single), found, own):
+        parts.append(((1 - share) * w, f[0], f[1]))
         parts.append((share * u, o[1], o[2]))
     _, m, v = parts[median([w for w, _, _ in parts])]
     parts = [(w * mpf(7) / 10, m, v) for w, m, v in parts]
-    parts += [(mpf(3) / 10 / len(steps), m, v + s * s) for s in steps]
+    single = mpf(15) / 100 / len(steps)
+    parts += [(single, m, v + (s * pooled) ** 2) for s in [*steps, *far]]
+    still = ln_sum(seen) - ln_sum(both)
+    whole = [(single * exp(f[2] - still), f[0], f[1]) for f in (beside(j, b[5]) for b in stepped)]
+    w, m, v = max(whole, key=lambda part: part[0])
+    parts += whole + [(single * w, m, v + (s * pooled) ** 2) for s in far]
+    parts = [(w, m / unit, v / unit ** 2) for w, m, v in parts]
 
     def mean(c):
         weights = [w * exp(-(c - m) ** 2 / (1 + v) / 2) / sqrt(1 + v) for w, m, v in parts]
@@ -156,8 +181,8 @@ def interval(j, branches, value):
         return student(distance - aside) + student(distance + aside) >= mpf("0.05")
 
     def end(way):
-        far = next(d for d in (mpf(k) / 4 for k in range(80, -1, -1)) if held(y + way * d))
-        low, high = far, far + mpf(1) / 4
+        last = next(d for d in (mpf(k) / 4 for k in range(80, -1, -1)) if held(y + way * d))
+        low, high = last, last + mpf(1) / 4
         for _ in range(60):
             middle = (low + high) / 2
             low, high = (middle, high) if held(y + way * middle) else (low, middle)
@@ -170,11 +195,12 @@ own = variance * fits[3][1]
 branches = [run(q * q * own) for q in ratios]
 middle = ratios[median(normed([b[2] for b in branches]))]
 steps = [sqrt(mpf(10)) ** k for k in range(7)]
+far = [mpf(10) ** 6, mpf(10) ** 9, mpf(10) ** 12]
 stepped = [run(middle ** 2 * own, (middle ** 2 + s * s) * own) for s in steps]
 estimated = mix(branches, stepped)
 weights = normed([b[3] for b in branches])
 estimated["move_ratio"] = float(sqrt(sum(w * q * q for w, q in zip(weights, ratios))))
-estimated["intervals"] = [interval(j, branches, mpf(estimated["value_dec"][j])) for j in range(N)]
+estimated["intervals"] = [interval(j, branches, stepped, mpf(estimated["value_dec"][j])) for j in range(N)]
 deviations = [0.05, 0.08, 0.02, 0.06]
 told = mix([run(matrix([[mpf(d) ** 2 if i == j else mpf(0) for j in range(N)] for i, d in enumerate(deviations)]))])
 print(json.dumps({
