@@ -1,11 +1,11 @@
 //! Intervals with a prior of earlier iterations whose moves are estimated: how often they hold, and
 //! how good the value beside them is.
 //!
-//! The construction holds 0.95 for a known σ, whatever the flank did, before a prior is let go.
-//! What these laws add is what it leaves open: one σ estimated for now and before together, down to
-//! two degrees of freedom; priors that a part of the sets lets go; Student's interval where what
-//! was known lies too far off; iterations with unequal numbers of nodes and such as do not
-//! determine every coefficient.
+//! The construction holds 0.95 for a known σ, whatever the flank did. What these laws add is what
+//! it leaves open: σ estimated by the nodes of now, down to one degree of freedom, and another σ
+//! before; Student's interval where what was known lies too far off; iterations with unequal
+//! numbers of nodes and such as do not determine every coefficient. Whether a prior is let go makes
+//! no difference, and a part of the sets lets it go here.
 //!
 //! A coverage of 400 sets is uncertain by 0.011, the least of four by more; the mean over the cases
 //! of a law has to be 0.94 or more.
@@ -221,8 +221,8 @@ fn intervals_hold_when_the_flank_steps_after_a_quiet_history() {
     assert_mean(&cases);
 }
 
-/// One node more than coefficients in each of two, three and six iterations: σ rests on so many
-/// degrees of freedom altogether, and is the same wrong one for now and before.
+/// One node more than coefficients in each of two, three and six iterations: σ of now rests on one
+/// degree of freedom, that by which the prior is weighed on so many.
 #[test]
 fn intervals_hold_with_few_degrees_of_freedom() {
     let mut cases = Vec::new();

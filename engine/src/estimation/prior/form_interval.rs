@@ -28,10 +28,12 @@ use crate::{
 
 /// The probability beforehand that a form moves by a size of its own.
 const OWN: f64 = 0.9;
-/// The probabilities beforehand that it stepped in the last move, by itself and with the flank.
+/// What it counts beforehand beside the rest that the form stepped in the last move, by itself and
+/// with the flank, over all sizes of [`steps`].
 const ALONE: f64 = 0.15;
 const WHOLE: f64 = 0.15;
-/// Sizes of steps by itself beyond [`steps`], after which next to nothing is drawn back.
+/// Sizes of steps by itself beyond [`steps`], after which next to nothing is drawn back; each
+/// counts as one of these does. They matter only where nothing else is likely.
 const FAR: [f64; 3] = [1e6, 1e9, 1e12];
 /// What size 0 counts as beside the others, which count as their own size: what seems to stand
 /// still may only have moved too little to be told.
