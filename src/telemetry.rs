@@ -1,19 +1,28 @@
-//! Logs and metrics. Both are global to the process and set up once, however many servers run in it
-//! (tests run many).
+//! Logs, metrics and traces. They are global to the process and set up once, however many servers
+//! run in it (tests run many).
 
 mod answered;
+mod export;
 mod lines;
 mod series;
+mod traces;
 
 use std::{io::IsTerminal, sync::OnceLock, time::Duration};
 
 use metrics_exporter_prometheus::{Matcher, PrometheusBuilder, PrometheusHandle};
-use tracing_subscriber::EnvFilter;
+use tracing_subscriber::{
+    EnvFilter, Layer, Registry, filter::Targets, layer::SubscriberExt as _, util::SubscriberInitExt as _,
+};
 
-use crate::config::LogFormat;
+use crate::config::{LogFormat, TraceSettings};
 
 pub use answered::{record_answer, record_authentication, record_fit};
+pub use export::{TraceError, flush as flush_traces};
 pub use lines::flush as flush_logs;
+pub use traces::{
+    Head, TRACEPARENT, TRACESTATE, asked, asked_in_vain, asking_span, compute_span, here, names, operation_span,
+    queue_span, request_span, responded, store_span,
+};
 
 /// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the
 /// URL), `status`.
@@ -61,6 +70,9 @@ pub const DRAINING: &str = "flankfit_draining";
 pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
 /// Seconds since all that there was to seal of the audit was sealed.
 pub const AUDIT_SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
+/// Spans that no collector has got. Label: `reason` (`queue`: it was full; `export`: the collector
+/// did not take them).
+pub const SPANS_DROPPED: &str = "flankfit_trace_spans_dropped_total";
 /// 1 where the identity provider told its keys when it was asked last.
 pub const IDENTITY_PROVIDER_UP: &str = "flankfit_identity_provider_up";
 /// Bytes of bodies and answers that are held.
@@ -78,18 +90,45 @@ pub enum LogError {
     Directives(#[from] tracing_subscriber::filter::ParseError),
     #[error("the thread that writes the log cannot be started: {0}")]
     Thread(#[from] std::io::Error),
+    #[error(transparent)]
+    Traces(#[from] TraceError),
 }
 
-/// Starts logging to standard error, panics included. A second call changes nothing.
-pub fn init_logs(format: LogFormat, directives: &str) -> Result<(), LogError> {
+/// Starts logging to standard error, panics included, and sending spans where the settings name a
+/// collector. A second call changes nothing.
+pub fn init(format: LogFormat, directives: &str, settings: &TraceSettings) -> Result<(), LogError> {
     let filter = EnvFilter::builder().parse(directives)?;
     let writer = lines::start()?;
     let ansi = std::io::stderr().is_terminal();
-    let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(writer).with_ansi(ansi);
     // An error here means that a subscriber is already there, which is the wanted state.
-    let _already = match format {
-        LogFormat::Pretty => builder.try_init(),
-        LogFormat::Json => builder.json().flatten_event(true).try_init(),
+    let _already = match export::start(settings)? {
+        None => {
+            let builder = tracing_subscriber::fmt().with_env_filter(filter).with_writer(writer).with_ansi(ansi);
+            match format {
+                LogFormat::Pretty => builder.try_init(),
+                LogFormat::Json => builder.json().flatten_event(true).try_init(),
+            }
+        }
+        Some(tracer) => {
+            let lines = tracing_subscriber::fmt::layer().with_writer(writer).with_ansi(ansi);
+            let lines: Box<dyn Layer<Registry> + Send + Sync> = match format {
+                LogFormat::Pretty => lines.boxed(),
+                LogFormat::Json => lines.json().flatten_event(true).boxed(),
+            };
+            // lines are for the log alone, and spans for the collector
+            let of_log = filter.add_directive(format!("{}=off", traces::TARGET).parse()?);
+            let of_collector = Targets::new().with_target(traces::TARGET, tracing::Level::INFO);
+            let spans = tracing_opentelemetry::layer()
+                .with_tracer(tracer)
+                .with_location(false)
+                .with_threads(false)
+                .with_target(false)
+                .with_tracked_inactivity(false)
+                .with_context_activation(false);
+            traces::begin(settings.otlp_sample);
+            let both = tracing_subscriber::registry().with(lines.with_filter(of_log));
+            both.with(spans.with_filter(of_collector)).try_init().map_err(Into::into)
+        }
     };
     std::panic::set_hook(Box::new(|panic| {
         let backtrace = std::backtrace::Backtrace::capture();
@@ -138,6 +177,7 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_gauge!(DRAINING, "1 from the signal to stop on");
         metrics::describe_gauge!(TLS_EXPIRY, metrics::Unit::Seconds, "Time until the server's certificate ends");
         metrics::describe_gauge!(AUDIT_SEAL_AGE, metrics::Unit::Seconds, "Time since all of the audit was sealed");
+        metrics::describe_counter!(SPANS_DROPPED, "Spans that no collector has got, by reason");
         metrics::describe_gauge!(IDENTITY_PROVIDER_UP, "1 where the identity provider told its keys last");
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
         metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
@@ -184,6 +224,11 @@ pub fn record_seal_age(age: Duration) {
 /// Notes whether the store answers and can be written.
 pub fn record_store_up(up: bool) {
     metrics::gauge!(STORE_UP).set(f64::from(up));
+}
+
+/// Notes that spans were dropped.
+fn record_dropped_spans(reason: &'static str, count: u64) {
+    metrics::counter!(SPANS_DROPPED, "reason" => reason).increment(count);
 }
 
 /// Notes whether the identity provider told its keys.

@@ -3,7 +3,7 @@
 
     tools/plant_ratios.py PROGRAM [NAME…]
 
-PROGRAM is a built flankfit. Names: keys, tls, replicas, stream, events, restart, stored; without one all of them. Needs
+PROGRAM is a built flankfit. Names: keys, tls, traces, replicas, stream, events, restart, stored; without one all of them. Needs
 wrk, openssl and PostgreSQL (FLANKFIT_POSTGRES_BIN, or /usr/lib/postgresql); as root PostgreSQL runs as `nobody`.
 `--rounds N` and `--seconds S` say how long.
 """
@@ -13,6 +13,7 @@ import concurrent.futures
 import glob
 import hashlib
 import http.client
+import http.server
 import json
 import math
 import os
@@ -206,6 +207,38 @@ def tls(place, rounds, seconds):
              lambda: wrk(place, plain, "/v1/fits", body, seconds))
 
 
+class Sink(http.server.BaseHTTPRequestHandler):
+    """Takes spans as a collector does, and throws them away."""
+
+    protocol_version = "HTTP/1.1"
+    taken = 0
+
+    def do_POST(self):
+        Sink.taken += len(self.rfile.read(int(self.headers["Content-Length"])))
+        self.send_response(200)
+        self.send_header("Content-Length", "0")
+        self.end_headers()
+
+    def log_message(self, *_):
+        pass
+
+
+def traces(place, rounds, seconds):
+    """One request in a hundred is traced, as by default."""
+    sink = http.server.ThreadingHTTPServer(("127.0.0.1", 0), Sink)
+    threading.Thread(target=sink.serve_forever, daemon=True).start()
+    _, off = place.server(place.sqlite(), "--auth", "off")
+    _, traced = place.server(place.sqlite(), "--auth", "off", "--otlp-endpoint",
+                             f"http://127.0.0.1:{sink.server_address[1]}", "--otlp-sample", "0.01")
+    body = place.body("fit.json", grid(5, 9))
+    in_turns("fits/s with traces at 1 % : off", ">= 0.97", rounds,
+             lambda: wrk(place, traced, "/v1/fits", body, seconds),
+             lambda: wrk(place, off, "/v1/fits", body, seconds))
+    time.sleep(3)
+    sink.shutdown()
+    assert Sink.taken > 0, "no spans came"
+
+
 def replicas(place, rounds, seconds):
     """Fits so long that whoever asks for them takes little of the cores."""
     url = place.postgres()
@@ -356,7 +389,7 @@ def stored(place, rounds, seconds):
         place.end()
 
 
-ALL = {of.__name__: of for of in (keys, tls, replicas, stream, events, restart, stored)}
+ALL = {of.__name__: of for of in (keys, tls, traces, replicas, stream, events, restart, stored)}
 
 
 def main():

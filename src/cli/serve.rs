@@ -4,7 +4,7 @@ use super::CommandError;
 use crate::{app::App, config::ServeSettings, telemetry};
 
 pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
-    telemetry::init_logs(settings.log_format, &settings.log)?;
+    telemetry::init(settings.log_format, &settings.log, &settings.traces)?;
     let runtime =
         tokio::runtime::Builder::new_multi_thread().worker_threads(connection_threads()).enable_all().build()?;
     let outcome = runtime.block_on(async {
@@ -29,6 +29,7 @@ pub fn run(settings: ServeSettings) -> Result<(), CommandError> {
     // What was accepted has been answered or its grace is over: a fit that still runs is not waited
     // for.
     runtime.shutdown_background();
+    telemetry::flush_traces();
     outcome
 }
 

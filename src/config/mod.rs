@@ -14,6 +14,7 @@ mod retention;
 mod share;
 mod store;
 mod tls;
+mod traces;
 
 use std::{net::SocketAddr, num::NonZeroU32, path::PathBuf, time::Duration};
 
@@ -29,9 +30,10 @@ pub use network::{Networks, parse_networks};
 pub use oidc::{Audiences, OidcSettings};
 pub use origin::{Origin, Origins, parse_origins};
 pub use retention::RetentionSettings;
-pub use share::parse_share;
+pub use share::{parse_part, parse_share};
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
+pub use traces::{EndpointError, TraceSettings};
 
 /// How log lines look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -176,6 +178,8 @@ pub struct ServeSettings {
     /// Log level: error, warn, info, debug, trace, or directives such as `info,sqlx=warn`.
     #[arg(long, env = "FLANKFIT_LOG", default_value = "info")]
     pub log: String,
+    #[command(flatten)]
+    pub traces: TraceSettings,
     /// Serve the interactive documentation at /docs.
     #[arg(long, env = "FLANKFIT_DOCS", default_value_t = true, action = clap::ArgAction::Set)]
     pub docs: bool,
@@ -253,6 +257,7 @@ impl Default for ServeSettings {
             allowed_hosts: Hosts::default(),
             log_format: LogFormat::Pretty,
             log: "info".into(),
+            traces: TraceSettings::default(),
             docs: true,
             dashboard: true,
             dashboard_dir: None,

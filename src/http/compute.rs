@@ -15,9 +15,12 @@ use super::{
     multipart,
     state::AppState,
 };
-use crate::api::{
-    json::{request::ReadWhole, value},
-    problem::{Problem, Room},
+use crate::{
+    api::{
+        json::{request::ReadWhole, value},
+        problem::{Problem, Room},
+    },
+    telemetry,
 };
 use flankfit_engine::estimation::{self, FitSpec, Nodes};
 
@@ -41,7 +44,8 @@ where
     {
         let ((nodes, spec, extra), permit) = multipart::read_fit::<E>(payload, limit)?.into_parts();
         if estimation::is_short(&nodes, &spec) {
-            return Ok(WithPermit::new(work(nodes, spec, extra)?, permit));
+            let work = || Ok(WithPermit::new(work(nodes, spec, extra)?, permit));
+            return telemetry::compute_span(&telemetry::here()).in_scope(work);
         }
         drop(slot);
         return state.pool.run(move || Ok(WithPermit::new(work(nodes, spec, extra)?, permit))).await?;

@@ -6,7 +6,11 @@ use std::time::Duration;
 use axum::http::{HeaderName, HeaderValue, Method, header};
 use tower_http::cors::CorsLayer;
 
-use super::{idempotency::REPLAYED, life::ARCHIVE_SHA256, observe::REQUEST_ID};
+use super::{
+    idempotency::REPLAYED,
+    life::ARCHIVE_SHA256,
+    observe::{REQUEST_ID, TRACEPARENT, TRACESTATE},
+};
 use crate::config::Origin;
 
 /// How long a browser may keep what a preflight was told.
@@ -35,6 +39,8 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             name("last-event-id"),
             name("prefer"),
             REQUEST_ID.clone(),
+            TRACEPARENT.clone(),
+            TRACESTATE.clone(),
         ])
         .expose_headers([
             header::ETAG,
@@ -46,6 +52,7 @@ pub fn layer(origins: &[Origin]) -> Option<CorsLayer> {
             REPLAYED.clone(),
             name("preference-applied"),
             REQUEST_ID.clone(),
+            TRACEPARENT.clone(),
         ])
         .vary([header::ORIGIN])
         .max_age(PREFLIGHT_MAX_AGE);

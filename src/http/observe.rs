@@ -12,6 +12,7 @@ use axum::{
     middleware::Next,
     response::{IntoResponse, Response},
 };
+use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
@@ -28,6 +29,10 @@ use crate::{
 
 /// The header that carries the id of a request.
 pub static REQUEST_ID: HeaderName = HeaderName::from_static("x-request-id");
+
+/// The headers that name the span of a request to others.
+pub static TRACEPARENT: HeaderName = HeaderName::from_static(telemetry::TRACEPARENT);
+pub static TRACESTATE: HeaderName = HeaderName::from_static(telemetry::TRACESTATE);
 
 /// Longest id taken over from a client.
 const LONGEST_ID: usize = 128;
@@ -52,12 +57,37 @@ pub async fn identify(mut request: Request, next: Next) -> Response {
     response
 }
 
+/// The layer, within the span of the request if that is traced.
 pub async fn observe(
     State(state): State<AppState>,
-    Extension(RequestId(id)): Extension<RequestId>,
-    mut request: Request,
+    Extension(id): Extension<RequestId>,
+    request: Request,
     next: Next,
 ) -> Response {
+    let (span, named) = telemetry::request_span(|| traced(&state, &id, &request));
+    let mut response = respond(state, id.0, request, next).instrument(span.clone()).await;
+    telemetry::responded(&span, response.status().as_u16());
+    if let Some(value) = named.and_then(|named| HeaderValue::try_from(named).ok()) {
+        response.headers_mut().insert(TRACEPARENT.clone(), value);
+    }
+    response
+}
+
+/// What the span of a request tells of its head: nothing that says who asks, or for what.
+fn traced<'a>(state: &AppState, RequestId(id): &'a RequestId, request: &'a Request) -> telemetry::Head<'a> {
+    let header = |name: &HeaderName| request.headers().get(name).and_then(|value| value.to_str().ok());
+    telemetry::Head {
+        method: method_name(request.method()),
+        route: request.extensions().get::<MatchedPath>().map(MatchedPath::as_str),
+        scheme: if state.settings.tls.certificate.is_some() { "https" } else { "http" },
+        host: header(&header::HOST),
+        id: id.to_str().unwrap_or_default(),
+        traceparent: header(&TRACEPARENT),
+        tracestate: header(&TRACESTATE),
+    }
+}
+
+async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: Next) -> Response {
     let begun = Instant::now();
     let method = request.method().clone();
     let path = request.extensions().get::<MatchedPath>().cloned();

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use jiff::{SignedDuration, Timestamp};
 use tokio::sync::{Semaphore, watch};
+use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
@@ -317,5 +318,5 @@ impl Jobs {
 pub(super) async fn run_to_completion<T: Send + 'static>(
     storing: impl Future<Output = Result<T, RepositoryError>> + Send + 'static,
 ) -> Result<T, RepositoryError> {
-    tokio::spawn(storing).await.unwrap_or_else(|lost| Err(RepositoryError::Failed(lost.to_string())))
+    tokio::spawn(storing.in_current_span()).await.unwrap_or_else(|lost| Err(RepositoryError::Failed(lost.to_string())))
 }

@@ -165,7 +165,8 @@ impl Provider {
     /// Asks, apart from the threads that serve.
     async fn fetch(&self, asked: &mut Asked) {
         let source = self.source.clone();
-        let fetched = tokio::task::spawn_blocking(move || source.fetch()).await;
+        let span = telemetry::here();
+        let fetched = tokio::task::spawn_blocking(move || span.in_scope(|| source.fetch())).await;
         let fetched = fetched.unwrap_or(Err(FetchError::Lost));
         asked.last = Some((Instant::now(), fetched.is_ok()));
         telemetry::record_identity_provider(fetched.is_ok());
@@ -215,10 +216,19 @@ impl Source {
 
     fn get(&self, url: &str) -> Result<Vec<u8>, FetchError> {
         let transport = |source| FetchError::Transport { url: url.to_owned(), source: Box::new(source) };
+        let span = telemetry::asking_span("GET", url);
         let request = self.agent.get(url).header("accept", "application/json");
+        let request = telemetry::names(&span).into_iter().fold(request, |request, (name, of)| request.header(name, of));
         // by TLS to begin with, by TLS wherever that leads
         let only = url.starts_with("https://");
-        let mut response = request.config().https_only(only).build().call().map_err(transport)?;
+        let mut response = match request.config().https_only(only).build().call() {
+            Ok(response) => response,
+            Err(error) => {
+                telemetry::asked_in_vain(&span);
+                return Err(transport(error));
+            }
+        };
+        telemetry::asked(&span, response.status().as_u16());
         match response.status().as_u16() {
             200 => response.body_mut().with_config().limit(LONGEST).read_to_vec().map_err(transport),
             status => Err(FetchError::Status { url: url.to_owned(), status }),

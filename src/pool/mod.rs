@@ -25,6 +25,7 @@ use std::{
 };
 
 use tokio::sync::oneshot;
+use tracing::Span;
 
 use crate::telemetry;
 use turns::{NoPlace, Turns};
@@ -43,14 +44,20 @@ trait Job: Send {
 
 struct Task<T, F> {
     handle: Handle,
+    /// Of whoever asked, and of the wait until now.
+    span: Span,
+    wait: Span,
     work: F,
     answer: oneshot::Sender<Result<T, PoolError>>,
 }
 
 impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
     fn run(self: Box<Self>) -> bool {
-        let Task { handle, work, answer } = *self;
-        match handle.run(work) {
+        let Task { handle, span, wait, work, answer } = *self;
+        drop(wait);
+        let computing = telemetry::compute_span(&span);
+        drop(span);
+        match computing.in_scope(|| handle.run(work)) {
             Ok(result) => answer.send(Ok(result)).is_ok(),
             Err(_cancelled) => {
                 let _gone = answer.send(Err(PoolError::Cancelled));
@@ -290,7 +297,9 @@ impl WorkPool {
         F: FnOnce() -> T + Send + 'static,
     {
         let (answer, receiver) = oneshot::channel();
-        self.enqueue(Box::new(Task { handle, work, answer }))?;
+        let span = telemetry::here();
+        let wait = telemetry::queue_span(&span);
+        self.enqueue(Box::new(Task { handle, span, wait, work, answer }))?;
         receiver.await.unwrap_or(Err(if self.shared.lock().stopped { PoolError::Stopped } else { PoolError::Lost }))
     }
 

@@ -47,7 +47,9 @@ async fn a_named_origin_may_call_and_sees_what_it_needs() {
         assert_eq!(answer.header("access-control-allow-origin"), CELL);
         assert_eq!(answer.header("access-control-allow-credentials"), "", "no cookies");
         let exposed = answer.header("access-control-expose-headers").to_ascii_lowercase();
-        for name in documented_headers().iter().map(String::as_str).chain(["allow", "content-disposition"]) {
+        for name in
+            documented_headers().iter().map(String::as_str).chain(["allow", "content-disposition", "traceparent"])
+        {
             assert!(exposed.split(',').any(|exposed| exposed.trim() == name), "{name}: {exposed}");
         }
         let vary: Vec<_> = answer.headers.get_all("vary").iter().map(|value| value.to_str().unwrap()).collect();
@@ -75,7 +77,7 @@ async fn preflights_need_no_key_and_name_what_may_be_sent() {
     })
     .await;
     let wanted = "content-type,content-encoding,authorization,x-api-key,idempotency-key,if-match,if-none-match,\
-                  last-event-id,prefer,x-request-id";
+                  last-event-id,prefer,x-request-id,traceparent,tracestate";
     let answer = preflight(&app, CELL, wanted).await;
     assert_eq!(answer.status, 200);
     assert_eq!(answer.header("access-control-allow-origin"), CELL);

@@ -21,7 +21,8 @@ fn strings_between(text: &str, open: &str, close: &str) -> Vec<String> {
 struct Rules {
     targets: Vec<String>,
     licences: Vec<String>,
-    banned: Vec<String>,
+    /// With those that may build on them all the same.
+    banned: Vec<(String, Vec<String>)>,
 }
 
 impl Rules {
@@ -31,7 +32,11 @@ impl Rules {
             assert!(text.contains(rule), "deny.toml without {rule}, which this test keeps");
         }
         let bans = &text[text.find("\ndeny = [").expect("bans")..text.find("[sources]").expect("sources")];
-        let banned = bans.split("name = \"").skip(1).map(|rest| rest[..rest.find('"').expect("a name")].to_owned());
+        let banned = bans.lines().filter(|line| line.contains("name = ")).map(|line| {
+            let wrappers =
+                if line.contains("wrappers") { strings_between(line, "wrappers = [", "]") } else { Vec::new() };
+            (strings_between(line, "name = ", ",").remove(0), wrappers)
+        });
         Rules {
             targets: strings_between(&text, "targets = [", "]"),
             licences: strings_between(&text, "\nallow = [", "]"),
@@ -112,6 +117,14 @@ fn packages(target: &str) -> Vec<Value> {
     found
 }
 
+/// The packages that have one among their own dependencies.
+fn who_builds_on(name: &str, target: &str) -> Vec<String> {
+    let format = ["--depth", "1", "--prefix", "none", "--format", "{p}"];
+    let tree = cargo(&[&["tree", "--workspace", "--target", target, "--invert", name], &format[..]].concat());
+    let names = tree.lines().skip(1).filter_map(|line| line.split(' ').next());
+    names.filter(|user| !user.is_empty()).map(str::to_owned).collect()
+}
+
 #[test]
 fn licences_bans_and_sources_are_those_of_deny_toml() {
     let rules = Rules::read();
@@ -124,8 +137,12 @@ fn licences_bans_and_sources_are_those_of_deny_toml() {
             if !allowed(licence, &rules.licences) {
                 wrong.insert(format!("{name}: licence {licence}"));
             }
-            if rules.banned.iter().any(|banned| banned == name) {
-                wrong.insert(format!("{name} is banned"));
+            if let Some((_, wrappers)) = rules.banned.iter().find(|(banned, _)| banned == name) {
+                let others: Vec<String> =
+                    who_builds_on(name, target).into_iter().filter(|user| !wrappers.contains(user)).collect();
+                if wrappers.is_empty() || !others.is_empty() {
+                    wrong.insert(format!("{name} is banned: {others:?} build on it"));
+                }
             }
             match package["source"].as_str() {
                 Some(CRATES_IO) => {}

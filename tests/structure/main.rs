@@ -57,7 +57,7 @@ const RULES: &[Rule] = &[
     },
     Rule { room: "pool", rooms: &["numerics", "telemetry"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
     Rule { room: "outgoing", rooms: &[], foreign: &["axum", "clap", "sqlx", "tokio", "utoipa"] },
-    Rule { room: "telemetry", rooms: &["config"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
+    Rule { room: "telemetry", rooms: &["config", "outgoing"], foreign: &["axum", "clap", "sqlx", "utoipa"] },
     Rule { room: "config", rooms: &[], foreign: &["axum", "sqlx", "utoipa"] },
 ];
 

@@ -28,7 +28,7 @@ use self::{
 use super::{CommandError, reachable, serve::stop_signal};
 use crate::{
     app::App,
-    config::{Authentication, LogFormat, ServeSettings},
+    config::{Authentication, LogFormat, ServeSettings, TraceSettings},
     telemetry,
 };
 
@@ -62,7 +62,7 @@ const JOB: &str = include_str!("../../../examples/requests/job.json");
 
 /// Starts a server, drives it, prints, and serves on until it is stopped.
 pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
-    telemetry::init_logs(LogFormat::Pretty, "warn")?;
+    telemetry::init(LogFormat::Pretty, "warn", &TraceSettings::default())?;
     let chapters = match &arguments.nodes {
         Some(path) => node_file::read(path)?.into_iter().map(Chapter::of_file).collect(),
         None if arguments.closed_loop => Vec::new(),

@@ -11,6 +11,7 @@ use tokio::{
     task::JoinSet,
     time::{Instant, sleep, sleep_until, timeout},
 };
+use tracing::Instrument as _;
 
 use super::{
     super::{observe::catch_panic, router, state::AppState},
@@ -21,6 +22,7 @@ use crate::{
     api::problem::{Problem, ProblemCode},
     jobs::{ClaimedTask, EndedTask, LEASE, Lease, MOST_ATTEMPTS, TaskAnswer, TaskState},
     pool::{self, Handle},
+    telemetry,
 };
 
 /// How often leases are renewed: thrice while they last.
@@ -48,7 +50,8 @@ async fn take(state: &AppState, handlers: &Router) {
             && let Some(task) = claim(state).await
         {
             let party = Some(task.caller.tenant.name());
-            doing.spawn(pool::on_behalf_of(party, complete(state.clone(), handlers.clone(), task)));
+            let completing = complete(state.clone(), handlers.clone(), task).instrument(telemetry::operation_span());
+            doing.spawn(pool::on_behalf_of(party, completing));
         }
         tokio::select! {
             () = &mut stopping => break,

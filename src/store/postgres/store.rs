@@ -73,6 +73,8 @@ impl PostgresStore {
 }
 
 impl Backend for Database {
+    const SYSTEM: &'static str = "postgresql";
+
     type Readers = PgPool;
     type Connection = Session;
 

@@ -1,9 +1,10 @@
 //! A store as one caller sees it: reads go to the readers, writes into the queue, each with its
 //! caller.
 
-use std::{sync::Arc, time::Instant};
+use std::{any::type_name, sync::Arc, time::Instant};
 
 use jiff::{SignedDuration, Timestamp};
+use tracing::Instrument as _;
 use uuid::Uuid;
 
 use super::{
@@ -35,12 +36,14 @@ use crate::{
         Tenant, ToldEvent, Trace,
         audit::{Chain, Entry, Prepared, Seal, Verdict},
     },
-    key_operations, repository_operations,
+    key_operations, repository_operations, telemetry,
 };
 use flankfit_engine::estimation::Nodes;
 
 /// An open database.
 pub trait Backend: Send + Sync + 'static {
+    /// What spans call this kind of database (`db.system.name` of OpenTelemetry).
+    const SYSTEM: &'static str;
     /// Where reads take a connection from.
     type Readers: Sync;
     /// What writes are done on.
@@ -79,7 +82,7 @@ impl<B: Backend> Handle<B> {
     }
 
     fn read<O: Read<B::Readers>>(&self, operation: O) -> RepositoryFuture<'_, O::Reply> {
-        Box::pin(async move {
+        let reading = async move {
             let begun = Instant::now();
             let found = loop {
                 match operation.read(&self.caller, self.backend.readers()).await {
@@ -91,17 +94,24 @@ impl<B: Backend> Handle<B> {
             };
             self.backend.read_seconds().record(begun.elapsed());
             found
-        })
+        };
+        Box::pin(reading.instrument(telemetry::store_span(B::SYSTEM, type_name::<O>())))
     }
 
     /// The operation is in the queue before this returns its future: dropping the future changes
     /// nothing.
     fn write<O: Write<B::Connection>>(&self, write: O) -> RepositoryFuture<'_, O::Reply> {
-        let queue = self.backend.queue(write.subject());
+        let subject = write.subject();
         let (ids, clock) = self.backend.surroundings();
         let at = clock.now();
         let prepared = write.contents().into_iter().map(|contents| Prepared { id: ids.fresh(at), contents }).collect();
-        Box::pin(queue.write(Asked { caller: self.caller.clone(), at, prepared, write }))
+        self.enqueue(subject, Asked { caller: self.caller.clone(), at, prepared, write })
+    }
+
+    /// As [`Self::write`], what is not audited.
+    fn enqueue<O: Run<B::Connection>>(&self, subject: Subject, operation: O) -> RepositoryFuture<'_, O::Reply> {
+        let span = telemetry::store_span(B::SYSTEM, type_name::<O>());
+        Box::pin(self.backend.queue(subject).write(operation).instrument(span))
     }
 }
 
@@ -163,7 +173,7 @@ where
     }
 
     fn note_uses(&self, uses: Vec<(KeyId, Timestamp)>) -> RepositoryFuture<'_, ()> {
-        Box::pin(self.backend.queue(Subject::Nothing).write(NoteUses { uses }))
+        self.enqueue(Subject::Nothing, NoteUses { uses })
     }
 }
 
@@ -176,7 +186,7 @@ where
     ForgetTasks: Run<B::Connection>,
 {
     fn claim(&self, lease: Uuid, now: Timestamp, lasting: SignedDuration) -> RepositoryFuture<'_, Option<ClaimedTask>> {
-        Box::pin(self.backend.queue(Subject::Nothing).write(ClaimTask { lease, now, lasting }))
+        self.enqueue(Subject::Nothing, ClaimTask { lease, now, lasting })
     }
 
     fn renew(
@@ -185,19 +195,19 @@ where
         now: Timestamp,
         lasting: SignedDuration,
     ) -> RepositoryFuture<'_, Vec<Lease>> {
-        Box::pin(self.backend.queue(Subject::Nothing).write(RenewTasks { leases, now, lasting }))
+        self.enqueue(Subject::Nothing, RenewTasks { leases, now, lasting })
     }
 
     fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool> {
         let write = EndTask { ended };
-        Box::pin(self.backend.queue(write.subject()).write(write))
+        self.enqueue(write.subject(), write)
     }
 
     fn give_back(&self, lease: Lease, until: Timestamp, counts: bool) -> RepositoryFuture<'_, ()> {
-        Box::pin(self.backend.queue(Subject::Nothing).write(GiveTaskBack { lease, until, counts }))
+        self.enqueue(Subject::Nothing, GiveTaskBack { lease, until, counts })
     }
 
     fn forget_tasks(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
-        Box::pin(self.backend.queue(Subject::Nothing).write(ForgetTasks { before, most }))
+        self.enqueue(Subject::Nothing, ForgetTasks { before, most })
     }
 }

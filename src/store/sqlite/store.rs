@@ -58,6 +58,8 @@ impl SqliteStore {
 }
 
 impl Backend for Database {
+    const SYSTEM: &'static str = "sqlite";
+
     type Readers = SqlitePool;
     type Connection = SqliteConnection;
 

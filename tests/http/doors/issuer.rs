@@ -158,6 +158,21 @@ fn modulus_and_exponent(der: &[u8]) -> (&[u8], &[u8]) {
     (n.strip_prefix(&[0]).unwrap_or(n), e)
 }
 
+/// TLS of a server at `localhost`, and the certificate that it shows (PEM).
+pub fn tls() -> (impl Fn(TcpStream) -> StreamOwned<ServerConnection, TcpStream> + Send + 'static, String) {
+    let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
+    let key = PrivateKeyDer::from_pem_slice(made.signing_key.serialize_pem().as_bytes()).unwrap();
+    let config = ServerConfig::builder_with_provider(Arc::new(default_provider()))
+        .with_safe_default_protocol_versions()
+        .unwrap()
+        .with_no_client_auth()
+        .with_single_cert(vec![made.cert.der().to_vec().into()], key)
+        .unwrap();
+    let config = Arc::new(config);
+    let open = move |stream| StreamOwned::new(ServerConnection::new(config.clone()).unwrap(), stream);
+    (open, made.cert.pem())
+}
+
 /// See the module's documentation.
 pub struct Issuer {
     pub url: String,
@@ -185,19 +200,10 @@ impl Issuer {
 
     /// One that is asked by TLS, and the certificate that it shows (PEM).
     pub fn by_tls() -> (Self, String) {
-        let made = rcgen::generate_simple_self_signed(["localhost".to_owned()]).unwrap();
-        let key = PrivateKeyDer::from_pem_slice(made.signing_key.serialize_pem().as_bytes()).unwrap();
-        let config = ServerConfig::builder_with_provider(Arc::new(default_provider()))
-            .with_safe_default_protocol_versions()
-            .unwrap()
-            .with_no_client_auth()
-            .with_single_cert(vec![made.cert.der().to_vec().into()], key)
-            .unwrap();
-        let config = Arc::new(config);
+        let (open, certificate) = tls();
         let listener = TcpListener::bind("127.0.0.1:0").unwrap();
         let url = format!("https://localhost:{}/realms/plant", listener.local_addr().unwrap().port());
-        let by_tls = move |stream| Some(StreamOwned::new(ServerConnection::new(config.clone()).ok()?, stream));
-        (Self::serve(listener, url, by_tls), made.cert.pem())
+        (Self::serve(listener, url, move |stream| Some(open(stream))), certificate)
     }
 
     fn serve<S: Read + Write>(

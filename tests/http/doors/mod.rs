@@ -1,6 +1,7 @@
 //! How clients come in: TLS, limits on callers, the listener for operation, draining.
 
 mod callers;
+mod collector;
 mod draining;
 mod fairness;
 mod issuer;
@@ -11,3 +12,4 @@ mod sites;
 mod talkative;
 mod tls;
 mod tokens;
+mod traces;

@@ -1,10 +1,11 @@
-//! A key is told once: it is in no log, no metric, no problem, no help and no database.
+//! A key is told once: it is in no log, no metric, no span, no problem, no help and no database.
 
 use std::{fs, io::Read as _, process::Command};
 
 use serde_json::{Value, json};
 
 use super::{
+    collector::Collector,
     issuer::{Issuer, SigningKey},
     talkative::Talkative,
 };
@@ -27,7 +28,8 @@ async fn a_secret_is_told_once_and_nowhere_else() {
         .output()
         .unwrap();
     let admin = String::from_utf8(made.stdout).unwrap().trim().to_owned();
-    let server = Talkative::start(&database, &[]);
+    let collector = Collector::start();
+    let server = Talkative::start(&database, &["--otlp-endpoint", &collector.url, "--otlp-sample", "1"]);
     let client = reqwest::Client::new();
     let mut answers = String::new();
     let mut asked = async |request: reqwest::RequestBuilder| {
@@ -71,9 +73,17 @@ async fn a_secret_is_told_once_and_nowhere_else() {
     texts.push_str(&String::from_utf8_lossy(&help.stdout));
     let said = server.end();
     assert!(said.contains("DEBUG") && said.contains(&format!("key-{}", &canary[4..20])), "everything was logged");
-    for (what, bytes) in [("answers", texts.as_bytes()), ("headers", answers.as_bytes()), ("log", said.as_bytes())] {
+    assert!(collector.spans().len() > 12, "every request was traced");
+    let spans = collector.bytes();
+    for (what, bytes) in [
+        ("answers", texts.as_bytes()),
+        ("headers", answers.as_bytes()),
+        ("log", said.as_bytes()),
+        ("spans", &spans[..]),
+    ] {
         assert!(!holds(bytes, &canary) && !holds(bytes, &admin), "{what}");
     }
+    assert!(!spans.windows(16).any(|window| window == &canary.as_bytes()[4..20]), "nor do spans say whose it is");
     let mut files = 0;
     for entry in fs::read_dir(folder.path()).unwrap() {
         let mut bytes = Vec::new();
@@ -96,7 +106,10 @@ async fn a_token_is_told_nowhere() {
     let database = folder.path().join("test.db");
     let (issuer, key) = (Issuer::start(), SigningKey::es256("one"));
     issuer.publish(&[&key]);
-    let server = Talkative::start(&database, &["--oidc-issuer", &issuer.url, "--oidc-audience", "flankfit"]);
+    let collector = Collector::start();
+    let sampled = ["--otlp-endpoint", &collector.url, "--otlp-sample", "1"];
+    let arguments = [&["--oidc-issuer", &issuer.url, "--oidc-audience", "flankfit"][..], &sampled].concat();
+    let server = Talkative::start(&database, &arguments);
     let client = reqwest::Client::new();
     let url = |path: &str| format!("{}{path}", server.base);
     let good = issuer.token(&key, json!({"role": "engineer"}));
@@ -119,9 +132,11 @@ async fn a_token_is_told_nowhere() {
     assert!(heard.contains("jane.doe") && heard.contains("invalid_key"), "{heard}");
     let said = server.end();
     assert!(said.contains("DEBUG") && said.contains("jane.doe") && said.contains("it has expired"), "{said}");
+    let spans = String::from_utf8_lossy(&collector.bytes()).into_owned();
+    assert!(spans.contains("/v1/whoami") && !spans.contains("jane.doe"), "who asks is in no span");
     for token in [&good, &expired, &strange] {
         for part in parts(token) {
-            assert!(!heard.contains(part) && !said.contains(part), "{part}");
+            assert!(!heard.contains(part) && !said.contains(part) && !spans.contains(part), "{part}");
             for entry in fs::read_dir(folder.path()).unwrap() {
                 let bytes = fs::read(entry.unwrap().path()).unwrap();
                 assert!(!bytes.windows(part.len()).any(|window| window == part.as_bytes()), "the database");

@@ -1,0 +1,83 @@
+//! Where spans of requests go.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::parse_part;
+
+#[derive(Clone, Debug, PartialEq, Args)]
+pub struct TraceSettings {
+    /// Collector (OTLP over HTTP, such as http://collector:4318) that is sent spans of requests;
+    /// without it there are none.
+    #[arg(long, env = "FLANKFIT_OTLP_ENDPOINT", value_name = "URL", hide_env_values = true)]
+    pub otlp_endpoint: Option<String>,
+    /// Part (0 to 1) of the requests whose spans are sent, of those whose client has not decided
+    /// (`traceparent`).
+    #[arg(long, env = "FLANKFIT_OTLP_SAMPLE", default_value_t = 0.01, value_parser = parse_part)]
+    pub otlp_sample: f64,
+    /// File with the certificates of the authorities (PEM) that the collector's certificate must
+    /// come from; without it those that browsers believe.
+    #[arg(long, env = "FLANKFIT_OTLP_CA", value_name = "FILE", requires = "otlp_endpoint")]
+    pub otlp_ca: Option<PathBuf>,
+}
+
+impl Default for TraceSettings {
+    fn default() -> Self {
+        TraceSettings { otlp_endpoint: None, otlp_sample: 0.01, otlp_ca: None }
+    }
+}
+
+/// What is wrong with a collector's URL, which is not repeated: there could be a password in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EndpointError {
+    #[error("write a URL without query, fragment and user; headers go into OTEL_EXPORTER_OTLP_HEADERS")]
+    More,
+    #[error("write a URL such as http://collector:4318")]
+    NotHttp,
+}
+
+impl TraceSettings {
+    /// Where spans go at the collector: its URL, with `path` unless that has one already.
+    pub fn collector(&self, path: &str) -> Result<Option<String>, EndpointError> {
+        let Some(url) = self.otlp_endpoint.as_deref() else { return Ok(None) };
+        if url.contains(['?', '#', '@']) || url.contains(char::is_whitespace) {
+            return Err(EndpointError::More);
+        }
+        let named = url.strip_prefix("http://").or_else(|| url.strip_prefix("https://"));
+        let (host, below) = named.map(|named| named.split_once('/').unwrap_or((named, ""))).unwrap_or_default();
+        match (host, below) {
+            ("", _) => Err(EndpointError::NotHttp),
+            (_, "") => Ok(Some(url.trim_end_matches('/').to_owned() + path)),
+            _ => Ok(Some(url.to_owned())),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn collector(url: &str) -> Result<Option<String>, EndpointError> {
+        let settings = TraceSettings { otlp_endpoint: Some(url.into()), ..TraceSettings::default() };
+        settings.collector("/v1/traces")
+    }
+
+    #[test]
+    fn spans_go_below_the_collectors_url() {
+        assert_eq!(TraceSettings::default().collector("/v1/traces"), Ok(None));
+        for (url, at) in [
+            ("http://collector:4318", "http://collector:4318/v1/traces"),
+            ("http://[::1]:4318/", "http://[::1]:4318/v1/traces"),
+            ("https://collector/otlp/v1/traces", "https://collector/otlp/v1/traces"),
+        ] {
+            assert_eq!(collector(url), Ok(Some(at.to_owned())));
+        }
+        for wrong in ["", "collector:4317", "grpc://collector", "http://", "http:///v1/traces"] {
+            assert_eq!(collector(wrong), Err(EndpointError::NotHttp), "{wrong}");
+        }
+        for more in ["http://a b", "https://u:p@collector", "https://collector?key=1", "https://collector/#x"] {
+            assert_eq!(collector(more), Err(EndpointError::More), "{more}");
+        }
+    }
+}

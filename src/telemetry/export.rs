@@ -1,0 +1,294 @@
+//! Spans on their way to a collector: in batches, by a thread of their own (OTLP over HTTP).
+//!
+//! What ends a span never waits: where the queue is full, the span is dropped and counted. So is a
+//! batch that the collector does not take.
+
+use std::{
+    fmt::{self, Debug},
+    pin::Pin,
+    sync::{
+        OnceLock,
+        mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel},
+    },
+    time::{Duration, Instant},
+};
+
+use futures_util::FutureExt as _;
+use opentelemetry::{Context, trace::TracerProvider as _};
+use opentelemetry_http::{Bytes, HttpClient, HttpError, Request, Response};
+use opentelemetry_otlp::{ExporterBuildError, Protocol, SpanExporter, WithExportConfig as _, WithHttpConfig as _};
+use opentelemetry_sdk::{
+    Resource,
+    error::{OTelSdkError, OTelSdkResult},
+    trace::{Sampler, SdkTracer, SdkTracerProvider, Span, SpanData, SpanExporter as _, SpanProcessor},
+};
+
+use super::record_dropped_spans;
+use crate::{
+    config::{EndpointError, TraceSettings},
+    outgoing::{self, OutgoingError},
+};
+
+/// Spans that wait for the thread, and those that go at once.
+const PLACES: usize = 4096;
+const BATCH: usize = 512;
+/// How long spans are gathered after the first one.
+const DELAY: Duration = Duration::from_secs(2);
+/// How long the collector may take for a batch, and how much of its answer is read.
+const PATIENCE: Duration = Duration::from_secs(5);
+const ANSWER: u64 = 1 << 16;
+/// How long the end of the program waits for the last spans, and between two looks for a place.
+const LAST: Duration = Duration::from_secs(2);
+const FULL: Duration = Duration::from_millis(5);
+
+/// Below the collector's URL.
+const PATH: &str = "/v1/traces";
+
+/// Why spans cannot be sent.
+#[derive(Debug, thiserror::Error)]
+pub enum TraceError {
+    #[error("--otlp-ca: {0}")]
+    Authorities(#[from] OutgoingError),
+    #[error("--otlp-endpoint: {0}")]
+    Endpoint(#[from] EndpointError),
+    #[error("--otlp-endpoint: {0}")]
+    Exporter(#[from] ExporterBuildError),
+    #[error("the thread that sends spans cannot be started: {0}")]
+    Thread(#[from] std::io::Error),
+}
+
+/// The provider of this process, for its end.
+static PROVIDER: OnceLock<SdkTracerProvider> = OnceLock::new();
+
+/// Starts sending spans; none where the settings name no collector.
+pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> {
+    let Some(endpoint) = settings.collector(PATH)? else { return Ok(None) };
+    let client = Client(outgoing::agent(&endpoint, PATIENCE, settings.otlp_ca.clone())?);
+    let mut exporter = SpanExporter::builder()
+        .with_http()
+        .with_http_client(client)
+        .with_protocol(Protocol::HttpBinary)
+        .with_timeout(PATIENCE)
+        .with_endpoint(endpoint)
+        .build()?;
+    let version = opentelemetry::KeyValue::new("service.version", env!("CARGO_PKG_VERSION"));
+    let resource = Resource::builder().with_service_name("flankfit").with_attribute(version).build();
+    exporter.set_resource(&resource);
+    // counted from nothing, so that the first drop is seen as a rise
+    super::metrics();
+    ["queue", "export"].into_iter().for_each(|reason| record_dropped_spans(reason, 0));
+    let (sender, waiting) = sync_channel(PLACES);
+    std::thread::Builder::new()
+        .name("traces".into())
+        .spawn(move || Sending { exporter, fails: false }.run(&waiting))?;
+    let provider = SdkTracerProvider::builder()
+        .with_span_processor(Queue(sender))
+        // what is not sampled has no span in the first place (`traces`)
+        .with_sampler(Sampler::AlwaysOn)
+        .with_resource(resource)
+        .build();
+    let tracer = provider.tracer("flankfit");
+    let _first = PROVIDER.set(provider);
+    Ok(Some(tracer))
+}
+
+/// Sends what is left when the program ends.
+pub fn flush() {
+    if let Some(provider) = PROVIDER.get() {
+        let _sent = provider.force_flush();
+    }
+}
+
+/// What the thread is told.
+enum Message {
+    Ended(Box<SpanData>),
+    /// Send what was told before, and answer.
+    Flush(SyncSender<()>),
+}
+
+/// Where spans wait.
+struct Queue(SyncSender<Message>);
+
+impl Debug for Queue {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Queue")
+    }
+}
+
+impl SpanProcessor for Queue {
+    fn on_start(&self, _span: &mut Span, _context: &Context) {}
+
+    fn on_end(&self, span: SpanData) {
+        if self.0.try_send(Message::Ended(Box::new(span))).is_err() {
+            record_dropped_spans("queue", 1);
+        }
+    }
+
+    fn force_flush(&self) -> OTelSdkResult {
+        self.shutdown_with_timeout(LAST)
+    }
+
+    fn shutdown_with_timeout(&self, timeout: Duration) -> OTelSdkResult {
+        let late = || Err(OTelSdkError::Timeout(timeout));
+        let until = Instant::now() + timeout;
+        let (answer, done) = sync_channel(1);
+        let mut message = Message::Flush(answer);
+        loop {
+            match self.0.try_send(message) {
+                Ok(()) => break,
+                Err(TrySendError::Disconnected(_)) => return late(),
+                Err(TrySendError::Full(_)) if Instant::now() >= until => return late(),
+                Err(TrySendError::Full(again)) => message = again,
+            }
+            std::thread::sleep(FULL);
+        }
+        done.recv_timeout(until.saturating_duration_since(Instant::now())).or_else(|_| late())
+    }
+}
+
+/// What the thread does.
+struct Sending<E> {
+    exporter: E,
+    /// Whether the last batch was not taken.
+    fails: bool,
+}
+
+impl<E: opentelemetry_sdk::trace::SpanExporter> Sending<E> {
+    fn run(mut self, waiting: &Receiver<Message>) {
+        let mut batch = Vec::new();
+        let mut until = Instant::now();
+        loop {
+            let message = match batch.is_empty() {
+                true => waiting.recv().map_err(|_| RecvTimeoutError::Disconnected),
+                false => waiting.recv_timeout(until.saturating_duration_since(Instant::now())),
+            };
+            match message {
+                Ok(Message::Ended(span)) => {
+                    if batch.is_empty() {
+                        until = Instant::now() + DELAY;
+                    }
+                    batch.push(*span);
+                    if batch.len() >= BATCH {
+                        self.send(std::mem::take(&mut batch));
+                    }
+                }
+                Ok(Message::Flush(answer)) => {
+                    self.send(std::mem::take(&mut batch));
+                    let _gone = answer.send(());
+                }
+                Err(RecvTimeoutError::Timeout) => self.send(std::mem::take(&mut batch)),
+                Err(RecvTimeoutError::Disconnected) => return self.send(batch),
+            }
+        }
+    }
+
+    fn send(&mut self, batch: Vec<SpanData>) {
+        if batch.is_empty() {
+            return;
+        }
+        let count = batch.len() as u64;
+        // the client answers before it returns, so that there is nothing to wait for
+        let outcome = self.exporter.export(batch).now_or_never();
+        let failed = match outcome {
+            Some(Ok(())) => None,
+            Some(Err(error)) => Some(error.to_string()),
+            None => Some("the collector asks to be asked again later".to_owned()),
+        };
+        if let Some(error) = &failed {
+            record_dropped_spans("export", count);
+            if !self.fails {
+                tracing::warn!(error, "the collector of traces does not take spans: they are dropped until it does");
+            }
+        } else if self.fails {
+            tracing::info!("the collector of traces takes spans again");
+        }
+        self.fails = failed.is_some();
+    }
+}
+
+/// The exporter's way to the collector.
+#[derive(Debug)]
+struct Client(ureq::Agent);
+
+impl HttpClient for Client {
+    fn send_bytes<'s, 'f>(
+        &'s self,
+        request: Request<Bytes>,
+    ) -> Pin<Box<dyn Future<Output = Result<Response<Bytes>, HttpError>> + Send + 'f>>
+    where
+        's: 'f,
+        Self: 'f,
+    {
+        Box::pin(async move {
+            let (parts, body) = request.into_parts();
+            let request = Request::from_parts(parts, &body[..]);
+            // spans go where the setting says, and nowhere from there
+            let request = self.0.configure_request(request).max_redirects(0).build();
+            let (parts, mut answer) = self.0.run(request)?.into_parts();
+            let answer = answer.with_config().limit(ANSWER).read_to_vec()?;
+            Ok(Response::from_parts(parts, answer.into()))
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex, mpsc};
+
+    use opentelemetry::trace::{Span as _, Tracer as _};
+
+    use super::*;
+
+    /// Notes what it is given, and takes as long as somebody lets it.
+    #[derive(Clone)]
+    struct Noting(Arc<Mutex<Vec<usize>>>, Arc<Mutex<mpsc::Receiver<()>>>);
+
+    impl Debug for Noting {
+        fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            f.write_str("Noting")
+        }
+    }
+
+    impl opentelemetry_sdk::trace::SpanExporter for Noting {
+        async fn export(&self, batch: Vec<SpanData>) -> OTelSdkResult {
+            self.0.lock().unwrap().push(batch.len());
+            let _let_on = self.1.lock().unwrap().recv();
+            Ok(())
+        }
+    }
+
+    #[test]
+    fn a_full_queue_drops_and_holds_up_nobody() {
+        super::super::metrics();
+        let (noted, (let_on, held)) = (Arc::default(), mpsc::channel());
+        let exporter = Noting(Arc::clone(&noted), Arc::new(Mutex::new(held)));
+        let (sender, waiting) = sync_channel(10);
+        let thread = std::thread::spawn(move || Sending { exporter, fails: false }.run(&waiting));
+        let provider = SdkTracerProvider::builder()
+            .with_span_processor(Queue(sender.clone()))
+            .with_sampler(Sampler::AlwaysOn)
+            .build();
+        let tracer = provider.tracer("test");
+        let begun = Instant::now();
+        tracer.start("first").end();
+        // the exporter is at work on the first, and is not let on
+        let flushing = std::thread::spawn({
+            let queue = Queue(sender.clone());
+            move || queue.shutdown_with_timeout(Duration::from_secs(20))
+        });
+        while noted.lock().unwrap().is_empty() {
+            assert!(begun.elapsed() < Duration::from_secs(20));
+            std::thread::yield_now();
+        }
+        for _ in 0..100 {
+            tracer.start("more").end();
+        }
+        let dropped = super::super::metrics().render();
+        assert!(dropped.contains("flankfit_trace_spans_dropped_total{reason=\"queue\"} 90"), "{dropped}");
+        drop(let_on);
+        assert!(flushing.join().unwrap().is_ok());
+        drop((provider, tracer, sender));
+        thread.join().unwrap();
+        assert_eq!(*noted.lock().unwrap(), [1, 10]);
+    }
+}

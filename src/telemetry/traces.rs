@@ -1,0 +1,294 @@
+//! Spans of requests and of what is done for them, for a collector of traces (OpenTelemetry).
+//!
+//! A request's span is the child of the one that its client names (`traceparent`), whose decision
+//! whether the trace is sampled holds; else a part of all requests is. Below it stand the wait for
+//! a worker, computing, reads and writes of the store, and requests that the server makes itself. A
+//! span tells method, route, status and times: no body, no key, no query and no tenant.
+//!
+//! What is not sampled has no spans at all: most requests pay for a draw and for the header of
+//! their answer. Where no collector is named, asking whether one is costs a load.
+
+use std::sync::OnceLock;
+
+use opentelemetry::{
+    Context,
+    propagation::{Extractor, Injector, TextMapPropagator as _},
+    trace::{SpanContext, SpanKind, TraceContextExt as _, TraceFlags, TraceState},
+};
+use opentelemetry_sdk::{
+    propagation::TraceContextPropagator,
+    trace::{IdGenerator as _, RandomIdGenerator, Sampler, SamplingDecision, ShouldSample as _},
+};
+use tracing::{Span, field, info_span};
+use tracing_opentelemetry::OpenTelemetrySpanExt as _;
+use ureq::http::{Uri, uri::Authority};
+
+/// What the spans are known by, which are in no log.
+pub const TARGET: &str = "flankfit::trace";
+
+/// The headers of a trace (W3C Trace Context).
+pub const TRACEPARENT: &str = "traceparent";
+pub const TRACESTATE: &str = "tracestate";
+
+/// Which of the traces are sampled that begin here; empty where no collector is named.
+static SAMPLER: OnceLock<Sampler> = OnceLock::new();
+
+/// From now on there are spans, of this part of the traces that begin here.
+pub fn begin(sample: f64) {
+    let _first = SAMPLER.set(Sampler::TraceIdRatioBased(sample));
+}
+
+/// The head of a request, as far as its span tells it.
+pub struct Head<'a> {
+    pub method: &'static str,
+    /// None where no route matches.
+    pub route: Option<&'a str>,
+    pub scheme: &'static str,
+    /// What the request names as its host.
+    pub host: Option<&'a str>,
+    pub id: &'a str,
+    pub traceparent: Option<&'a str>,
+    pub tracestate: Option<&'a str>,
+}
+
+impl Extractor for Head<'_> {
+    fn get(&self, key: &str) -> Option<&str> {
+        match key {
+            TRACEPARENT => self.traceparent,
+            TRACESTATE => self.tracestate,
+            _ => None,
+        }
+    }
+
+    fn keys(&self) -> Vec<&str> {
+        vec![TRACEPARENT, TRACESTATE]
+    }
+}
+
+/// Headers by their names.
+pub type Headers = Vec<(String, String)>;
+
+struct Written(Headers);
+
+impl Injector for Written {
+    fn set(&mut self, key: &str, value: String) {
+        if !value.is_empty() {
+            self.0.push((key.to_owned(), value));
+        }
+    }
+}
+
+/// The span of a request, none where it is not sampled, and what its answer has as `traceparent`,
+/// nothing where there are no traces. `head` is asked for where there are.
+pub fn request_span<'a>(head: impl FnOnce() -> Head<'a>) -> (Span, Option<String>) {
+    let Some(sampler) = SAMPLER.get() else { return (Span::none(), None) };
+    let head = head();
+    let above = match head.traceparent {
+        Some(_) => TraceContextPropagator::new().extract_with_context(&Context::new(), &head),
+        None => Context::new(),
+    };
+    if let Some(unsampled) = unsampled(sampler, &above) {
+        return (Span::none(), traceparent(&unsampled));
+    }
+    let Head { method, route, scheme, .. } = head;
+    let server = head.host.and_then(|host| host.parse::<Authority>().ok());
+    let span = info_span!(
+        target: TARGET,
+        parent: None,
+        "request",
+        otel.name = route.map_or(method.to_owned(), |route| format!("{method} {route}")),
+        otel.kind = "server",
+        otel.status_code = field::Empty,
+        http.request.method = method,
+        http.route = route,
+        http.response.status_code = field::Empty,
+        "error.type" = field::Empty,
+        url.scheme = scheme,
+        server.address = server.as_ref().map(Authority::host),
+        server.port = server.as_ref().map(|server| port(server.port_u16(), scheme)),
+        flankfit.request_id = head.id,
+    );
+    // a span that has not begun can be given a parent
+    let _given = span.set_parent(above);
+    let named = traceparent(span.context().span().span_context());
+    (span, named)
+}
+
+/// The one that stands for a trace that is not sampled; none where it is.
+fn unsampled(sampler: &Sampler, above: &Context) -> Option<SpanContext> {
+    let ids = RandomIdGenerator::default();
+    let span = above.span();
+    let parent = span.span_context();
+    let (trace, state) = if parent.is_valid() {
+        if parent.is_sampled() {
+            return None;
+        }
+        (parent.trace_id(), parent.trace_state().clone())
+    } else {
+        let trace = ids.new_trace_id();
+        let drawn = sampler.should_sample(None, trace, "", &SpanKind::Server, &[], &[]);
+        if drawn.decision == SamplingDecision::RecordAndSample {
+            return None;
+        }
+        (trace, TraceState::default())
+    };
+    Some(SpanContext::new(trace, ids.new_span_id(), TraceFlags::default(), false, state))
+}
+
+/// Tells a request's span what was answered: what it could not do is an
+/// error.
+pub fn responded(span: &Span, status: u16) {
+    end(span, status, 500);
+}
+
+/// Tells the span of a request that the server made what came back.
+pub fn asked(span: &Span, status: u16) {
+    end(span, status, 400);
+}
+
+/// Tells it that nothing came back.
+pub fn asked_in_vain(span: &Span) {
+    span.record("otel.status_code", "ERROR");
+    span.record("error.type", "_OTHER");
+}
+
+fn end(span: &Span, status: u16, errors_from: u16) {
+    if span.is_disabled() {
+        return;
+    }
+    span.record("http.response.status_code", i64::from(status));
+    if status >= errors_from {
+        span.record("otel.status_code", "ERROR");
+        span.record("error.type", status.to_string());
+    }
+}
+
+/// The span that is being worked in; none where there is none of these.
+pub fn here() -> Span {
+    if SAMPLER.get().is_none() {
+        return Span::none();
+    }
+    let current = Span::current();
+    if current.metadata().is_some_and(|of| of.target() == TARGET) { current } else { Span::none() }
+}
+
+/// The span of an operation that is done when nobody waits for it: a trace of its own.
+pub fn operation_span() -> Span {
+    match SAMPLER.get() {
+        Some(sampler) if unsampled(sampler, &Context::new()).is_none() => {
+            info_span!(target: TARGET, parent: None, "operation", otel.kind = "internal")
+        }
+        _ => Span::none(),
+    }
+}
+
+/// From being put into the queue until a worker begins.
+pub fn queue_span(parent: &Span) -> Span {
+    below(parent, || info_span!(target: TARGET, parent: parent, "queue", otel.kind = "internal"))
+}
+
+/// Computing, below the span of whoever asked for it.
+pub fn compute_span(parent: &Span) -> Span {
+    below(parent, || info_span!(target: TARGET, parent: parent, "compute", otel.kind = "internal"))
+}
+
+/// An operation of the store on this kind of database. `operation` is a type with the operation's
+/// name.
+pub fn store_span(system: &'static str, operation: &'static str) -> Span {
+    let parent = here();
+    below(&parent, || {
+        let name = operation.rsplit("::").next().unwrap_or(operation).trim_end_matches('>');
+        info_span!(
+            target: TARGET,
+            parent: &parent,
+            "store",
+            otel.name = name,
+            otel.kind = "client",
+            db.system.name = system,
+            db.operation.name = name,
+        )
+    })
+}
+
+/// A request that the server makes of another, without what the URL asks for.
+pub fn asking_span(method: &'static str, url: &str) -> Span {
+    let parent = here();
+    below(&parent, || {
+        let url = url.parse::<Uri>().unwrap_or_default();
+        let (host, scheme) = (url.host().unwrap_or_default(), url.scheme_str().unwrap_or_default());
+        let port = port(url.port_u16(), scheme);
+        info_span!(
+            target: TARGET,
+            parent: &parent,
+            "request",
+            otel.name = method,
+            otel.kind = "client",
+            otel.status_code = field::Empty,
+            http.request.method = method,
+            http.response.status_code = field::Empty,
+            "error.type" = field::Empty,
+            url.full = format!("{scheme}://{host}:{port}{}", url.path()),
+            server.address = host,
+            server.port = port,
+        )
+    })
+}
+
+/// What belongs to no span has none.
+fn below(parent: &Span, begin: impl FnOnce() -> Span) -> Span {
+    if parent.is_disabled() { Span::none() } else { begin() }
+}
+
+fn port(named: Option<u16>, scheme: &str) -> i64 {
+    i64::from(named.unwrap_or(if scheme == "https" { 443 } else { 80 }))
+}
+
+/// The headers that name a span to others; none where there is none.
+pub fn names(span: &Span) -> Headers {
+    let mut written = Written(Vec::new());
+    if !span.is_disabled() {
+        TraceContextPropagator::new().inject_context(&span.context(), &mut written);
+    }
+    written.0
+}
+
+/// How a span is named in `traceparent`.
+fn traceparent(of: &SpanContext) -> Option<String> {
+    of.is_valid().then(|| format!("00-{}-{}-{:02x}", of.trace_id(), of.span_id(), of.trace_flags()))
+}
+
+#[cfg(test)]
+mod tests {
+    use opentelemetry::trace::{SpanId, TraceId};
+
+    use super::*;
+
+    fn below_parent(flags: TraceFlags) -> Context {
+        let parent = SpanContext::new(TraceId::from(7), SpanId::from(9), flags, true, TraceState::default());
+        Context::new().with_remote_span_context(parent)
+    }
+
+    #[test]
+    fn the_parent_decides_and_else_a_draw() {
+        for sample in [0.0, 0.5, 1.0] {
+            let sampler = Sampler::TraceIdRatioBased(sample);
+            assert_eq!(unsampled(&sampler, &below_parent(TraceFlags::SAMPLED)), None);
+            let on = unsampled(&sampler, &below_parent(TraceFlags::default())).unwrap();
+            assert!(on.trace_id() == TraceId::from(7) && on.span_id() != SpanId::from(9) && !on.is_sampled());
+            let named = traceparent(&on).unwrap();
+            assert_eq!(named, format!("00-{:032x}-{}-00", 7, on.span_id()));
+            let drawn = (0..4000).filter(|_| unsampled(&sampler, &Context::new()).is_none()).count();
+            // seven standard deviations
+            assert!((drawn as f64 - 4000.0 * sample).abs() <= 7.0 * (4000.0 * sample * (1.0 - sample)).sqrt());
+        }
+    }
+
+    #[test]
+    fn nothing_begins_without_a_collector() {
+        // no test of this program begins sending
+        let (span, named) = request_span(|| unreachable!("nobody asks for the head"));
+        assert!(span.is_disabled() && named.is_none() && names(&span).is_empty());
+        assert!(operation_span().is_disabled() && here().is_disabled());
+        assert!(store_span("sqlite", "a::Asked<b::InsertJob>").is_disabled());
+    }
+}
