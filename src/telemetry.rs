@@ -2,6 +2,7 @@
 //! run in it (tests run many).
 
 mod answered;
+mod context;
 mod export;
 mod lines;
 mod series;
@@ -17,11 +18,12 @@ use tracing_subscriber::{
 use crate::config::{LogFormat, TraceSettings};
 
 pub use answered::{record_answer, record_authentication, record_fit};
+pub use context::{Above, TRACEPARENT, TRACESTATE, names};
 pub use export::{TraceError, flush as flush_traces};
 pub use lines::flush as flush_logs;
 pub use traces::{
-    Head, TRACEPARENT, TRACESTATE, asked, asked_in_vain, asking_span, compute_span, here, names, operation_span,
-    queue_span, request_span, responded, store_span,
+    Head, asked, asked_in_vain, asking_span, compute_span, failed, here, operation_span, queue_span, request_span,
+    responded, store_span,
 };
 
 /// Seconds from a request's head to its answer's head. Labels: `method`, `path` (the route, not the

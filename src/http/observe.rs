@@ -75,15 +75,23 @@ pub async fn observe(
 
 /// What the span of a request tells of its head: nothing that says who asks, or for what.
 fn traced<'a>(state: &AppState, RequestId(id): &'a RequestId, request: &'a Request) -> telemetry::Head<'a> {
-    let header = |name: &HeaderName| request.headers().get(name).and_then(|value| value.to_str().ok());
+    let all = |name: &HeaderName| request.headers().get_all(name).iter().map(|value| value.to_str().ok());
+    // of several that would have to be one, none is believed
+    let one = |name: &HeaderName| {
+        let mut found = all(name);
+        found.next().flatten().filter(|_| found.next().is_none())
+    };
+    let states: Vec<&str> = all(&TRACESTATE).flatten().collect();
     telemetry::Head {
-        method: method_name(request.method()),
+        method: Some(method_name(request.method())).filter(|name| *name != OTHER_METHOD),
         route: request.extensions().get::<MatchedPath>().map(MatchedPath::as_str),
         scheme: if state.settings.tls.certificate.is_some() { "https" } else { "http" },
-        host: header(&header::HOST),
+        host: one(&header::HOST),
         id: id.to_str().unwrap_or_default(),
-        traceparent: header(&TRACEPARENT),
-        tracestate: header(&TRACESTATE),
+        above: telemetry::Above {
+            traceparent: one(&TRACEPARENT),
+            tracestate: Some(states.join(",")).filter(|states| !states.is_empty()),
+        },
     }
 }
 
@@ -199,6 +207,9 @@ fn report(
     }
 }
 
+/// What all methods are called that HTTP does not define.
+const OTHER_METHOD: &str = "other";
+
 /// Methods are labels, so unknown ones share a name: a client cannot make new time series.
 fn method_name(method: &Method) -> &'static str {
     match *method {
@@ -209,7 +220,7 @@ fn method_name(method: &Method) -> &'static str {
         Method::DELETE => "DELETE",
         Method::HEAD => "HEAD",
         Method::OPTIONS => "OPTIONS",
-        _ => "other",
+        _ => OTHER_METHOD,
     }
 }
 

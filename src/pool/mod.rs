@@ -57,7 +57,10 @@ impl<T: Send, F: FnOnce() -> T + Send> Job for Task<T, F> {
         drop(wait);
         let computing = telemetry::compute_span(&span);
         drop(span);
-        match computing.in_scope(|| handle.run(work)) {
+        let done = computing.in_scope(|| handle.run(work));
+        // before the answer: a request's span goes out when all below it have ended
+        drop(computing);
+        match done {
             Ok(result) => answer.send(Ok(result)).is_ok(),
             Err(_cancelled) => {
                 let _gone = answer.send(Err(PoolError::Cancelled));

@@ -7,20 +7,24 @@ use std::{
     fmt::{self, Debug},
     pin::Pin,
     sync::{
-        OnceLock,
+        Arc, Mutex, OnceLock, PoisonError,
         mpsc::{Receiver, RecvTimeoutError, SyncSender, TrySendError, sync_channel},
     },
     time::{Duration, Instant},
 };
 
 use futures_util::FutureExt as _;
-use opentelemetry::{Context, trace::TracerProvider as _};
+use opentelemetry::{Context, KeyValue, trace::TracerProvider as _};
 use opentelemetry_http::{Bytes, HttpClient, HttpError, Request, Response};
 use opentelemetry_otlp::{ExporterBuildError, Protocol, SpanExporter, WithExportConfig as _, WithHttpConfig as _};
 use opentelemetry_sdk::{
     Resource,
     error::{OTelSdkError, OTelSdkResult},
-    trace::{Sampler, SdkTracer, SdkTracerProvider, Span, SpanData, SpanExporter as _, SpanProcessor},
+    resource::{EnvResourceDetector, TelemetryResourceDetector},
+    trace::{
+        IdGenerator as _, RandomIdGenerator, Sampler, SdkTracer, SdkTracerProvider, Span, SpanData, SpanExporter as _,
+        SpanProcessor,
+    },
 };
 
 use super::record_dropped_spans;
@@ -63,7 +67,9 @@ static PROVIDER: OnceLock<SdkTracerProvider> = OnceLock::new();
 /// Starts sending spans; none where the settings name no collector.
 pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> {
     let Some(endpoint) = settings.collector(PATH)? else { return Ok(None) };
-    let client = Client(outgoing::agent(&endpoint, PATIENCE, settings.otlp_ca.clone())?);
+    let why = Why::default();
+    let client =
+        Client { agent: outgoing::agent(&endpoint, PATIENCE, settings.otlp_ca.clone())?, why: Arc::clone(&why) };
     let mut exporter = SpanExporter::builder()
         .with_http()
         .with_http_client(client)
@@ -71,8 +77,7 @@ pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> 
         .with_timeout(PATIENCE)
         .with_endpoint(endpoint)
         .build()?;
-    let version = opentelemetry::KeyValue::new("service.version", env!("CARGO_PKG_VERSION"));
-    let resource = Resource::builder().with_service_name("flankfit").with_attribute(version).build();
+    let resource = resource();
     exporter.set_resource(&resource);
     // counted from nothing, so that the first drop is seen as a rise
     super::metrics();
@@ -80,7 +85,7 @@ pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> 
     let (sender, waiting) = sync_channel(PLACES);
     std::thread::Builder::new()
         .name("traces".into())
-        .spawn(move || Sending { exporter, fails: false }.run(&waiting))?;
+        .spawn(move || Sending { exporter, fails: false, why }.run(&waiting))?;
     let provider = SdkTracerProvider::builder()
         .with_span_processor(Queue(sender))
         // what is not sampled has no span in the first place (`traces`)
@@ -90,6 +95,23 @@ pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> 
     let tracer = provider.tracer("flankfit");
     let _first = PROVIDER.set(provider);
     Ok(Some(tracer))
+}
+
+/// What the spans are of. Each process has an id of its own, by which the servers of a plant are
+/// told apart; what the environment says holds instead.
+fn resource() -> Resource {
+    let id = uuid::Builder::from_random_bytes(RandomIdGenerator::default().new_trace_id().to_bytes()).into_uuid();
+    let own = [
+        KeyValue::new("service.version", env!("CARGO_PKG_VERSION")),
+        KeyValue::new("service.instance.id", id.to_string()),
+    ];
+    let named = std::env::var("OTEL_SERVICE_NAME").ok().filter(|name| !name.is_empty());
+    Resource::builder_empty()
+        .with_service_name("flankfit")
+        .with_attributes(own)
+        .with_detectors(&[Box::new(TelemetryResourceDetector), Box::new(EnvResourceDetector::new())])
+        .with_attributes(named.map(|name| KeyValue::new("service.name", name)))
+        .build()
 }
 
 /// Sends what is left when the program ends.
@@ -151,7 +173,11 @@ struct Sending<E> {
     exporter: E,
     /// Whether the last batch was not taken.
     fails: bool,
+    why: Why,
 }
+
+/// Why a request to the collector failed: the exporter says only that one did.
+type Why = Arc<Mutex<Option<String>>>;
 
 impl<E: opentelemetry_sdk::trace::SpanExporter> Sending<E> {
     fn run(mut self, waiting: &Receiver<Message>) {
@@ -194,7 +220,8 @@ impl<E: opentelemetry_sdk::trace::SpanExporter> Sending<E> {
             Some(Err(error)) => Some(error.to_string()),
             None => Some("the collector asks to be asked again later".to_owned()),
         };
-        if let Some(error) = &failed {
+        let why = self.why.lock().unwrap_or_else(PoisonError::into_inner).take();
+        if let Some(error) = failed.as_ref().map(|error| why.as_ref().unwrap_or(error)) {
             record_dropped_spans("export", count);
             if !self.fails {
                 tracing::warn!(error, "the collector of traces does not take spans: they are dropped until it does");
@@ -208,7 +235,22 @@ impl<E: opentelemetry_sdk::trace::SpanExporter> Sending<E> {
 
 /// The exporter's way to the collector.
 #[derive(Debug)]
-struct Client(ureq::Agent);
+struct Client {
+    agent: ureq::Agent,
+    why: Why,
+}
+
+impl Client {
+    fn ask(&self, request: Request<Bytes>) -> Result<Response<Bytes>, ureq::Error> {
+        let (parts, body) = request.into_parts();
+        let request = Request::from_parts(parts, &body[..]);
+        // spans go where the setting says, and nowhere from there
+        let request = self.agent.configure_request(request).max_redirects(0).build();
+        let (parts, mut answer) = self.agent.run(request)?.into_parts();
+        let answer = answer.with_config().limit(ANSWER).read_to_vec()?;
+        Ok(Response::from_parts(parts, answer.into()))
+    }
+}
 
 impl HttpClient for Client {
     fn send_bytes<'s, 'f>(
@@ -220,20 +262,17 @@ impl HttpClient for Client {
         Self: 'f,
     {
         Box::pin(async move {
-            let (parts, body) = request.into_parts();
-            let request = Request::from_parts(parts, &body[..]);
-            // spans go where the setting says, and nowhere from there
-            let request = self.0.configure_request(request).max_redirects(0).build();
-            let (parts, mut answer) = self.0.run(request)?.into_parts();
-            let answer = answer.with_config().limit(ANSWER).read_to_vec()?;
-            Ok(Response::from_parts(parts, answer.into()))
+            let answer = self.ask(request);
+            let why = answer.as_ref().err().map(ToString::to_string);
+            *self.why.lock().unwrap_or_else(PoisonError::into_inner) = why;
+            Ok(answer?)
         })
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use std::sync::{Arc, Mutex, mpsc};
+    use std::sync::mpsc;
 
     use opentelemetry::trace::{Span as _, Tracer as _};
 
@@ -257,29 +296,35 @@ mod tests {
         }
     }
 
+    fn provider(queue: Queue) -> SdkTracerProvider {
+        SdkTracerProvider::builder().with_span_processor(queue).with_sampler(Sampler::AlwaysOn).build()
+    }
+
+    /// Waits until the exporter has a batch.
+    fn until_one_goes(noted: &Mutex<Vec<usize>>) {
+        let begun = Instant::now();
+        while noted.lock().unwrap().is_empty() {
+            assert!(begun.elapsed() < Duration::from_secs(60));
+            std::thread::sleep(Duration::from_millis(1));
+        }
+    }
+
     #[test]
     fn a_full_queue_drops_and_holds_up_nobody() {
         super::super::metrics();
         let (noted, (let_on, held)) = (Arc::default(), mpsc::channel());
         let exporter = Noting(Arc::clone(&noted), Arc::new(Mutex::new(held)));
         let (sender, waiting) = sync_channel(10);
-        let thread = std::thread::spawn(move || Sending { exporter, fails: false }.run(&waiting));
-        let provider = SdkTracerProvider::builder()
-            .with_span_processor(Queue(sender.clone()))
-            .with_sampler(Sampler::AlwaysOn)
-            .build();
+        let thread = std::thread::spawn(move || Sending { exporter, fails: false, why: Why::default() }.run(&waiting));
+        let provider = provider(Queue(sender.clone()));
         let tracer = provider.tracer("test");
-        let begun = Instant::now();
         tracer.start("first").end();
         // the exporter is at work on the first, and is not let on
         let flushing = std::thread::spawn({
             let queue = Queue(sender.clone());
             move || queue.shutdown_with_timeout(Duration::from_secs(20))
         });
-        while noted.lock().unwrap().is_empty() {
-            assert!(begun.elapsed() < Duration::from_secs(20));
-            std::thread::yield_now();
-        }
+        until_one_goes(&noted);
         for _ in 0..100 {
             tracer.start("more").end();
         }
@@ -290,5 +335,34 @@ mod tests {
         drop((provider, tracer, sender));
         thread.join().unwrap();
         assert_eq!(*noted.lock().unwrap(), [1, 10]);
+    }
+
+    /// The exporter is held until the end no longer waits for it, however slow the machine is.
+    #[test]
+    fn the_end_waits_for_no_collector() {
+        let (noted, (let_on, held)) = (Arc::default(), mpsc::channel());
+        let exporter = Noting(Arc::clone(&noted), Arc::new(Mutex::new(held)));
+        let (sender, waiting) = sync_channel(1);
+        let thread = std::thread::spawn(move || Sending { exporter, fails: false, why: Why::default() }.run(&waiting));
+        let (told, outcome) = mpsc::channel();
+        let ending = std::thread::spawn({
+            let (provider, noted) = (provider(Queue(sender)), Arc::clone(&noted));
+            move || {
+                provider.tracer("test").start("first").end();
+                told.send(provider.force_flush()).unwrap();
+                until_one_goes(&noted);
+                // the only place is taken now, so that there is none for the wish to flush
+                provider.tracer("test").start("second").end();
+                told.send(provider.force_flush()).unwrap();
+            }
+        });
+        for _ in 0..2 {
+            let flushed = outcome.recv_timeout(Duration::from_secs(60)).expect("the end waits for the exporter");
+            assert!(flushed.is_err(), "the exporter has not been let on");
+        }
+        drop(let_on);
+        ending.join().unwrap();
+        thread.join().unwrap();
+        assert_eq!(*noted.lock().unwrap(), [1, 1]);
     }
 }

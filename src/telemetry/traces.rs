@@ -12,23 +12,22 @@ use std::sync::OnceLock;
 
 use opentelemetry::{
     Context,
-    propagation::{Extractor, Injector, TextMapPropagator as _},
     trace::{SpanContext, SpanKind, TraceContextExt as _, TraceFlags, TraceState},
 };
-use opentelemetry_sdk::{
-    propagation::TraceContextPropagator,
-    trace::{IdGenerator as _, RandomIdGenerator, Sampler, SamplingDecision, ShouldSample as _},
-};
+use opentelemetry_sdk::trace::{IdGenerator as _, RandomIdGenerator, Sampler, SamplingDecision, ShouldSample as _};
 use tracing::{Span, field, info_span};
 use tracing_opentelemetry::OpenTelemetrySpanExt as _;
 use ureq::http::{Uri, uri::Authority};
+use uuid::Uuid;
+
+use super::context::{Above, traceparent};
 
 /// What the spans are known by, which are in no log.
 pub const TARGET: &str = "flankfit::trace";
 
-/// The headers of a trace (W3C Trace Context).
-pub const TRACEPARENT: &str = "traceparent";
-pub const TRACESTATE: &str = "tracestate";
+/// Bytes of a host that a span tells (a name in DNS has 253): spans wait in memory, and how long
+/// they are must not be the clients' choice.
+const LONGEST_HOST: usize = 255;
 
 /// Which of the traces are sampled that begin here; empty where no collector is named.
 static SAMPLER: OnceLock<Sampler> = OnceLock::new();
@@ -40,42 +39,15 @@ pub fn begin(sample: f64) {
 
 /// The head of a request, as far as its span tells it.
 pub struct Head<'a> {
-    pub method: &'static str,
+    /// None where it is a method that HTTP does not define.
+    pub method: Option<&'static str>,
     /// None where no route matches.
     pub route: Option<&'a str>,
     pub scheme: &'static str,
     /// What the request names as its host.
     pub host: Option<&'a str>,
     pub id: &'a str,
-    pub traceparent: Option<&'a str>,
-    pub tracestate: Option<&'a str>,
-}
-
-impl Extractor for Head<'_> {
-    fn get(&self, key: &str) -> Option<&str> {
-        match key {
-            TRACEPARENT => self.traceparent,
-            TRACESTATE => self.tracestate,
-            _ => None,
-        }
-    }
-
-    fn keys(&self) -> Vec<&str> {
-        vec![TRACEPARENT, TRACESTATE]
-    }
-}
-
-/// Headers by their names.
-pub type Headers = Vec<(String, String)>;
-
-struct Written(Headers);
-
-impl Injector for Written {
-    fn set(&mut self, key: &str, value: String) {
-        if !value.is_empty() {
-            self.0.push((key.to_owned(), value));
-        }
-    }
+    pub above: Above<'a>,
 }
 
 /// The span of a request, none where it is not sampled, and what its answer has as `traceparent`,
@@ -83,28 +55,26 @@ impl Injector for Written {
 pub fn request_span<'a>(head: impl FnOnce() -> Head<'a>) -> (Span, Option<String>) {
     let Some(sampler) = SAMPLER.get() else { return (Span::none(), None) };
     let head = head();
-    let above = match head.traceparent {
-        Some(_) => TraceContextPropagator::new().extract_with_context(&Context::new(), &head),
-        None => Context::new(),
-    };
+    let above = head.above.context();
     if let Some(unsampled) = unsampled(sampler, &above) {
         return (Span::none(), traceparent(&unsampled));
     }
     let Head { method, route, scheme, .. } = head;
-    let server = head.host.and_then(|host| host.parse::<Authority>().ok());
+    let called = method.unwrap_or("HTTP");
+    let server = head.host.filter(|host| host.len() <= LONGEST_HOST).and_then(|host| host.parse::<Authority>().ok());
     let span = info_span!(
         target: TARGET,
         parent: None,
         "request",
-        otel.name = route.map_or(method.to_owned(), |route| format!("{method} {route}")),
+        otel.name = route.map_or(called.to_owned(), |route| format!("{called} {route}")),
         otel.kind = "server",
         otel.status_code = field::Empty,
-        http.request.method = method,
+        http.request.method = method.unwrap_or("_OTHER"),
         http.route = route,
         http.response.status_code = field::Empty,
         "error.type" = field::Empty,
         url.scheme = scheme,
-        server.address = server.as_ref().map(Authority::host),
+        server.address = server.as_ref().map(|server| without_brackets(server.host())),
         server.port = server.as_ref().map(|server| port(server.port_u16(), scheme)),
         flankfit.request_id = head.id,
     );
@@ -135,8 +105,7 @@ fn unsampled(sampler: &Sampler, above: &Context) -> Option<SpanContext> {
     Some(SpanContext::new(trace, ids.new_span_id(), TraceFlags::default(), false, state))
 }
 
-/// Tells a request's span what was answered: what it could not do is an
-/// error.
+/// Tells a request's span what was answered: what could not be done is an error.
 pub fn responded(span: &Span, status: u16) {
     end(span, status, 500);
 }
@@ -148,8 +117,13 @@ pub fn asked(span: &Span, status: u16) {
 
 /// Tells it that nothing came back.
 pub fn asked_in_vain(span: &Span) {
+    failed(span, "_OTHER");
+}
+
+/// Tells a span what kind of error its end is.
+pub fn failed(span: &Span, kind: &str) {
     span.record("otel.status_code", "ERROR");
-    span.record("error.type", "_OTHER");
+    span.record("error.type", kind);
 }
 
 fn end(span: &Span, status: u16, errors_from: u16) {
@@ -158,8 +132,7 @@ fn end(span: &Span, status: u16, errors_from: u16) {
     }
     span.record("http.response.status_code", i64::from(status));
     if status >= errors_from {
-        span.record("otel.status_code", "ERROR");
-        span.record("error.type", status.to_string());
+        failed(span, &status.to_string());
     }
 }
 
@@ -172,12 +145,17 @@ pub fn here() -> Span {
     if current.metadata().is_some_and(|of| of.target() == TARGET) { current } else { Span::none() }
 }
 
-/// The span of an operation that is done when nobody waits for it: a trace of its own.
-pub fn operation_span() -> Span {
+/// The span of an operation that is done when nobody waits for it: a trace of its own, which the
+/// operation's id finds.
+pub fn operation_span(id: Uuid) -> Span {
     match SAMPLER.get() {
-        Some(sampler) if unsampled(sampler, &Context::new()).is_none() => {
-            info_span!(target: TARGET, parent: None, "operation", otel.kind = "internal")
-        }
+        Some(sampler) if unsampled(sampler, &Context::new()).is_none() => info_span!(
+            target: TARGET,
+            parent: None,
+            "operation",
+            otel.kind = "internal",
+            flankfit.operation_id = %id,
+        ),
         _ => Span::none(),
     }
 }
@@ -204,6 +182,8 @@ pub fn store_span(system: &'static str, operation: &'static str) -> Span {
             "store",
             otel.name = name,
             otel.kind = "client",
+            otel.status_code = field::Empty,
+            "error.type" = field::Empty,
             db.system.name = system,
             db.operation.name = name,
         )
@@ -228,7 +208,7 @@ pub fn asking_span(method: &'static str, url: &str) -> Span {
             http.response.status_code = field::Empty,
             "error.type" = field::Empty,
             url.full = format!("{scheme}://{host}:{port}{}", url.path()),
-            server.address = host,
+            server.address = without_brackets(host),
             server.port = port,
         )
     })
@@ -239,29 +219,20 @@ fn below(parent: &Span, begin: impl FnOnce() -> Span) -> Span {
     if parent.is_disabled() { Span::none() } else { begin() }
 }
 
+/// An address of IPv6 has brackets within a URL only.
+fn without_brackets(host: &str) -> &str {
+    host.strip_prefix('[').and_then(|host| host.strip_suffix(']')).unwrap_or(host)
+}
+
 fn port(named: Option<u16>, scheme: &str) -> i64 {
     i64::from(named.unwrap_or(if scheme == "https" { 443 } else { 80 }))
-}
-
-/// The headers that name a span to others; none where there is none.
-pub fn names(span: &Span) -> Headers {
-    let mut written = Written(Vec::new());
-    if !span.is_disabled() {
-        TraceContextPropagator::new().inject_context(&span.context(), &mut written);
-    }
-    written.0
-}
-
-/// How a span is named in `traceparent`.
-fn traceparent(of: &SpanContext) -> Option<String> {
-    of.is_valid().then(|| format!("00-{}-{}-{:02x}", of.trace_id(), of.span_id(), of.trace_flags()))
 }
 
 #[cfg(test)]
 mod tests {
     use opentelemetry::trace::{SpanId, TraceId};
 
-    use super::*;
+    use super::{super::context::names, *};
 
     fn below_parent(flags: TraceFlags) -> Context {
         let parent = SpanContext::new(TraceId::from(7), SpanId::from(9), flags, true, TraceState::default());
@@ -288,7 +259,12 @@ mod tests {
         // no test of this program begins sending
         let (span, named) = request_span(|| unreachable!("nobody asks for the head"));
         assert!(span.is_disabled() && named.is_none() && names(&span).is_empty());
-        assert!(operation_span().is_disabled() && here().is_disabled());
+        assert!(operation_span(Uuid::nil()).is_disabled() && here().is_disabled());
         assert!(store_span("sqlite", "a::Asked<b::InsertJob>").is_disabled());
+    }
+
+    #[test]
+    fn addresses_have_no_brackets() {
+        assert_eq!((without_brackets("[::1]"), without_brackets("a.example")), ("::1", "a.example"));
     }
 }

@@ -50,7 +50,8 @@ async fn take(state: &AppState, handlers: &Router) {
             && let Some(task) = claim(state).await
         {
             let party = Some(task.caller.tenant.name());
-            let completing = complete(state.clone(), handlers.clone(), task).instrument(telemetry::operation_span());
+            let span = telemetry::operation_span(task.lease.task);
+            let completing = complete(state.clone(), handlers.clone(), task).instrument(span);
             doing.spawn(pool::on_behalf_of(party, completing));
         }
         tokio::select! {

@@ -93,7 +93,7 @@ impl<B: Backend> Handle<B> {
                 }
             };
             self.backend.read_seconds().record(begun.elapsed());
-            found
+            told(found)
         };
         Box::pin(reading.instrument(telemetry::store_span(B::SYSTEM, type_name::<O>())))
     }
@@ -111,8 +111,22 @@ impl<B: Backend> Handle<B> {
     /// As [`Self::write`], what is not audited.
     fn enqueue<O: Run<B::Connection>>(&self, subject: Subject, operation: O) -> RepositoryFuture<'_, O::Reply> {
         let span = telemetry::store_span(B::SYSTEM, type_name::<O>());
-        Box::pin(self.backend.queue(subject).write(operation).instrument(span))
+        let writing = self.backend.queue(subject).write(operation);
+        Box::pin(async move { told(writing.await) }.instrument(span))
     }
+}
+
+/// Tells the operation's span what the store could not do. What it refuses is an answer.
+fn told<T>(outcome: Result<T, RepositoryError>) -> Result<T, RepositoryError> {
+    let kind = match &outcome {
+        Err(RepositoryError::Overloaded) => "overloaded",
+        Err(RepositoryError::Unavailable(_)) => "store_unavailable",
+        Err(RepositoryError::OutcomeUnknown(_)) => "outcome_unknown",
+        Err(RepositoryError::Failed(_)) => "internal",
+        _ => return outcome,
+    };
+    telemetry::failed(&telemetry::here(), kind);
+    outcome
 }
 
 /// Makes a repository of every store that knows how to do each operation.

@@ -5,6 +5,7 @@ use std::{
     io::{Read, Write},
     net::{TcpListener, TcpStream},
     sync::{Arc, Mutex},
+    time::{Duration, Instant},
 };
 
 use super::issuer::tls;
@@ -80,6 +81,20 @@ impl Collector {
         self.got.lock().unwrap().spans.clone()
     }
 
+    /// Waits until the spans that came are such.
+    pub async fn until(&self, wanted: impl Fn(&[Span]) -> bool) {
+        let begun = Instant::now();
+        while !wanted(&self.got.lock().unwrap().spans) {
+            assert!(begun.elapsed() < Duration::from_secs(60), "{:#?}", self.spans());
+            tokio::time::sleep(Duration::from_millis(10)).await;
+        }
+    }
+
+    /// Waits until a span has come.
+    pub async fn until_got(&self, id: &str) {
+        self.until(|spans| spans.iter().any(|span| span.id == id)).await;
+    }
+
     /// Heads and bodies, as they came.
     pub fn bytes(&self) -> Vec<u8> {
         let got = self.got.lock().unwrap();
@@ -90,9 +105,10 @@ impl Collector {
         self.got.lock().unwrap().heads.clone()
     }
 
-    /// What the spans are of.
-    pub fn resource(&self) -> Vec<(String, String)> {
-        self.got.lock().unwrap().resource.clone()
+    /// An attribute of what the spans are of.
+    pub fn resource(&self, name: &str) -> String {
+        let got = self.got.lock().unwrap();
+        got.resource.iter().find(|(key, _)| key == name).map(|(_, value)| value.clone()).unwrap_or_default()
     }
 }
 

@@ -71,9 +71,11 @@ async fn a_secret_is_told_once_and_nowhere_else() {
         .output()
         .unwrap();
     texts.push_str(&String::from_utf8_lossy(&help.stdout));
+    // the last one, behind all others
+    collector.until(|spans| spans.iter().any(|span| span.name == "GET /readyz")).await;
+    assert!(collector.spans().len() > 12, "every request was traced");
     let said = server.end();
     assert!(said.contains("DEBUG") && said.contains(&format!("key-{}", &canary[4..20])), "everything was logged");
-    assert!(collector.spans().len() > 12, "every request was traced");
     let spans = collector.bytes();
     for (what, bytes) in [
         ("answers", texts.as_bytes()),
@@ -130,6 +132,7 @@ async fn a_token_is_told_nowhere() {
         }
     }
     assert!(heard.contains("jane.doe") && heard.contains("invalid_key"), "{heard}");
+    collector.until(|spans| spans.iter().any(|span| span.name == "GET /v1/whoami")).await;
     let said = server.end();
     assert!(said.contains("DEBUG") && said.contains("jane.doe") && said.contains("it has expired"), "{said}");
     let spans = String::from_utf8_lossy(&collector.bytes()).into_owned();

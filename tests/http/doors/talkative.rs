@@ -21,11 +21,17 @@ pub struct Talkative {
 impl Talkative {
     /// A server with these arguments beside.
     pub fn start(database: &Path, arguments: &[&str]) -> Self {
+        Self::within(&[], database, arguments)
+    }
+
+    /// One within this environment.
+    pub fn within(environment: &[(&str, &str)], database: &Path, arguments: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
             .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "trace", "--database-url"])
             .arg(in_file(database))
             .args(arguments)
             .env_clear()
+            .envs(environment.iter().copied())
             .stdout(Stdio::null())
             .stderr(Stdio::piped())
             .spawn()

@@ -2,11 +2,16 @@
 
 use std::{
     collections::BTreeSet,
+    io::Read as _,
     process::Command,
+    sync::mpsc,
     time::{Duration, Instant},
 };
 
+use reqwest::Method;
 use serde_json::{Value, json};
+use sqlx::{ConnectOptions as _, sqlite::SqliteConnectOptions};
+use uuid::Uuid;
 
 use super::{
     collector::{Collector, Span},
@@ -93,9 +98,13 @@ async fn spans_of_a_request_come_to_the_collector() {
     let unknown = within(client.get(url(&format!("{place}x/{CANARY}")))).send().await.unwrap();
     assert_eq!(unknown.status(), 404);
     let (_, unknown_span, _) = named(&unknown);
+    let brewed = within(client.request(Method::from_bytes(b"BREW").unwrap(), url("/v1/fits"))).send().await.unwrap();
+    assert_eq!(brewed.status(), 405);
+    let (_, brewed_span, _) = named(&brewed);
     // who decides nothing begins a trace of its own
     let (own, own_span, _) = named(&client.get(url("/healthz")).send().await.unwrap());
     assert_ne!(own, TRACE);
+    collector.until_got(&own_span).await;
     let said = server.end();
 
     let spans = collector.spans();
@@ -132,10 +141,14 @@ async fn spans_of_a_request_come_to_the_collector() {
     assert_eq!(of(&read_span).name, "GET /v1/jobs");
     assert!(names(&below(&spans, of(&read_span))).contains("ListJobs"));
     assert_eq!((of(&unknown_span).name.as_str(), of(&unknown_span).status), ("GET", 0));
+    let brewed = of(&brewed_span);
+    assert_eq!((brewed.name.as_str(), brewed.attribute("http.request.method")), ("HTTP /v1/fits", "_OTHER"));
     assert_eq!((of(&own_span).trace.as_str(), of(&own_span).parent.as_str()), (own.as_str(), ""));
     assert!(spans.iter().all(|span| span.events == 0), "log lines are in the log");
 
-    assert!(collector.resource().contains(&("service.name".into(), "flankfit".into())));
+    assert_eq!(collector.resource("service.name"), "flankfit");
+    let process: Uuid = collector.resource("service.instance.id").parse().unwrap();
+    assert_eq!(process.get_version_num(), 4, "drawn");
     assert!(collector.heads().iter().all(|head| head.starts_with("POST /v1/traces HTTP/1.1\r\n")));
     let sent = collector.bytes();
     assert!(!sent.windows(CANARY.len()).any(|window| window == CANARY.as_bytes()));
@@ -165,6 +178,11 @@ async fn whoever_begins_a_trace_decides_whether_it_is_sampled() {
         assert_eq!(flags == "01", sample == "1");
         let (trace, _, _) = ask(Some("00-nonsense".into())).await;
         assert_ne!(trace, TRACE);
+        let twice = client.get(format!("{}/v1/jobs", server.base));
+        let twice = twice.header("traceparent", traceparent(true)).header("traceparent", traceparent(true));
+        assert_ne!(named(&twice.send().await.unwrap()).0, TRACE, "of two it is not known which one holds");
+        let (_, last, _) = ask(Some(traceparent(true))).await;
+        collector.until_got(&last).await;
         server.end();
         let got: BTreeSet<String> = collector.spans().into_iter().map(|span| span.id).collect();
         assert!(got.contains(&wanted) && !got.contains(&refused), "{sample}");
@@ -190,6 +208,7 @@ async fn requests_of_the_server_carry_the_trace_on() {
     let answer = request.bearer_auth(&token).header("traceparent", traceparent(true)).send().await.unwrap();
     assert_eq!(answer.status(), 200);
     let (_, asked, _) = named(&answer);
+    collector.until_got(&asked).await;
     server.end();
     let spans = collector.spans();
     let outgoing = spans.iter().find(|span| span.name == "GET" && span.parent == asked).unwrap();
@@ -204,22 +223,21 @@ async fn requests_of_the_server_carry_the_trace_on() {
     assert!(token.split('.').all(|part| !sent.contains(part)) && !sent.contains("jane.doe"));
 }
 
+/// How many spans are counted as lost for this reason.
+async fn dropped(base: &str, reason: &str) -> u64 {
+    let text = reqwest::get(format!("{base}/metrics")).await.unwrap().text().await.unwrap();
+    let name = format!("flankfit_trace_spans_dropped_total{{reason=\"{reason}\"}} ");
+    text.lines().find_map(|line| line.strip_prefix(&name)?.parse().ok()).unwrap_or_else(|| panic!("{text}"))
+}
+
 /// Waits until spans are counted that the collector did not take.
 async fn until_dropped(base: &str) {
     let begun = Instant::now();
-    loop {
-        let text = reqwest::get(format!("{base}/metrics")).await.unwrap().text().await.unwrap();
-        let count = |reason: &str| {
-            let name = format!("flankfit_trace_spans_dropped_total{{reason=\"{reason}\"}} ");
-            text.lines().find_map(|line| line.strip_prefix(&name)?.parse::<u64>().ok()).unwrap()
-        };
-        assert_eq!(count("queue"), 0);
-        if count("export") > 0 {
-            return;
-        }
-        assert!(begun.elapsed() < Duration::from_secs(60), "{text}");
+    while dropped(base, "export").await == 0 {
+        assert!(begun.elapsed() < Duration::from_secs(60));
         tokio::time::sleep(Duration::from_millis(100)).await;
     }
+    assert_eq!(dropped(base, "queue").await, 0);
 }
 
 /// A collector that is away costs spans and nothing else.
@@ -238,24 +256,105 @@ async fn spans_that_nobody_takes_are_counted() {
     assert_eq!(fit.send().await.unwrap().status(), 200);
     let said = server.end();
     assert_eq!(said.matches("does not take spans").count(), 1, "said once");
+    assert!(said.lines().any(|line| line.contains("does not take spans") && line.contains("refused")), "and why");
 }
 
-/// One that takes connections and answers nothing holds up neither requests nor the end.
+/// What the store cannot do is an error of its span and of the request's.
+#[tokio::test]
+async fn spans_tell_what_failed() {
+    let folder = tempfile::tempdir().unwrap();
+    let (collector, database) = (Collector::start(), folder.path().join("test.db"));
+    let arguments = ["--otlp-endpoint", &collector.url, "--otlp-sample", "1", "--auth", "off"];
+    let server = Talkative::start(&database, &arguments);
+    let url = format!("{}/v1/jobs", server.base);
+    let missing = reqwest::get(format!("{url}/{}", Uuid::nil())).await.unwrap();
+    assert_eq!(missing.status(), 404);
+    let mut own = SqliteConnectOptions::new().filename(&database).connect().await.unwrap();
+    sqlx::raw_sql("ALTER TABLE jobs RENAME TO lost").execute(&mut own).await.unwrap();
+    let failed = reqwest::get(&url).await.unwrap();
+    assert_eq!(failed.status(), 500);
+    collector.until_got(&named(&failed).1).await;
+    server.end();
+    let spans = collector.spans();
+    let of = |answer| spans.iter().find(|span| span.id == named(answer).1).unwrap();
+    for (answer, operation, error, store) in [(&missing, "GetJob", "", ""), (&failed, "ListJobs", "500", "internal")] {
+        let span = of(answer);
+        let stored = below(&spans, span).into_iter().find(|span| span.name == operation).unwrap();
+        let status = if error.is_empty() { 0 } else { 2 };
+        assert_eq!((span.status, span.attribute("error.type")), (status, error), "{span:?}");
+        assert_eq!((stored.status, stored.attribute("error.type")), (status, store), "{stored:?}");
+    }
+}
+
+/// What OpenTelemetry says by the environment: the key of the collector, and names of the process.
+#[tokio::test]
+async fn the_environment_names_keys_and_processes() {
+    const CANARY: &str = "canary-2718281828";
+    let folder = tempfile::tempdir().unwrap();
+    let collector = Collector::start();
+    let key = format!("x-collector-key={CANARY}");
+    let environment = [
+        ("OTEL_EXPORTER_OTLP_HEADERS", key.as_str()),
+        ("OTEL_SERVICE_NAME", "wheels"),
+        ("OTEL_RESOURCE_ATTRIBUTES", "service.instance.id=one,deployment.environment.name=plant"),
+    ];
+    let arguments = ["--otlp-endpoint", &collector.url, "--otlp-sample", "1"];
+    let server = Talkative::within(&environment, &folder.path().join("test.db"), &arguments);
+    let answer = reqwest::get(format!("{}/healthz", server.base)).await.unwrap();
+    collector.until_got(&named(&answer).1).await;
+    let said = server.end();
+    let heads = collector.heads();
+    assert!(!heads.is_empty() && heads.iter().all(|head| head.contains(&format!("x-collector-key: {CANARY}\r\n"))));
+    assert!(!said.contains(CANARY));
+    for (name, value) in
+        [("service.name", "wheels"), ("service.instance.id", "one"), ("deployment.environment.name", "plant")]
+    {
+        assert_eq!(collector.resource(name), value);
+    }
+    assert_eq!(collector.resource("service.version"), env!("CARGO_PKG_VERSION"));
+}
+
+/// A collector that takes requests and answers none; what it is asked comes by the channel.
+fn silent_collector() -> (String, mpsc::Receiver<()>) {
+    let listener = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
+    let endpoint = format!("http://{}", listener.local_addr().unwrap());
+    let (sender, asked) = mpsc::channel();
+    std::thread::spawn(move || {
+        let mut held = Vec::new();
+        for mut stream in listener.incoming().flatten() {
+            if stream.read_exact(&mut [0]).is_ok() && sender.send(()).is_err() {
+                return;
+            }
+            held.push(stream);
+        }
+    });
+    (endpoint, asked)
+}
+
+/// One that says nothing holds up neither requests nor the end.
 #[tokio::test]
 async fn nobody_waits_for_a_collector_that_says_nothing() {
     let folder = tempfile::tempdir().unwrap();
-    let silent = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let endpoint = format!("http://{}", silent.local_addr().unwrap());
-    let server = Talkative::start(
-        &folder.path().join("test.db"),
-        &["--otlp-endpoint", &endpoint, "--otlp-sample", "1", "--auth", "off"],
-    );
+    let (endpoint, asked) = silent_collector();
+    let arguments = ["--otlp-endpoint", &endpoint, "--otlp-sample", "1", "--auth", "off"];
+    let server = Talkative::start(&folder.path().join("test.db"), &arguments);
     let (client, url) = (reqwest::Client::new(), format!("{}/v1/fits", server.base));
-    for _ in 0..300 {
+    let fit = async || {
         let answer = client.post(&url).header("content-type", "application/json").body(CURVE).send().await.unwrap();
         assert_eq!(answer.status(), 200);
+    };
+    fit().await;
+    asked.recv_timeout(Duration::from_secs(60)).unwrap();
+    // All of this is answered while the collector has the first spans and is waited for: they are
+    // not counted as lost before.
+    let mut answered = 0;
+    while dropped(&server.base, "export").await == 0 {
+        fit().await;
+        answered += 1;
     }
-    // more than a batch waits, the last ones for two seconds
+    assert!(answered > 10, "{answered}");
+    // the last ones have two seconds
+    fit().await;
     let begun = Instant::now();
     server.end();
     assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
@@ -269,17 +368,21 @@ async fn an_operation_is_a_trace_of_its_own() {
     let arguments = ["--otlp-endpoint", &collector.url, "--otlp-sample", "1", "--auth", "off"];
     let server = Talkative::start(&folder.path().join("test.db"), &arguments);
     let client = reqwest::Client::new();
-    let fit = client.post(format!("{}/v1/fits", server.base)).header("content-type", "application/json").body(CURVE);
+    let fit = client.post(format!("{}/v1/fits", server.base)).json(&long_fit());
     let accepted = fit.header("prefer", "respond-async").header("traceparent", traceparent(true)).send().await.unwrap();
     assert_eq!(accepted.status(), 202);
     let place = accepted.headers()["location"].to_str().unwrap().to_owned();
     let (_, accepting, _) = named(&accepted);
     let result = client.get(format!("{}{place}/result", server.base)).header("prefer", "wait=60").send().await.unwrap();
     assert_eq!(result.status(), 200);
+    // its end is stored, and known, before it is over
+    collector.until(|spans| spans.iter().any(|span| span.name == "operation")).await;
+    collector.until_got(&accepting).await;
     server.end();
     let spans = collector.spans();
     let operation = spans.iter().find(|span| span.name == "operation").unwrap();
     assert_eq!((operation.parent.as_str(), operation.trace == TRACE), ("", false));
+    assert_eq!(Some(operation.attribute("flankfit.operation_id")), place.rsplit('/').next());
     let done = names(&below(&spans, operation));
     assert!(done.contains("compute") && done.contains("EndTask"), "{done:?}");
     let asked = spans.iter().find(|span| span.id == accepting).unwrap();
@@ -299,14 +402,20 @@ async fn spans_go_by_tls_and_before_the_end() {
             arguments.extend(["--otlp-ca", file.to_str().unwrap()]);
         }
         let server = Talkative::start(&folder.path().join(format!("{known}.db")), &arguments);
-        let answer = reqwest::get(format!("{}/healthz", server.base)).await.unwrap();
-        let (_, span, _) = named(&answer);
-        if !known {
+        let ask = async || named(&reqwest::get(format!("{}/healthz", server.base)).await.unwrap()).1;
+        let got = |span: &str| collector.spans().iter().any(|got| got.id == span);
+        let first = ask().await;
+        if known {
+            // the connection is there, so that the end has no more to do than to send
+            collector.until_got(&first).await;
+        } else {
             until_dropped(&server.base).await;
         }
+        let last = ask().await;
         let said = server.end();
-        assert_eq!(collector.spans().iter().any(|got| got.id == span), known, "{said}");
-        assert_ne!(said.contains("does not take spans"), known);
+        assert_eq!((got(&first), got(&last)), (known, known), "{said}");
+        let why = said.lines().find(|line| line.contains("does not take spans"));
+        assert_eq!(why.map(|line| line.contains("certificate")), (!known).then_some(true), "{said}");
     }
 }
 
