@@ -105,6 +105,13 @@ async fn residuals_that_follow_their_neighbours_are_told() {
     let body = app.fit(&request(smooth)).await.json();
     let told = body["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "correlated_residuals").unwrap();
     assert!(told["message"].as_str().unwrap().contains("along order"), "{told}");
+    // of so many nodes the probability is less than any double
+    let x: Vec<f64> = (0..6000).map(f64::from).collect();
+    let y: Vec<f64> = x.iter().map(|x| (0.01 * x).sin()).collect();
+    let many = json!({"nodes": {"type": "curve", "x": x, "y": y}, "model": {"type": "polynomial", "degree": 1}});
+    let body = app.fit(&many.to_string()).await.json();
+    let many = body["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "correlated_residuals").unwrap();
+    assert!(many["message"].as_str().unwrap().contains("a probability of less than 1e-300"), "{many}");
     let alternating = x.iter().map(|x| 0.3 * x + (2.9 * x).sin()).collect();
     let body = app.fit(&request(alternating)).await.json();
     assert_eq!(body["warnings"], json!([]));

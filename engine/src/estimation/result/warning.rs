@@ -434,9 +434,10 @@ pub enum Warning {
     OutsideDomain(usize),
     /// Residuals that are correlated with their neighbours.
     #[error(
-        "the residuals are correlated along {}: {correlation:.2} between neighbours (p = {p:.0e}). Either the model \
-         lacks something that the nodes show, or the errors are correlated, and standard errors that take them for \
-         independent are too small by a factor of about {factor:.1}", .along.name()
+        "the residuals are correlated along {}: {correlation:.2} between neighbours, which independent errors have \
+         with a probability of {}. Either the model lacks something that the nodes show, or the errors are correlated, \
+         and standard errors that take them for independent are too small by a factor of about {factor:.1}",
+        .along.name(), Probability(*.p)
     )]
     CorrelatedResiduals {
         /// Which way scan lines run.
@@ -450,7 +451,7 @@ pub enum Warning {
     },
     /// Nodes that contradict the prior.
     #[error(
-        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has the probability {} where it holds; it was \
+        "the nodes contradict the prior: e'S⁻¹e/n is {}, which has a probability of {} where it holds; it was \
          let go, and least squares of these nodes is answered", Size(.0.statistic), Probability(.0.p)
     )]
     PriorConflict(PriorConflict),

@@ -152,7 +152,7 @@ pub(super) struct Probability(pub f64);
 impl fmt::Display for Probability {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self.0 {
-            p if p < 1e-300 => f.write_str("below 1e-300"),
+            p if p < 1e-300 => f.write_str("less than 1e-300"),
             p => write!(f, "{p:.1e}"),
         }
     }
@@ -161,11 +161,21 @@ impl fmt::Display for Probability {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::estimation::{
+        result::{PriorConflict, Warning},
+        spec::Along,
+    };
 
     #[test]
     fn no_probability_is_said_to_be_0() {
-        for (p, said) in [(0.0, "below 1e-300"), (1e-310, "below 1e-300"), (2.34e-9, "2.3e-9"), (0.01, "1.0e-2")] {
+        let none = "less than 1e-300";
+        for (p, said) in [(0.0, none), (1e-310, none), (2.34e-9, "2.3e-9"), (0.01, "1.0e-2")] {
             assert_eq!(Probability(p).to_string(), said);
+            let residuals = Warning::CorrelatedResiduals { along: Along::U, correlation: 0.9, p, factor: 4.0 };
+            let prior = Warning::PriorConflict(PriorConflict { statistic: 9.5, p, let_go: true });
+            for warning in [residuals, prior] {
+                assert!(warning.to_string().contains(&format!("a probability of {said}")), "{warning}");
+            }
         }
     }
 }
