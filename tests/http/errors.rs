@@ -121,6 +121,13 @@ async fn what_is_wrong_is_pointed_at() {
     refused(&[("errors", json!({"type": "ar1", "estimate": false}))], "/errors/parameters").await;
     refused(&[("errors", json!({"type": "ar1", "parameters": {"rho": 1.0}}))], "/errors/parameters/rho").await;
     refused(&[("errors", json!({"type": "ar1", "line": [1, 2]}))], "/errors/line").await;
+    let z: Vec<[f64; 2]> = (0..12).map(|k| [f64::from(k * k % 7), f64::from(k * k % 5)]).collect();
+    let u: Vec<i32> = (0..12).collect();
+    let twos = ("nodes", json!({"type": "grid", "u": u, "v": [0.0, 1.0], "z": z}));
+    let plane = ("model", json!({"type": "polynomial", "degree": 1}));
+    for kind in ["ar2", "matern"] {
+        refused(&[twos.clone(), plane.clone(), ("errors", json!({"type": kind, "along": "v"}))], "/errors/along").await;
+    }
     refused(&[("estimator", json!({"type": "rank"}))], "/estimator/type").await;
     refused(&[("scaling", json!("standardized"))], "/scaling").await;
     refused(&[("variance", json!("hc3"))], "/variance").await;

@@ -292,6 +292,24 @@ fn what_nothing_tells_is_refused() {
     }
     assert!(few(0).to_string().starts_with("every line has a single node, so"), "{}", few(0));
     assert!(few(2).to_string().starts_with("2 pairs of neighbours are on one line, fewer than 3, so"), "{}", few(2));
+    // lines of two nodes have one correlation, which is no two parameters
+    let short = |found: usize| Reason::Errors(ErrorsReason::ShortLines { found, least: 3 });
+    let pairs = Nodes::grid(axis(15), axis(2), random.normals(30), None, None).unwrap();
+    let threes: Vec<i64> = (0..30).map(|k| if k < 6 { k / 3 } else { k / 2 }).collect();
+    for correlation in [Correlation::Ar2 { phi: None }, Correlation::Matern { parameters: None }] {
+        assert_eq!(refused(&pairs, &of(correlation, Along::V, None)), (Field::ErrorsAlong, short(0)));
+        let named = of(correlation, Along::Order, Some(threes.clone()));
+        assert_eq!(refused(&scattered, &named), (Field::ErrorsLine, short(2)));
+        assert!(fit(&pairs, &of(correlation, Along::U, None)).errors.is_some());
+    }
+    assert!(fit(&pairs, &of(Correlation::Ar1 { rho: None }, Along::V, None)).errors.is_some());
+    assert!(short(0).to_string().starts_with("no line has three nodes, so"), "{}", short(0));
+    assert!(short(2).to_string().starts_with("2 nodes have two others before on the same line, fewer"), "{}", short(2));
+    // pairs at several distances tell a length
+    let spread: Vec<f64> = (0..30).map(|k| f64::from(k) + if k % 2 == 1 { 0.02 * f64::from(k) } else { 0.0 }).collect();
+    let uneven = Nodes::scattered(spread, vec![0.0; 30], random.normals(30), None).unwrap();
+    let twos = Some((0..30).map(|k| k / 2).collect());
+    assert!(fit(&uneven, &of(Correlation::Matern { parameters: None }, Along::Order, twos)).errors.is_some());
     // what is told needs no neighbours
     let told = fit(&column, &of(Correlation::Ar1 { rho: Some(0.5) }, Along::V, None)).errors.unwrap();
     assert_eq!((told.whiteness, told.lags), (None, 0));

@@ -87,7 +87,22 @@ impl Lines {
     pub(crate) fn pairs(&self) -> usize {
         self.steps.iter().filter(|step| step.is_finite()).count()
     }
+
+    /// Nodes with two others before them on their line.
+    pub(crate) fn thirds(&self) -> usize {
+        self.steps.windows(2).filter(|steps| steps.iter().all(|step| step.is_finite())).count()
+    }
+
+    /// Whether neighbours are as far apart everywhere, but for rounding.
+    pub(crate) fn is_even(&self) -> bool {
+        let steps = self.steps.iter().filter(|step| step.is_finite());
+        let [least, most] = steps.fold([f64::INFINITY, 0.0], |[a, b], &step| [a.min(step), b.max(step)]);
+        most - least <= EVEN * most
+    }
 }
+
+/// What steps that are equal may differ by, of their size.
+const EVEN: f64 = 1e-9;
 
 /// The place of every abscissa in ascending order; equal ones keep theirs.
 fn ranks(x: &[f64]) -> Vec<usize> {
@@ -128,9 +143,11 @@ mod tests {
         let sample = Sample::new(&grid);
         let lines = |along, measure| Lines::new(&grid, &sample, along, None, measure);
         let rows = lines(Along::V, Measure::Steps);
+        assert_eq!((rows.pairs(), rows.thirds(), rows.is_even()), (3, 1, false));
         assert_eq!((rows.nodes, rows.steps), (vec![0, 1, 2, 3, 4], vec![START, 2.0, START, 1.0, 1.0]));
         let columns = lines(Along::U, Measure::Distance);
-        assert_eq!((columns.pairs(), columns.nodes), (2, vec![0, 2, 3, 1, 4]));
+        assert_eq!((columns.pairs(), columns.thirds(), columns.is_even()), (2, 0, true));
+        assert_eq!(columns.nodes, [0, 2, 3, 1, 4]);
         assert_eq!(columns.steps, [START, 2.0, START, START, 2.0]);
         assert_eq!(lines(Along::V, Measure::Distance).steps, [START, 5.0, START, 1.0, 4.0]);
     }

@@ -54,6 +54,14 @@ pub enum ErrorsReason {
         /// Pairs that an estimate takes at least.
         least: usize,
     },
+    /// Lines with neighbours, but too short for what two parameters differ in.
+    #[error("{}", short_lines(*.found, *.least))]
+    ShortLines {
+        /// Nodes with two others before them on their line.
+        found: usize,
+        /// So many that an estimate takes at least.
+        least: usize,
+    },
     /// Nothing is left of the heights.
     #[error("the model meets every height exactly, so that nothing can be told of the errors: leave this out")]
     NoResiduals,
@@ -167,4 +175,18 @@ fn few_neighbours(pairs: usize, least: usize) -> String {
         ),
     };
     format!("{known}, so nothing tells how neighbours correlate: take the other axis or order, or tell the parameters")
+}
+
+fn short_lines(found: usize, least: usize) -> String {
+    let known = match found {
+        0 => "no line has three nodes".to_owned(),
+        _ => format!(
+            "{} two others before on the same line, fewer than {least}",
+            counted(found, "node has", "nodes have")
+        ),
+    };
+    format!(
+        "{known}, so nothing tells the two parameters of these errors apart: take ar1, the other axis or order, or tell \
+         the parameters"
+    )
 }

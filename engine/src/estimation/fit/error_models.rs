@@ -44,7 +44,8 @@ const FEW_OF_GROUP: f64 = 3.0;
 const FEW_OF_POWER: usize = 8;
 /// Degrees of freedom that estimates of errors take at least.
 const LEAST_FREEDOM: usize = 3;
-/// Pairs of neighbours that an estimate of their correlation takes at least.
+/// Pairs of neighbours that an estimate of their correlation takes at least, and nodes with two
+/// others before them on their line that a second parameter does.
 const LEAST_PAIRS: usize = 3;
 /// Logarithms of a coordinate that differ by no more are of one place: over them standard
 /// deviations of no power that is looked at differ by what residuals could tell.
@@ -171,7 +172,7 @@ impl Plain<'_> {
         let mixture = match family(&errors.correlation, &lines) {
             None => None,
             Some(family) => {
-                self.check_neighbours(lines.pairs())?;
+                self.check_neighbours(&errors.correlation, &lines)?;
                 Some(self.searched(&family, &residuals, lines.clone())?)
             }
         };
@@ -219,13 +220,24 @@ impl Plain<'_> {
         Ok(result)
     }
 
-    fn check_neighbours(&self, pairs: usize) -> Result<(), Faults> {
+    /// Whether the lines can tell what is searched for: one parameter by pairs of neighbours, a
+    /// second one by what lies further apart, or by neighbours at other distances.
+    fn check_neighbours(&self, correlation: &Correlation, lines: &Lines) -> Result<(), Faults> {
         let lines_are_named = matches!(self.nodes, Nodes::Scattered(_) | Nodes::Matrix(_));
         let field = if lines_are_named { Field::ErrorsLine } else { Field::ErrorsAlong };
-        match pairs < LEAST_PAIRS {
-            true => Err(Faults::one(field, ErrorsReason::FewNeighbours { pairs, least: LEAST_PAIRS })),
-            false => Ok(()),
+        let (pairs, thirds) = (lines.pairs(), lines.thirds());
+        let alike = match correlation {
+            Correlation::Ar1 { .. } => false,
+            Correlation::Ar2 { .. } => true,
+            Correlation::Matern { .. } => lines.is_even(),
+        };
+        if pairs < LEAST_PAIRS {
+            return Err(Faults::one(field, ErrorsReason::FewNeighbours { pairs, least: LEAST_PAIRS }));
         }
+        if alike && thirds < LEAST_PAIRS {
+            return Err(Faults::one(field, ErrorsReason::ShortLines { found: thirds, least: LEAST_PAIRS }));
+        }
+        Ok(())
     }
 
     fn searched(&self, family: &Family, residuals: &[f64], lines: Lines) -> Result<Mixture, FitError> {
