@@ -112,6 +112,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let (usual, _, narrow) = coverage(&plain, draws, &noise)?;
         println!("| {name} | `{asked}` | {mean:.3} | {worst:.3} | {:.2} | {usual:.3} |", width / narrow);
     }
+    few_noisy(&plain, draws)?;
     small_groups(&plain, draws)?;
     powers(draws)
 }
@@ -196,6 +197,42 @@ impl std::fmt::Display for Held {
         let ((a, b), (c, d)) = (ends(&self.coefficients), ends(&self.heights));
         write!(f, "{a:.3} | {b:.3} | {c:.3} | {d:.3} | {:.3} | {:.2}", share(self.band), share(self.warned))
     }
+}
+
+/// A few nodes that are ten times as noisy as the others, of which nothing is said: intervals of the
+/// coefficients and of the heights at every seventh node (second of twenty), and the band over
+/// them.
+fn few_noisy(plain: &FitSpec, draws: usize) -> Result<(), Box<dyn std::error::Error>> {
+    println!("\n| nodes | σ ten times as great | coefficients, least | most | heights, least | most | band | warned |");
+    println!("|---|---|---|---|---|---|---|---|");
+    for (count, step) in [(60usize, 7), (20, 2)] {
+        let x: Vec<f64> = (0..count).map(|i| i as f64).collect();
+        let at: Vec<f64> = x.iter().copied().step_by(step).collect();
+        let heights = at.len();
+        let kinds = Kinds { confidence: true, prediction: false, simultaneous: true };
+        let predict = Some(Predict { at: Places::Curve(at), level: None, kinds, slopes: false });
+        let spec = FitSpec { variance: Variance::Hc3, predict, ..plain.clone() };
+        let middle = count / 2;
+        let cases = [
+            ("nowhere", vec![]),
+            ("at the first", vec![0]),
+            ("in the middle", vec![middle]),
+            ("at the last two", vec![count - 2, count - 1]),
+            ("at the last three", (count - 3..count).collect()),
+            ("at the last five", (count - 5..count).collect()),
+            ("at three all along", vec![count / 6, middle, 5 * count / 6]),
+        ];
+        for (name, noisy) in cases {
+            let mut random = Random::new(12);
+            let mut held = Held::new(4, heights);
+            for _ in 0..draws {
+                let y = (0..count).map(|k| if noisy.contains(&k) { 10.0 } else { 1.0 } * random.normal()).collect();
+                held.add(&fit(&Nodes::curve(x.clone(), y, None)?, &spec)?, "").ok_or("no bands")?;
+            }
+            println!("| {count} | {name} | {held} |");
+        }
+    }
+    Ok(())
 }
 
 /// Groups of which one is small and as precise as the other or more so: intervals of the heights at

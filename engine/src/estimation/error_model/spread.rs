@@ -2,7 +2,11 @@
 
 use nalgebra::DMatrix;
 
-use super::{mixture::Mixture, variance_spread::VarianceSpread};
+use super::{
+    mixture::{Mixture, lower_root},
+    sandwich::Sandwich,
+    variance_spread::VarianceSpread,
+};
 use crate::{
     estimation::{
         factor::Factor,
@@ -25,6 +29,8 @@ enum Kind {
     Mixture(Mixture, DMatrix<f64>),
     /// Student's distribution with each form's own degrees of freedom.
     Variances(VarianceSpread),
+    /// The same, about least squares of nodes whose variances nothing is said of.
+    Sandwich(Sandwich),
 }
 
 impl ErrorSpread {
@@ -47,6 +53,12 @@ impl ErrorSpread {
         Some(ErrorSpread { root: variances.root()? * sigma, kind: Kind::Variances(variances) })
     }
 
+    /// Of least squares of nodes whose variances nothing is said of. `None` where the covariance is
+    /// singular to rounding.
+    pub(crate) fn of_sandwich(sandwich: Sandwich) -> Option<Self> {
+        Some(ErrorSpread { root: lower_root(&sandwich.covariance())?, kind: Kind::Sandwich(sandwich) })
+    }
+
     /// Whether errors are those of R but for a factor, so that unit vectors of a tube are R's.
     pub(crate) fn is_weighted(&self) -> bool {
         matches!(self.kind, Kind::Variances(_))
@@ -56,6 +68,7 @@ impl ErrorSpread {
     pub(crate) fn noise_of(&self, form: &[f64], noise: &Noise) -> Noise {
         let student: Student = match &self.kind {
             Kind::Variances(variances) => variances.student(form),
+            Kind::Sandwich(sandwich) => sandwich.student(form),
             Kind::Student | Kind::Mixture(..) => noise.student,
         };
         Noise { student, ..*noise }

@@ -15,10 +15,10 @@ use crate::{
         error::FitError,
         error_model::{
             lines::{Lines, Measure},
-            mixture::{Family, Mixture, lower_root},
+            mixture::{Family, Mixture},
             process::Whitening,
             restricted::PlainRows,
-            sandwich::hc3,
+            sandwich::Sandwich,
             spread::ErrorSpread,
             unequal::{self, Rows},
             variance_spread::VarianceSpread,
@@ -26,7 +26,7 @@ use crate::{
         },
         estimate::Frame,
         factor::{Factor, orthonormal_rows},
-        fault::{ErrorsReason, Faults, Field},
+        fault::{ErrorsReason, Faults, Field, InferenceReason},
         problem::{Evidence, LinearProblem},
         result::{ErrorsReport, FitResult, VarianceReport, Warning, Whiteness},
         spec::{Along, Correlation, Errors, FitSpec, Include, Variance},
@@ -36,7 +36,7 @@ use crate::{
 
 /// Numbers that rows may hold: 128 MB.
 const MOST: usize = 8_000_000;
-/// Products of a search for parameters: some seconds.
+/// Products of a search for parameters, and of looks at every node: some seconds.
 const MOST_PRODUCTS: usize = 1_000_000_000;
 /// Degrees of freedom below which the variance of a group is warned of.
 const FEW_OF_GROUP: f64 = 3.0;
@@ -92,6 +92,12 @@ fn fit_checked(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<FitResu
     let field = if spec.errors.is_some() { Field::Errors } else { Field::Variance };
     if m.saturating_mul(n + 2) > MOST {
         return Err(Faults::one(field, ErrorsReason::TooLarge { nodes: m, coefficients: n }).into());
+    }
+    // where nothing is said of variances every place looks at every node
+    let places = spec.predict.as_ref().filter(|_| spec.variance == Variance::Hc3).map_or(0, |asked| asked.at.count());
+    let most = MOST_PRODUCTS / m.saturating_mul(n).max(1);
+    if places > most {
+        return Err(Faults::one(Field::PredictAt, InferenceReason::ManyPlaces { places, most }).into());
     }
     // what is told of the errors needs no residuals
     let told = match &spec.errors {
@@ -285,11 +291,12 @@ impl Plain<'_> {
 
     /// Least squares with the sandwich about it.
     fn sandwich(&self) -> Result<FitResult, FitError> {
-        let covariance = hc3(self.design.size(), &self.orthonormal(), &self.residuals());
-        let root = covariance.as_ref().and_then(lower_root);
-        let Some(root) = root else { return Err(Faults::one(Field::Variance, ErrorsReason::Alone).into()) };
+        let found = Sandwich::new(self.design.size(), self.orthonormal(), &self.residuals());
+        let Some(spread) = found.and_then(ErrorSpread::of_sandwich) else {
+            return Err(Faults::one(Field::Variance, ErrorsReason::Alone).into());
+        };
         let frame = Frame::new(self.design, self.factor, self.spec, self.heights.weight)?;
-        conclude_with(&self.linear(), self.heights, self.spec, &frame, None, Some(&ErrorSpread::new(root)))
+        conclude_with(&self.linear(), self.heights, self.spec, &frame, None, Some(&spread))
     }
 
     fn groups(&self, groups: &[i64]) -> Result<FitResult, FitError> {

@@ -13,7 +13,7 @@ pub enum InferenceReason {
     #[error("there are no places")]
     NoPlaces,
     /// More work than a request may ask for.
-    #[error("{places} places, more than the {most} that a fit with so many coefficients may be asked for")]
+    #[error("{places} places, more than the {most} that a fit of this size may be asked for")]
     ManyPlaces {
         /// Places asked for.
         places: usize,
