@@ -125,6 +125,8 @@ async fn five_iterations_and_a_correction() {
         }
     }
     assert_eq!(result["bias"]["coefficient_norm_limit_source"], "prior");
+    let factors: Vec<f64> = serde_json::from_value(result["regularization"]["filter_factors"].clone()).unwrap();
+    assert!(factors.len() == 3 && factors.iter().all(|f| *f > 0.0 && *f < 0.9), "{factors:?}");
     let (alone, together) = (&result["spectrum"]["eigenvalues"], &result["spectrum"]["regularized"]["eigenvalues"]);
     assert!(together[0].as_f64() > alone[0].as_f64());
     // what is stored says which iterations, and is a request of its own

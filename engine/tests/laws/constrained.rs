@@ -206,6 +206,7 @@ fn errors_are_those_with_the_active_places_held() {
     assert!((slope.bias_bound - slope.least_squares_std_error.unwrap() * 2f64.sqrt()).abs() < 1e-12);
     let codes: Vec<_> = found.warnings.iter().map(|warning| warning.code()).collect();
     assert_eq!(codes, ["constraints_active"]);
+    assert_eq!(found.regularization.filter_factors, [0.0, 1.0]);
     assert_eq!(found.constraints.unwrap().constraints[0].active.len(), 1);
 }
 

@@ -119,8 +119,8 @@ fn intervals_of_many_small_groups_hold() {
 }
 
 /// A few nodes at an end that are ten times as noisy as the others, of which nothing is said: the
-/// variance of a form is then that of few nodes. 1,000 draws each: a coverage is uncertain by 0.007,
-/// the least of several by more.
+/// variance of a form is then that of few nodes. 1,000 draws each: a coverage is uncertain by
+/// 0.007, the least of several by more.
 #[test]
 fn intervals_by_hc3_hold_with_few_noisy_nodes() {
     let asked = FitSpec { variance: Variance::Hc3, ..spec() };

@@ -10,8 +10,8 @@ use flankfit_engine::estimation::{
     fit,
     result::{IntervalKind, NormLimitSource, Warning},
     spec::{
-        Chain, Criterion, Degree, Earlier, Estimator, Include, JamesStein, Model, Moves, Parameter, PolynomialBasis,
-        Prior, PriorSpread, Regularization, Scaling, ShrinkageFactor, Terms, Which,
+        Chain, Criterion, Degree, Earlier, Estimator, Include, JamesStein, Kinds, Model, Moves, Parameter, Places,
+        PolynomialBasis, Predict, Prior, PriorSpread, Regularization, Scaling, ShrinkageFactor, Terms, Which,
     },
 };
 
@@ -126,6 +126,7 @@ fn a_prior_that_knows_nothing_is_least_squares() {
     for (prior, alone) in given.coefficients.iter().zip(&alone.coefficients) {
         assert_close(&prior.interval.unwrap().ends, &alone.interval.unwrap().ends, 1e-12);
     }
+    assert!(given.regularization.filter_factors.iter().all(|f| *f > 1.0 - 1e-12));
     assert!(given.prior.unwrap().share.iter().chain(&chained.prior.unwrap().share).all(|share| *share < 1e-12));
 }
 
@@ -189,8 +190,8 @@ fn a_posterior_is_the_next_prior() {
     assert_eq!(kinds, [IntervalKind::Posterior; 3]);
 }
 
-/// No coefficients within r of the prior's mean are expected further off than the bound, and some
-/// are as far off.
+/// No coefficients that lie from the prior's mean as far as it says on average are expected further
+/// off than the bound, and some are as far off. It is at most ½√n standard errors of least squares.
 #[test]
 fn the_bias_of_a_posterior_is_bounded_sharply() {
     let mut random = Random::new(4);
@@ -203,18 +204,49 @@ fn the_bias_of_a_posterior_is_bounded_sharply() {
     };
     let r = mean(&center).bias.coefficient_norm_limit;
     assert_close(&[r], &[deviations.iter().map(|d| d * d).sum::<f64>().sqrt()], 1e-12);
-    let bounds: Vec<f64> = mean(&center).coefficients.iter().map(|c| c.bias_bound).collect();
-    let mut worst = vec![0.0f64; 3];
+    let found = mean(&center);
+    let bounds: Vec<f64> = found.coefficients.iter().map(|c| c.bias_bound).collect();
+    let most = 0.5 * 3f64.sqrt();
+    assert!(found.coefficients.iter().all(|c| c.bias_bound <= most * c.least_squares_std_error.unwrap()));
+    let (mut worst, mut farthest) = (vec![0.0f64; 3], 0.0f64);
     for _ in 0..400 {
         let step = random.normals(3);
-        let length = dot(&step, &step).sqrt();
-        let truth: Vec<f64> = center.iter().zip(&step).map(|(a, s)| a + r * s / length).collect();
+        let length = (dot(&step, &step) / 3.0).sqrt();
+        let truth: Vec<f64> = (0..3).map(|j| center[j] + deviations[j] * step[j] / length).collect();
         let found = mean(&truth);
         for (j, coefficient) in found.coefficients.iter().enumerate() {
             worst[j] = worst[j].max((coefficient.value - truth[j]).abs() / bounds[j]);
         }
+        let off: Vec<f64> = found.coefficients.iter().zip(&truth).map(|(c, a)| c.value - a).collect();
+        farthest = farthest.max(dot(&off, &off).sqrt());
     }
     assert!(worst.iter().all(|share| (0.98..1.0 + 1e-9).contains(share)), "{worst:?}");
+    let share = farthest / found.bias.sharp_bound;
+    assert!((0.98..1.0 + 1e-9).contains(&share), "{share}");
+}
+
+/// What of the heights arrives: the trace of `XᵀX Cov/σ²`, and the determinants of the information
+/// of the nodes and of both together.
+#[test]
+fn filter_factors_are_the_shares_of_the_nodes() {
+    let mut random = Random::new(14);
+    let x = rows(&mut random, 12, 3);
+    let y: Vec<f64> = x.iter().map(|row| dot(row, &[0.5; 3]) + 0.7 * random.normal()).collect();
+    let prior = Prior::Given { mean: vec![0.5; 3], spread: PriorSpread::StdError(vec![0.05, 0.4, 30.0]) };
+    let include = Include { covariance: true, ..Include::default() };
+    let spec = FitSpec { noise_sigma: Some(0.7), scaling: Scaling::None, include, ..with(prior) };
+    let found = fit(&matrix(&x, &y, None), &spec).unwrap();
+    let factors = &found.regularization.filter_factors;
+    assert!(factors.len() == 3 && factors.is_sorted() && factors.iter().all(|f| (0.0..=1.0).contains(f)));
+    assert!(factors[0] < 0.5 && factors[2] > 0.9, "{factors:?}");
+    let covariance = found.covariance.unwrap().coefficients;
+    let entry = |j: usize, k: usize| if k <= j { covariance[j][k] } else { covariance[k][j] };
+    let products = |j: usize, k: usize| x.iter().map(|row| row[j] * row[k]).sum::<f64>();
+    let trace: f64 = (0..9).map(|i| products(i / 3, i % 3) * entry(i / 3, i % 3)).sum::<f64>() / 0.49;
+    assert_close(&[factors.iter().sum()], &[trace], 1e-10);
+    let product = |of: &[f64]| of.iter().product::<f64>();
+    let both = product(&found.spectrum.regularized.eigenvalues);
+    assert_close(&[product(factors)], &[product(&found.spectrum.eigenvalues) / both], 1e-10);
 }
 
 /// Mapped functions live on the domain of the nodes of now; earlier nodes may lie outside of it,
@@ -228,14 +260,20 @@ fn functions_are_those_of_the_nodes_of_now() {
     };
     let all = [over(0.0, 10.0, 0.0), over(-1.0, 8.0, 0.02), over(2.0, 9.0, 0.01)];
     let model = |basis| Model::Polynomial { degree: Degree::Both(2), basis, terms: Terms::Tensor };
+    let at = Places::Curve(vec![2.0, 4.5, 7.0, 9.0]);
     let spec = |basis| FitSpec {
         prior: Some(chain(&all[..2], Moves::Estimated)),
+        predict: Some(Predict { at: at.clone(), level: None, kinds: Kinds::default(), slopes: false }),
         include: Include { residuals: true, ..Include::default() },
         ..plain(model(basis))
     };
     let [powers, mapped] =
         [PolynomialBasis::Monomial, PolynomialBasis::Chebyshev].map(|basis| fit(&all[2], &spec(basis)).unwrap());
     assert_close(powers.residuals.values.as_ref().unwrap(), mapped.residuals.values.as_ref().unwrap(), 1e-9);
+    let [own, other] = [&powers, &mapped].map(|found| found.predictions.as_ref().unwrap());
+    assert_close(&own.bias_bound, &other.bias_bound, 1e-7);
+    assert_close(&powers.regularization.filter_factors, &mapped.regularization.filter_factors, 1e-7);
+    assert!(own.bias_bound.iter().all(|bound| *bound > 0.0));
     assert!(powers.prior.unwrap().share.iter().all(|share| *share > 0.3));
 }
 

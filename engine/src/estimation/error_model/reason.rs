@@ -186,7 +186,7 @@ fn short_lines(found: usize, least: usize) -> String {
         ),
     };
     format!(
-        "{known}, so nothing tells the two parameters of these errors apart: take ar1, the other axis or order, or tell \
-         the parameters"
+        "{known}, so nothing tells the two parameters of these errors apart: take ar1, the other axis or order, or \
+         tell the parameters"
     )
 }

@@ -6,7 +6,8 @@
 //!
 //! The variance of a form q is a sum `Σ vₖ`, `vₖ = (qᵀqₖ)² (rₖ/(1 − hₖ))²`, of which a few nodes
 //! may be nearly all: the noisiest, or those that the form rests on. Then it is itself as uncertain
-//! as that of few nodes. It has the degrees of freedom of Satterthwaite's approximation, the fewer of
+//! as that of few nodes. It has the degrees of freedom of Satterthwaite's approximation, the fewer
+//! of
 //!
 //! ```text
 //! 3 (Σ vₖ)² / Σ vₖ²,   (Σ eₖ)² / Σ eₖ²,   eₖ = (qᵀqₖ)² / (1 − hₖ)

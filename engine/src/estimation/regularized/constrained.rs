@@ -22,7 +22,7 @@ use crate::{
         error::FitError,
         estimate::Estimate,
         fault::{Faults, Field},
-        result::{BiasReport, Regularized, Warning},
+        result::{BiasReport, RegularizationReport, Regularized, Warning},
         selection::Rule,
     },
     numerics::triangular,
@@ -46,7 +46,9 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     }
     let n = linear.design.size();
     let reach = (variance * n as f64).sqrt();
-    let map = LinearMap::Constrained { held: orthonormal(&found.normals, n), reach, working: found.working.clone() };
+    let held = orthonormal(&found.normals, n);
+    let filter_factors = (0..n).map(|i| f64::from(u8::from(i >= held.ncols()))).collect();
+    let map = LinearMap::Constrained { held, reach, working: found.working.clone() };
     let mut exact = found.working.clone();
     triangular::solve_upper(&factor.change, &mut exact);
     let filtered: Vec<_> = spectrum.lambda.iter().map(|&lambda| Rule::None.at(0, lambda, 0.0)).collect();
@@ -69,7 +71,7 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
         rss: residuals.rss,
         residuals,
         spectrum: regularized_spectrum(spectrum.lambda.clone()),
-        regularization: unregularized(context),
+        regularization: RegularizationReport { filter_factors, ..unregularized(context) },
         bias,
         bounds: forms.iter().map(|form| reach * length(&form.q)).collect(),
         curve: None,

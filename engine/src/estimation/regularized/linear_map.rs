@@ -69,6 +69,8 @@ pub(crate) enum LinearMap {
         root: DMatrix<f64>,
         /// 1 less what of the heights arrives in the estimate.
         removal: DMatrix<f64>,
+        /// A form q has a bias of at most the length of this times q, beside what the offset adds.
+        reach: DMatrix<f64>,
         /// What the bias has beyond that of a single prior.
         offset: DVector<f64>,
         /// The estimate in the working basis.
@@ -242,7 +244,7 @@ impl LinearMap {
     }
 
     /// Sharp bound on the bias of `form` for coefficients of norm at most `r` in the scaled
-    /// columns; of a posterior, at most `r` from the mean of the prior.
+    /// columns; of a posterior, as far from the mean of the prior as it says on average.
     pub(crate) fn bias(&self, form: &Form, columns: &ScaledColumns, r: f64) -> f64 {
         match self {
             LinearMap::Eigenvectors { removed } => r * norm(form.along.iter().zip(removed).map(|(p, g)| p * g)),
@@ -253,12 +255,9 @@ impl LinearMap {
                 );
                 r * removal.transposed_times(scaled).norm()
             }
-            LinearMap::Posterior { removal, offset, .. } => {
-                let removed = |k: usize| removal.column(k).iter().zip(&form.q).map(|(g, q)| g * q).sum::<f64>();
-                let removed: Vec<f64> = (0..removal.ncols()).map(removed).collect();
-                let scaled = columns.matrix.column_iter();
-                let of_column = |x: &[Dd]| x.iter().zip(&removed).map(|(x, g)| x.to_f64() * g).sum::<f64>();
-                r * norm(scaled.map(|x| of_column(x.as_slice()))) + dot(offset.as_slice(), &form.q).abs()
+            LinearMap::Posterior { reach, offset, .. } => {
+                let of_row = |row: usize| reach.row(row).iter().zip(&form.q).map(|(x, q)| x * q).sum::<f64>();
+                norm((0..reach.nrows()).map(of_row)) + dot(offset.as_slice(), &form.q).abs()
             }
             LinearMap::Constrained { reach, .. } => reach * norm(form.q.iter().copied()),
             LinearMap::Toward { factor, bias, .. } => bias.of((1.0 - factor).abs(), r, &form.along),

@@ -1,9 +1,11 @@
 //! The mean of the posterior, where something was known of the coefficients before.
 //!
 //! In the coordinates of [`crate::estimation::prior`] the estimate is `Gᵧ y + t`: a linear map of
-//! the heights of now, the prior and the weights of its mixture held. With the coefficients within
-//! r of the prior's mean (in the scaled columns; r² the prior's variance there) its bias along a
-//! form q is at most `r ‖X̃ᵀ(1 − Gᵧ)ᵀq‖`, and what the parts of the mixture differ by.
+//! the heights of now, the prior and the weights of its mixture held. Coefficients that lie as far
+//! from the prior's mean as it says on average, `eᵀP⁻¹e ≤ n` with P its covariance, make a bias
+//! along a form q of at most `√n ‖P^½ (1 − Gᵧ)ᵀq‖`, and what the parts of the mixture differ by.
+//! That does not depend on the basis, and of a single prior it is at most ½√n standard errors of
+//! least squares.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,7 +23,10 @@ use crate::{
         factor::multiply_upper_vector,
         fault::{Faults, Field, PriorReason},
         prior::{Current, Mixture, Outcome, beyond_double, weigh},
-        result::{BiasReport, NormLimitSource, PriorReport, Regularized, RegularizedSpectrum, UsedCorrection, Warning},
+        result::{
+            BiasReport, NormLimitSource, PriorReport, RegularizationReport, Regularized, RegularizedSpectrum,
+            UsedCorrection, Warning,
+        },
         selection::Rule,
         spec::{Moves, Prior},
         spectrum::caller_columns,
@@ -140,13 +145,14 @@ struct Posterior<'a> {
     coefficients: Vec<f64>,
     /// The mean of the posterior in the working basis.
     working: Vec<Dd>,
-    /// `X̃` in Q's coordinates, and its inverse.
-    scaled: DMatrix<f64>,
+    /// The inverse of `X̃` in Q's coordinates.
     unscaled: DMatrix<f64>,
-    /// r.
+    /// r, the root of the prior's variance in the scaled columns.
     radius: f64,
     /// 1 − Gᵧ.
     removal: DMatrix<f64>,
+    /// `√n σ C (1 − Gᵧ)ᵀ`, σ²CᵀC being the covariance of the prior.
+    reach: DMatrix<f64>,
     /// What the bias has beyond that of a single prior.
     offset: DVector<f64>,
 }
@@ -160,10 +166,10 @@ impl<'a> Posterior<'a> {
         let coefficients = exact.iter().map(|x| x.to_f64()).collect();
         let mut working = exact;
         multiply_upper_vector(&context.linear.factor.change, &mut working);
-        let scaled = context.columns.matrix.map(|x| x.to_f64());
         let unscaled = triangular::inverse_upper(&context.columns.matrix).map(|x| x.to_f64());
         let removal = DMatrix::from_fn(n, n, |i, j| f64::from(u8::from(i == j)) - mixture.gain[(i, j)]);
         let offset = (&mixture.mean - times(&removal, &mixture.prior_mean)) * sigma;
+        let reach = product(&mixture.prior_root, &removal.transpose()) * (sigma * (n as f64).sqrt());
         // the trace of the prior's covariance in the scaled columns
         let square: f64 = product(&unscaled, &mixture.prior_root.transpose()).iter().map(|x| x * x).sum();
         Posterior {
@@ -172,10 +178,10 @@ impl<'a> Posterior<'a> {
             forms: current.inverse.map(|x| x.to_f64()),
             coefficients,
             working,
-            scaled,
             unscaled,
             radius: sigma * square.sqrt(),
             removal,
+            reach,
             offset,
         }
     }
@@ -192,9 +198,11 @@ impl<'a> Posterior<'a> {
         let report = report_of(prior, Some(outcome), share, &plain.leverage);
         let bias = self.bias()?;
         let eigenvalues = self.eigenvalues(context)?;
+        let filter_factors = self.filter_factors()?;
         let map = LinearMap::Posterior {
             root: self.mixture.root.clone(),
             removal: self.removal,
+            reach: self.reach,
             offset: self.offset,
             working: self.working,
         };
@@ -205,7 +213,7 @@ impl<'a> Posterior<'a> {
             rss: residuals.rss,
             residuals,
             spectrum: eigenvalues,
-            regularization: unregularized(context),
+            regularization: RegularizationReport { filter_factors, ..unregularized(context) },
             bias,
             bounds,
             curve: None,
@@ -221,16 +229,24 @@ impl<'a> Posterior<'a> {
         })
     }
 
+    /// The eigenvalues of Gᵧ, which is symmetric: what of each direction in which nodes and prior
+    /// are independent comes from the nodes.
+    fn filter_factors(&self) -> Result<Vec<f64>, FitError> {
+        let found = jacobi::svd(self.mixture.gain.clone());
+        let found = found.ok_or(FitError::NotConverged(Unconverged::SingularValues))?;
+        Ok(found.sigma.iter().map(|share| share.min(1.0)).collect())
+    }
+
     /// How far the posterior lies from least squares, and how far its expectation can lie from the
     /// coefficients, in the scaled columns.
     fn bias(&self) -> Result<BiasReport, FitError> {
         let moved = times(&self.unscaled, &(&self.mixture.mean * self.sigma));
-        let oblique = product(&product(&self.unscaled, &self.removal), &self.scaled);
-        let largest = jacobi::svd(oblique).ok_or(FitError::NotConverged(Unconverged::SingularValues))?;
-        let gain = largest.sigma.last().copied().unwrap_or(0.0);
+        let reach = product(&self.unscaled, &self.reach.transpose());
+        let found = jacobi::svd(reach).ok_or(FitError::NotConverged(Unconverged::SingularValues))?;
+        let largest = found.sigma.last().copied().unwrap_or(0.0);
         Ok(BiasReport {
             norm: moved.norm(),
-            sharp_bound: self.radius * gain + times(&self.unscaled, &self.offset).norm(),
+            sharp_bound: largest + times(&self.unscaled, &self.offset).norm(),
             paper_bound: None,
             coefficient_norm_limit: self.radius,
             coefficient_norm_limit_source: NormLimitSource::Prior,

@@ -67,7 +67,9 @@ pub struct RegularizationReport {
     /// Whether the parameter is the caller's own.
     pub fixed: bool,
     /// fᵢ of each direction, from 0 (suppressed) to 1 (as in least squares), by ascending
-    /// eigenvalues; those of Tikhonov belong to directions of matrix and penalty together.
+    /// eigenvalues; those of Tikhonov belong to directions of matrix and penalty together. With a
+    /// prior the share of the nodes in each direction in which nodes and prior are independent,
+    /// ascending; with constraints 0 for every direction that is held.
     pub filter_factors: Vec<f64>,
     /// Eq. 41.
     pub matrix_norm_squared: Option<f64>,
@@ -114,7 +116,7 @@ pub enum NormLimitSource {
     Heights,
     /// Limits of the coefficients ([`crate::estimation::spec::ExpectedSize::Within`]).
     Limits,
-    /// The spread of a prior: r limits the distance from its mean.
+    /// The spread of a prior: r is the root mean square distance from its mean.
     Prior,
 }
 
@@ -136,12 +138,13 @@ impl NormLimitSource {
 pub struct BiasReport {
     /// Observed ‖Â − Â_B‖ in the scaled columns.
     pub norm: f64,
-    /// r max(1 − fᵢ), the sharp bound on the norm of the bias in the scaled columns where ‖A‖ ≤ r.
+    /// r max(1 − fᵢ), the sharp bound on the norm of the bias in the scaled columns where ‖A‖ ≤ r;
+    /// with a prior where `eᵀP⁻¹e ≤ n` of the distance e from its mean, P being its covariance.
     pub sharp_bound: f64,
     /// Ineq. 51; `None` for ridge and for n = 1, where it does not hold.
     pub paper_bound: Option<f64>,
     /// r, the norm that the true coefficients are taken to have at most, in the scaled columns;
-    /// with a prior the distance from its mean.
+    /// with a prior the root mean square distance from its mean.
     pub coefficient_norm_limit: f64,
     /// Where r came from.
     pub coefficient_norm_limit_source: NormLimitSource,

@@ -49,7 +49,8 @@ answer! {
         /// Standard error of `least_squares`.
         least_squares_std_error?: f64 = least_squares_std_error,
         /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
-        /// the posterior's mean for coefficients within r of the prior's. With `constraints` √n
+        /// the posterior's mean for coefficients that lie as far from the prior's as it says on
+        /// average (eᵀP⁻¹e ≤ n, P being its covariance). With `constraints` √n
         /// standard errors of least squares, which bound the bias for every truth that meets them.
         bias_bound: f64 = bias_bound,
         /// Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
@@ -148,7 +149,7 @@ answer! {
         /// Ineq. 51, where it holds.
         paper_bound?: f64 = paper_bound,
         /// r, the norm of the coefficients that the bounds allow for, in the scaled columns; with a
-        /// prior the distance from its mean.
+        /// prior the root mean square distance from its mean.
         coefficient_norm_limit: f64 = coefficient_norm_limit,
         coefficient_norm_limit_source: NormLimitSource = coefficient_norm_limit_source,
         /// What the norm of the true coefficients stays below by least squares and its errors. An

@@ -36,7 +36,8 @@ answer! {
         value: Vec<f64> = value,
         /// Their standard errors, for the λ* used; absent without an estimate of the noise.
         std_error?: Vec<f64> = std_error,
-        /// Sharp bounds on the bias of each height, given r.
+        /// Sharp bounds on the bias of each height, given r; with a `prior` as those of
+        /// `coefficients[].bias_bound`.
         bias_bound: Vec<f64> = bias_bound,
         /// `[low, high]` of the true height at each place by itself. Like
         /// `coefficients[].interval`: about least squares where no norm limit was given.

@@ -58,7 +58,9 @@ answer! {
         criterion?: ChosenBy = if *fixed { Some(FIXED) } else { criterion.map(Criterion::name) }.map(Name),
         /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
         /// Tikhonov the directions are those of matrix and penalty together, the most penalised
-        /// first.
+        /// first. With a `prior` the share of the nodes along each direction in which nodes and
+        /// prior are independent, that of the prior being the rest, the least first. With
+        /// `constraints` 0 for each direction that active places hold, first, and 1 for the others.
         filter_factors: Vec<f64> = filter_factors,
         /// ‖B‖² (Eq. 41).
         matrix_norm_squared?: f64 = matrix_norm_squared,
