@@ -168,7 +168,7 @@ fn intervals_hold_for_swinging_and_for_smooth_errors() {
     let (fine, decay) = (40, (-(3f64.sqrt()) / 160.0).exp());
     let smooth = coverage(150, || {
         let (mut once, mut twice) = (0.0, 0.0);
-        let all = (0..(100 * fine)).map(|_| {
+        let all = (0..100 * fine).map(|_| {
             once = decay * once + random.normal();
             twice = decay * twice + once;
             twice
