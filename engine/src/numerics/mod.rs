@@ -36,6 +36,7 @@ pub mod quantiles;
 pub mod real;
 pub mod root;
 mod rows;
+mod scalar_product;
 pub mod sums;
 pub mod symmetric;
 pub mod triangular;
@@ -43,6 +44,7 @@ mod tridiagonal;
 mod vector;
 
 pub(crate) use dispatch::{fma, with_fma};
+pub(crate) use scalar_product::dot;
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

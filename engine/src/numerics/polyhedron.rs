@@ -6,7 +6,7 @@
 //! so the distance only grows: a half-space that is needed again comes back in, and no set of
 //! active ones returns.
 
-use super::cancel;
+use super::{cancel, dot};
 
 /// A normal whose part beyond the active ones is shorter than this is a sum of them.
 const DEPENDENT: f64 = 1e-10;
@@ -182,10 +182,6 @@ impl NearestPoint {
         }
         self.q.truncate(self.r.len());
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 #[cfg(test)]

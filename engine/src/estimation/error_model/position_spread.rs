@@ -18,7 +18,7 @@ use nalgebra::DMatrix;
 use super::positions::Settled;
 use crate::{
     estimation::{design::Design, factor::Factor},
-    numerics::{cancel::Asking, symmetric, triangular},
+    numerics::{cancel::Asking, dot, symmetric, triangular},
 };
 
 /// Scatter beyond this share of the information is counted as so much.
@@ -129,8 +129,4 @@ fn add(to: &mut DMatrix<f64>, weight: f64, x: &[f64]) {
     for (j, &xj) in x.iter().enumerate() {
         to.column_mut(j).iter_mut().zip(x).for_each(|(to, xi)| *to += weight * xj * xi);
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

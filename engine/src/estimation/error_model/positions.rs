@@ -22,7 +22,7 @@ use crate::{
         design::{Boxes, Design},
         spec::PositionKind,
     },
-    numerics::{cancel::Asking, triangular},
+    numerics::{cancel::Asking, dot, triangular},
 };
 
 /// Steps and changes of positions in standard errors at which they are answered.
@@ -177,8 +177,4 @@ impl Positions<'_> {
         let sound = weights.iter().all(|w| *w > 0.0 && w.is_finite()) && heights.iter().all(|z| z.is_finite());
         sound.then_some(Settled { places, heights, weights, rounds, share, largest_shift: largest })
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

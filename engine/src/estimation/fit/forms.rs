@@ -14,7 +14,7 @@ use crate::{
         robust::Spread,
         spectrum::{ScaledColumns, Spectrum},
     },
-    numerics::{Dd, Real, cancel::Asking, triangular},
+    numerics::{Dd, Real, cancel::Asking, dot, triangular},
 };
 
 /// What linear forms of a fit's coefficients are found from.
@@ -231,10 +231,6 @@ impl Forms<'_> {
             constant_variance: variance,
         }
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 /// The Euclidean norm.

@@ -16,7 +16,7 @@ use crate::{
         regularized::{Applied, Form, LinearMap},
         result::{ExactWithout, Influence, Warning},
     },
-    numerics::cancel::Asking,
+    numerics::{cancel::Asking, dot},
 };
 
 /// Products `nodes × coefficients²` at most: some seconds.
@@ -191,8 +191,4 @@ impl Figures<'_> {
         let others = self.rss - own;
         (others > EXACT_WITHOUT * self.rss).then(|| (others / (self.freedom as f64 - 1.0)).sqrt())
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

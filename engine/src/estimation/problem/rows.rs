@@ -9,7 +9,7 @@ use crate::{
         design::{Design, Row},
         factor::scaled_condition,
     },
-    numerics::{Dd, Real, triangular},
+    numerics::{Dd, Real, dot, triangular},
 };
 
 /// Up to so many products, and from this condition of R on, rows are solved for in double-double.
@@ -62,8 +62,4 @@ impl<'a> Rows<'a> {
         triangular::solve_upper_transposed(r, &mut q);
         q
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }

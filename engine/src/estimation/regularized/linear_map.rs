@@ -13,7 +13,7 @@ use crate::{
         problem::LinearProblem,
         spectrum::{ScaledColumns, Spectrum},
     },
-    numerics::Dd,
+    numerics::{Dd, dot},
 };
 
 /// What regularisation makes of least squares.
@@ -119,10 +119,6 @@ impl Form {
         let along = spectrum.image.column_iter().map(|image| dot(image.as_slice(), &q)).collect();
         Form { q, along }
     }
-}
-
-fn dot(x: &[f64], y: &[f64]) -> f64 {
-    x.iter().zip(y).map(|(x, y)| x * y).sum()
 }
 
 impl LinearMap {

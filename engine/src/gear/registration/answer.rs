@@ -8,7 +8,7 @@ use super::{
     misfit,
     part::{Part, State},
     pose::{Motion, Pose},
-    solve::{Found, dot},
+    solve::Found,
 };
 use crate::gear::warning::Warning;
 use crate::{
@@ -17,7 +17,7 @@ use crate::{
         spec::{Estimator, Include, Regularization},
     },
     gear::deviation::{Deviations, Node},
-    numerics::cancel::Asking,
+    numerics::{cancel::Asking, dot},
 };
 
 /// The motion that a column is, or mostly is.

@@ -17,7 +17,7 @@ use crate::{
         spec::{Include, Regularization},
     },
     gear::deviation::{Deviations, Reference},
-    numerics::cancel,
+    numerics::{cancel, dot},
 };
 
 /// Most iterations; with motions of some hundred µm and µrad four to six are enough.
@@ -205,8 +205,4 @@ impl Part<'_> {
         };
         Ok((Found { pose, begun, iterations, converged }, last))
     }
-}
-
-pub(super) fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

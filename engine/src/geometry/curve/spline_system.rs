@@ -6,7 +6,7 @@
 //! stands apart, as a border around a band.
 
 use super::ends::{End, Ends};
-use crate::numerics::{Banded, BandedLu, Dd, cancel::Asking};
+use crate::numerics::{Banded, BandedLu, Dd, cancel::Asking, dot};
 
 pub(super) type Slopes = Vec<[Dd; 3]>;
 
@@ -193,8 +193,4 @@ impl SlopeMatrix {
             inner.iter_mut().zip(solved).for_each(|(x, s)| *x -= s * *last);
         }
     }
-}
-
-fn dot(a: &[f64], b: &[f64]) -> f64 {
-    a.iter().zip(b).map(|(a, b)| a * b).sum()
 }

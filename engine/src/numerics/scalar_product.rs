@@ -1,0 +1,6 @@
+//! The scalar product in plain doubles; [`dot2`](super::dot2) is that of twice the precision.
+
+/// `Σ xᵢyᵢ` in the order of the entries, over the shorter of the two.
+pub(crate) fn dot(x: &[f64], y: &[f64]) -> f64 {
+    x.iter().zip(y).map(|(x, y)| x * y).sum()
+}
