@@ -3,9 +3,11 @@
 use crate::oracle::coverage::{Design, Truth, designs};
 use crate::oracle::random::Random;
 use crate::problems::{Problem, assert_close, by, fit, linear, matrix, spectral};
-use flankfit_engine::estimation::FitResult;
 use flankfit_engine::estimation::result::IntervalKind;
-use flankfit_engine::estimation::spec::{Count, Criterion, FitSpec, Regularization, Scheme};
+use flankfit_engine::estimation::spec::{
+    Count, Criterion, Degree, FitSpec, Model, PolynomialBasis, Regularization, Scheme, Terms,
+};
+use flankfit_engine::estimation::{FitResult, Nodes};
 
 /// How often each interval of `spec` holds the truth, in `repetitions` draws of noise `sigma`; and
 /// the mean of their widths over those of least squares.
@@ -90,6 +92,28 @@ fn students_intervals_of_a_line() {
         assert_eq!((interval.kind, interval.gain), (IntervalKind::Student, None));
         assert_close("low", interval.ends[0], c.value - t * c.std_error.unwrap(), 1e-13, 1e-15);
         assert_close("high", interval.ends[1], c.value + t * c.std_error.unwrap(), 1e-13, 1e-15);
+    }
+}
+
+/// What docs/intervals.md says of a norm that deviations of size 1 allow, over √m: 1/√λ₁.
+#[test]
+fn safe_norm_limits_of_usual_grids() {
+    for (rows, columns) in [(5, 7), (5, 9), (9, 5), (9, 15), (20, 30)] {
+        let axis = |count: u32| (0..count).map(|k| 2.0 * f64::from(k) / f64::from(count - 1) - 1.0).collect();
+        let z = (0..rows * columns).map(|k| f64::from(k * k % 7)).collect();
+        let grid = Nodes::grid(axis(rows), axis(columns), z, None, None).unwrap();
+        let safe = |degree: Degree, basis: PolynomialBasis, terms: Terms| {
+            let model = Model::Polynomial { degree, basis, terms };
+            1.0 / fit(&grid, &FitSpec::new(model)).spectrum.eigenvalues[0].sqrt()
+        };
+        let flank = safe(Degree::Both(2), PolynomialBasis::Monomial, Terms::Total);
+        assert!((2.3..2.4).contains(&flank), "{rows} x {columns}: {flank}");
+        for basis in [PolynomialBasis::Chebyshev, PolynomialBasis::Legendre] {
+            for degree in [Degree::Both(2), Degree::Each(3, 2), Degree::Both(3)] {
+                let found = safe(degree, basis, Terms::Tensor);
+                assert!((1.05..2.4).contains(&found), "{rows} x {columns}, {degree:?}, {basis:?}: {found}");
+            }
+        }
     }
 }
 
