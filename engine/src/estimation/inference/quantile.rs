@@ -50,3 +50,37 @@ pub(super) fn with_slope(noise: &Noise, u: f64, one_sided: f64, two_sided: f64) 
     let (near, far) = (noise.student.density(q - u), noise.student.density(q + u));
     (q, (near - far) / (near + far))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::numerics::distribution::normal;
+
+    /// How often an interval about an estimate of standard error 1 that is off by `off` holds,
+    /// where its bias is known to be at most `bias` and its standard error is estimated: the
+    /// integral over the density of χ.
+    fn coverage(freedom: f64, bias: f64, off: f64) -> f64 {
+        const STEPS: u32 = 600;
+        let (mut held, mut whole) = (0.0, 0.0);
+        for k in 0..STEPS {
+            let s = 5.0 * (f64::from(k) + 0.5) / f64::from(STEPS);
+            let weight = libm::exp((freedom - 1.0) * libm::log(s) - 0.5 * freedom * s * s);
+            let half = half_width(&Noise::estimated(s, freedom, 0.95), s, bias);
+            held += weight * (normal::upper_tail(-half - off) - normal::upper_tail(half - off));
+            whole += weight;
+        }
+        held / whole
+    }
+
+    #[test]
+    fn it_holds_at_every_bias_up_to_the_bound() {
+        for freedom in [3.0, 10.0, 40.0] {
+            for bias in [0.0, 0.25, 0.5, 1.0, 2.0, 4.0] {
+                let at_worst = coverage(freedom, bias, bias);
+                assert!((0.9495..0.9575).contains(&at_worst), "{freedom} {bias}: {at_worst}");
+                let less = [0.0, 0.5 * bias].map(|off| coverage(freedom, bias, off));
+                assert!(less.iter().all(|held| *held >= at_worst - 1e-9), "{freedom} {bias}: {less:?}");
+            }
+        }
+    }
+}
