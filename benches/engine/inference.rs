@@ -55,6 +55,11 @@ fn covariance(bencher: Bencher) {
     run(bencher, |spec| spec.include = Include { covariance: true, ..Include::default() });
 }
 
+#[divan::bench]
+fn predicted_mse(bencher: Bencher) {
+    run(bencher, |spec| spec.include = Include { predicted_mse: true, ..Include::default() });
+}
+
 #[divan::bench(args = [10, 100])]
 fn confidence_on_a_grid(bencher: Bencher, each: usize) {
     let at = Places::Grid { u: axis(5.97, 11.52, each), v: axis(0.75, 14.25, each) };
@@ -125,6 +130,11 @@ fn errors_ar1_told(bencher: Bencher) {
 }
 
 #[divan::bench]
+fn errors_ar2(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.errors = along_lines(Correlation::Ar2 { phi: None }));
+}
+
+#[divan::bench]
 fn errors_matern(bencher: Bencher) {
     run_errors(bencher, |spec| spec.errors = along_lines(Correlation::Matern { parameters: None }));
 }
@@ -132,6 +142,16 @@ fn errors_matern(bencher: Bencher) {
 #[divan::bench]
 fn variance_hc3(bencher: Bencher) {
     run_errors(bencher, |spec| spec.variance = Variance::Hc3);
+}
+
+#[divan::bench]
+fn variance_groups(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.variance = Variance::Groups((0..225).map(|k| k / 75).collect()));
+}
+
+#[divan::bench]
+fn variance_power(bencher: Bencher) {
+    run_errors(bencher, |spec| spec.variance = Variance::Power { of: Along::U, exponent: None });
 }
 
 #[divan::bench(args = ["measured", "nominal"])]
