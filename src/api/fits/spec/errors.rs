@@ -70,12 +70,14 @@ correlated! {
     Ar1Errors, Ar1Tag, Ar1Parameters
 }
 correlated! {
-    /// Autoregression of second order in steps of the line; missing nodes are steps.
+    /// Autoregression of second order in steps of the line; missing nodes are steps. To be
+    /// estimated it takes three nodes with two others before them on their line.
     Ar2Errors, Ar2Tag, Ar2Parameters
 }
 correlated! {
     /// Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2),
-    /// beside a white share of the variance.
+    /// beside a white share of the variance. To be estimated it takes three nodes with two others
+    /// before them on their line, or neighbours at different distances.
     MaternErrors, MaternTag, MaternParameters
 }
 
@@ -193,7 +195,8 @@ pub enum VarianceBody {
 }
 
 /// `constant`: one for all nodes, over their weights. `hc3`: any; standard errors are those of the
-/// sandwich HC3 about least squares.
+/// sandwich HC3 about least squares, each with degrees of freedom of its own. With few noisy nodes
+/// 95 % intervals hold in 0.94 and more of 60 nodes, in 0.90 and more of 20 (docs/errors.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VarianceName {
