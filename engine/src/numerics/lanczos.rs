@@ -3,6 +3,7 @@
 
 use super::{
     cancel::{self, Asking},
+    length,
     tridiagonal::ql,
 };
 
@@ -18,7 +19,6 @@ const TOLERANCE: f64 = 1e-7;
 /// not found within the limit. The same operator gives the same bits: the start is a fixed sequence
 /// of numbers.
 pub fn largest_eigenvalue(size: usize, apply: impl Fn(&[f64]) -> Vec<f64>) -> Option<f64> {
-    let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
     let mut state = 0x9e37_79b9_7f4a_7c15u64;
     let mut start: Vec<f64> = (0..size)
         .map(|_| {

@@ -44,7 +44,7 @@ mod tridiagonal;
 mod vector;
 
 pub(crate) use dispatch::{fma, with_fma};
-pub(crate) use scalar_product::dot;
+pub(crate) use scalar_product::{dot, length};
 
 pub use banded::{Banded, BandedLu, Singular};
 pub use dd::Dd;

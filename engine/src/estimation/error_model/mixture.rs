@@ -17,7 +17,7 @@ use super::{
     process::Process,
     restricted::{Generalised, PlainRows},
 };
-use crate::numerics::{cancel::Asking, distribution::Student, root::root, triangular};
+use crate::numerics::{cancel::Asking, distribution::Student, length, root::root, triangular};
 
 /// Which process is looked for.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -215,8 +215,7 @@ impl Mixture {
                 let off: f64 = form.iter().zip(part.step.iter().zip(&self.step)).map(|(p, (x, m))| p * (x - m)).sum();
                 let mut row = form.to_vec();
                 triangular::solve_upper_transposed(&part.r, &mut row);
-                let length = row.iter().map(|x| x * x).sum::<f64>().sqrt();
-                (*weight, off, part.sigma * length.hypot(own))
+                (*weight, off, part.sigma * length(&row).hypot(own))
             })
             .collect();
         let beyond =

@@ -12,7 +12,7 @@ use crate::{
         factor::Factor,
         inference::{CONFORMANCE_PROBABILITY, Inferred, Noise},
     },
-    numerics::{Dd, distribution::Student, triangular},
+    numerics::{Dd, distribution::Student, length, triangular},
 };
 
 /// The covariance of what the heights have in Q's coordinates, and what it is of.
@@ -81,7 +81,7 @@ impl ErrorSpread {
 
     /// Standard error of a form.
     pub(crate) fn of_row(&self, row: &[f64]) -> f64 {
-        self.root_of_row(row).iter().map(|x| x * x).sum::<f64>().sqrt()
+        length(&self.root_of_row(row))
     }
 
     /// The interval of an unregularised form with this value, where errors are a mixture; `own` is

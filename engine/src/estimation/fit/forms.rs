@@ -14,7 +14,7 @@ use crate::{
         robust::Spread,
         spectrum::{ScaledColumns, Spectrum},
     },
-    numerics::{Dd, Real, cancel::Asking, dot, triangular},
+    numerics::{Dd, Real, cancel::Asking, dot, length, triangular},
 };
 
 /// What linear forms of a fit's coefficients are found from.
@@ -231,9 +231,4 @@ impl Forms<'_> {
             constant_variance: variance,
         }
     }
-}
-
-/// The Euclidean norm.
-pub(super) fn length(row: &[f64]) -> f64 {
-    row.iter().map(|x| x * x).sum::<f64>().sqrt()
 }

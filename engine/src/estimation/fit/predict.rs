@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::forms::{Estimated, Forms, length};
+use super::forms::{Estimated, Forms};
 use crate::{
     estimation::{
         design::{Along, Design},
@@ -12,7 +12,7 @@ use crate::{
         result::{Predictions, Simultaneous, Slopes},
         spec::{Domain, FitSpec, Places, Predict},
     },
-    numerics::{cancel::Asking, distribution::Student, triangular},
+    numerics::{cancel::Asking, distribution::Student, length, triangular},
 };
 
 /// Products of places and coefficients at most: some seconds, and 100 MB.

@@ -23,7 +23,7 @@ use nalgebra::{DMatrix, DVector};
 use super::chain::{Branch, Link, ln_sum, median, steps, weights};
 use crate::{
     estimation::inference::Noise,
-    numerics::{distribution::Student, root::root},
+    numerics::{distribution::Student, length, root::root},
 };
 
 /// The probability beforehand that a form moves by a size of its own.
@@ -101,7 +101,7 @@ impl FormIntervals {
     /// That is to be of the nodes of now alone: what is predicted may be off by any σ, the error of
     /// least squares not.
     pub(crate) fn of(&self, form: &[f64], noise: &Noise) -> [f64; 2] {
-        let length = form.iter().map(|x| x * x).sum::<f64>().sqrt();
+        let length = length(form);
         if !(length > 0.0) {
             return [0.0; 2];
         }

@@ -25,7 +25,7 @@ use crate::{
         result::{BiasReport, RegularizationReport, Regularized, Warning},
         selection::Rule,
     },
-    numerics::triangular,
+    numerics::{length, triangular},
 };
 
 /// Fits under the constraints of the spec.
@@ -57,7 +57,6 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
     let form =
         |j: usize| Form::new((0..n).map(|k| if k < j { 0.0 } else { inverse[(j, k)].to_f64() }).collect(), spectrum);
     let forms: Vec<Form> = (0..n).map(form).collect();
-    let length = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
     // nothing is moved where nothing is active
     let coefficients = match active {
         0 => plain.coefficients.clone(),
@@ -95,7 +94,6 @@ pub(super) fn apply(context: &Context, warnings: &mut Vec<Warning>) -> Result<Ap
 fn orthonormal(vectors: &[Vec<f64>], n: usize) -> DMatrix<f64> {
     let mut found: Vec<Vec<f64>> = Vec::new();
     for vector in vectors {
-        let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
         let size = length(vector);
         let mut rest = vector.clone();
         for _ in 0..2 {

@@ -29,7 +29,7 @@ use crate::{
         spec::{Domain, FitSpec, Knots, Model, Piece, PolynomialBasis, Representative, Scaling},
         spectrum::caller_columns,
     },
-    numerics::{Dd, jacobi, triangular},
+    numerics::{Dd, jacobi, length, triangular},
 };
 
 /// Numbers of B that an answer may hold.
@@ -159,7 +159,6 @@ pub(super) fn apply(
     };
     let inverse = triangular::inverse_upper(&caller_columns(linear.factor)).map(|x| x.to_f64());
     let forms: Vec<Form> = (0..n).map(|j| Form::new(inverse.row(j).iter().copied().collect(), spectrum)).collect();
-    let length = |row: &[f64]| row.iter().map(|x| x * x).sum::<f64>().sqrt();
     let moved: Vec<f64> = coefficients.iter().zip(&least_squares.coefficients).map(|(a, b)| a - b).collect();
     let r = context.norm_limit(context.norm_of(&coefficients), warnings);
     let residuals = linear.of_working(&working, spec.include.residuals);
