@@ -223,6 +223,12 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
     let mut turned = flank(5, AFTER, Some(json!({"iterations": [1]})));
     turned["axes"]["z"]["positive"] = json!("material_in");
     assert_eq!(send(app.post(&iterations, turned.to_string())).await.pointers(), ["/prior/iterations/0"]);
+    // of the other flank
+    let mut right = flank(5, AFTER, Some(json!({"iterations": [1]})));
+    right["flank"] = json!("right");
+    let refused = send(app.post(&iterations, right.to_string())).await;
+    assert_eq!(refused.pointers(), ["/prior/iterations/0"], "{}", refused.text);
+    assert!(refused.text.contains("left"), "{}", refused.text);
     // an iteration to come
     let later = flank(5, AFTER, Some(json!({"iterations": [1, 7]})));
     assert_eq!(send(app.post(&iterations, later.to_string())).await.pointers(), ["/prior/iterations/1"]);

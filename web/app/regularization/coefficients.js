@@ -63,7 +63,8 @@ export function FilterFactors({ result, symbol }) {
     const x = eigenvalues[i];
     return x !== undefined && x > 0 ? [{ x, y, i }] : [];
   });
-  if (points.length === 0) return null;
+  // of a prior and of constraints they belong to other directions than the eigenvalues
+  if (points.length === 0 || result.prior || result.constraints) return null;
   const [low, high] = [points[0]?.x ?? 1, points.at(-1)?.x ?? 10];
   const at = result.regularization.lambda_star;
   const reduced = factors.filter((one) => one < 0.995).length;
