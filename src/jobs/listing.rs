@@ -10,6 +10,7 @@ use super::{
     page::{Cursor, CursorError, JOBS_BY_CHANGE, JOBS_BY_NAME, List},
     said::Decision,
 };
+use flankfit_engine::gear::Side;
 
 /// How far a job has come, by the decision on its last iteration.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -55,6 +56,8 @@ pub struct ListedJob {
     pub changed_at: Timestamp,
     /// When the last iteration was measured, or stored where that is not known.
     pub last_measured_at: Option<Timestamp>,
+    /// Of the last iteration.
+    pub flank: Option<Side>,
     /// The latest decision on the last iteration.
     pub decision: Option<Decision>,
     /// Of the fit that stands of the last iteration.
@@ -62,7 +65,7 @@ pub struct ListedJob {
     /// Of the same fit.
     pub condition: Option<f64>,
     /// The figures of the flank that the same fit is of, a JSON document.
-    pub flank: Option<Arc<str>>,
+    pub figures: Option<Arc<str>>,
     /// The class that the evaluation found that was kept last.
     pub class: Option<u8>,
 }

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{iteration_requests::DecisionName, job::JobBody};
 use crate::{
-    api::{gears::fit_figures::FitFiguresBody, json::text::Moment},
+    api::{gears::fit_figures::FitFiguresBody, json::text::Moment, measurand::side::SideName},
     jobs::{JobPage, JobSort, JobStatus, JobSummary, ListedJob, monday},
 };
 use flankfit_engine::gear::tolerance::{COARSEST, FINEST};
@@ -54,6 +54,10 @@ pub struct ListedJobBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_measured_at: Option<Moment>,
+    /// The flank that the last iteration is of, as it was posted. Figures of an iteration that does not
+    /// tell it are those of a left flank.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
     /// The latest decision on the last iteration; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
@@ -248,10 +252,11 @@ impl From<ListedJob> for ListedJobBody {
             iteration_count: listed.iteration_count,
             changed_at: Moment(listed.changed_at),
             last_measured_at: listed.last_measured_at.map(Moment),
+            flank: listed.flank.map(SideName::from),
             decision: listed.decision.map(DecisionName::from),
             rms: listed.rms,
             condition: listed.condition,
-            figures: listed.flank.as_deref().and_then(ShortFiguresBody::of),
+            figures: listed.figures.as_deref().and_then(ShortFiguresBody::of),
             class: listed.class,
         }
     }

@@ -51,13 +51,13 @@ macro_rules! page_of_jobs {
              )
              SELECT ",
             job_columns!(),
-            ", status, iteration_count, changed_at, class, last_measured_at, decision, rms, condition,
+            ", status, iteration_count, changed_at, class, last_measured_at, flank, decision, rms, condition,
                  flank_figures, ",
             sort_name!(),
             " AS sort_name
              FROM page JOIN jobs USING (id)
              LEFT JOIN LATERAL (
-                 SELECT coalesce(measured_at, created_at) AS last_measured_at FROM iterations
+                 SELECT coalesce(measured_at, created_at) AS last_measured_at, flank FROM iterations
                  WHERE job = jobs.id AND number = iteration_count
              ) AS measured ON true
              LEFT JOIN LATERAL (

@@ -301,6 +301,7 @@ async fn listed_jobs_have_figures_and_class() {
         assert_eq!(told[name], figures[name]["value"], "{name}");
     }
     assert_eq!(told["within"], json!(false), "the profile slope is beyond its limits");
+    assert_eq!(listed("").await[0]["flank"], json!("right"), "whose figures they are");
     let mut evaluation = examples("create_iteration_evaluation")[0].1.clone();
     evaluation["traces"][0]["flank"] = json!("right");
     let kept = posted(&app, &format!("{job}/iterations/1/evaluations"), &evaluation).await.json();

@@ -53,6 +53,16 @@ async fn a_listed_job_tells_of_its_last_iteration() {
     expected["changed_at"] = accepted["changed_at"].clone();
     assert_eq!(accepted, expected);
     assert_eq!(found(&app, "status=open").await, json!({"items": []}));
+
+    // the flank is always that of the last one
+    for flank in ["right", "left"] {
+        body["flank"] = json!(flank);
+        app.post(&format!("{job}/iterations"), &body).await.expect(201);
+        assert_eq!(found(&app, "").await["items"][0]["flank"], json!(flank));
+    }
+    body.as_object_mut().unwrap().remove("flank");
+    app.post(&format!("{job}/iterations"), &body).await.expect(201);
+    assert_eq!(found(&app, "").await["items"][0].get("flank"), None);
     app.stop().await;
 }
 

@@ -4,9 +4,10 @@ use std::{collections::BTreeMap, sync::Arc};
 
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, Job, JobFilter, JobPatch, JobPlace, JobQuery, JobStatus,
-    ListedJob, MOST_MACHINES, MeasurementDetails, NewIteration, NewRun, Precondition, Record, RecordKind, Repository,
-    Update, folded,
+    ListedJob, MOST_MACHINES, Measurand, MeasurementDetails, NewIteration, NewRun, Precondition, Record, RecordKind,
+    Repository, Update, folded,
 };
+use flankfit_engine::gear::Side;
 use jiff::{Timestamp, civil::date};
 use uuid::Uuid;
 
@@ -35,10 +36,11 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         iteration_count: 0,
         changed_at: job.created_at,
         last_measured_at: None,
+        flank: None,
         decision: None,
         rms: None,
         condition: None,
-        flank: None,
+        figures: None,
         class: None,
     };
     assert_eq!(listed(&store, job.id).await, expected);
@@ -49,9 +51,10 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         iteration_count: 1,
         changed_at: first.created_at,
         last_measured_at: first.details.measured_at,
+        flank: Some(Side::Right),
         rms: Some(1e-3),
         condition: Some(1e9),
-        flank: first.fit.computed.flank.clone(),
+        figures: first.fit.computed.flank.clone(),
         ..expected
     };
     let told = listed(&store, job.id).await;
@@ -80,7 +83,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         changed_at: event.created_at,
         rms: Some(0.25),
         condition: None,
-        flank: fit.computed.flank.clone(),
+        figures: fit.computed.flank.clone(),
         ..expected
     };
     assert_eq!(listed(&store, job.id).await, expected);
@@ -98,7 +101,8 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let second = place.iteration(job.id);
     let details = MeasurementDetails::default();
     let early: Timestamp = "2026-01-01T00:00:00Z".parse().unwrap();
-    let second = NewIteration { details, created_at: early, ..NewIteration::clone(&second) };
+    let measurand = Measurand { flank: None, ..second.measurand.clone() };
+    let second = NewIteration { measurand, details, created_at: early, ..NewIteration::clone(&second) };
     store.insert_iteration(Arc::new(second.clone()), None).await.unwrap();
     let at = decide(1, Decision::Reject).await;
     let expected = ListedJob {
@@ -106,10 +110,11 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         iteration_count: 2,
         changed_at: at,
         last_measured_at: Some(early),
+        flank: None,
         decision: None,
         rms: Some(1e-3),
         condition: Some(1e9),
-        flank: second.fit.computed.flank.clone(),
+        figures: second.fit.computed.flank.clone(),
         ..expected
     };
     assert_eq!(listed(&store, job.id).await, expected);
@@ -118,6 +123,13 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         let told = listed(&store, job.id).await;
         assert_eq!((told.status, told.decision), (status, Some(said)));
     }
+
+    // the flank is always that of the last one
+    let third = place.iteration(job.id);
+    let measurand = Measurand { flank: Some(Side::Left), ..Measurand::default() };
+    let third = NewIteration { measurand, ..NewIteration::clone(&third) };
+    store.insert_iteration(Arc::new(third), None).await.unwrap();
+    assert_eq!(listed(&store, job.id).await.flank, Some(Side::Left));
 }
 
 /// Until another finds none.

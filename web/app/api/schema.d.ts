@@ -6634,6 +6634,11 @@ export interface components {
              *     absent without iterations.
              */
             last_measured_at?: string;
+            /**
+             * @description The flank that the last iteration is of, as it was posted. Figures of an iteration that does not
+             *     tell it are those of a left flank.
+             */
+            flank?: components["schemas"]["FlankSide"];
             /** @description The latest decision on the last iteration; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
             /**

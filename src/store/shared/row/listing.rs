@@ -7,7 +7,7 @@ use super::job::JobRow;
 use crate::{
     jobs::{Decision, JobCounts, JobStatus, ListedJob, RepositoryError},
     store::shared::{
-        columns::{Integer, Moment},
+        columns::{Flank, Integer, Moment},
         error::{Outcome, damaged},
     },
 };
@@ -20,6 +20,7 @@ pub struct ListedJobRow {
     iteration_count: Integer<u32>,
     changed_at: Moment,
     last_measured_at: Option<Moment>,
+    flank: Option<Flank>,
     decision: Option<Decision>,
     rms: Option<f64>,
     condition: Option<f64>,
@@ -37,10 +38,11 @@ impl From<ListedJobRow> for (ListedJob, String) {
             iteration_count: row.iteration_count.0,
             changed_at: row.changed_at.0,
             last_measured_at: row.last_measured_at.map(|at| at.0),
+            flank: row.flank.map(|Flank(side)| side),
             decision: row.decision,
             rms: row.rms,
             condition: row.condition,
-            flank: row.flank_figures.map(Into::into),
+            figures: row.flank_figures.map(Into::into),
             class: row.class.map(|class| class.0),
         };
         (job, row.sort_name)
