@@ -29,7 +29,7 @@ const KINDS = /** @type {const} */ ({
 
 /** @param {{ jobs: readonly ListedJob[], sort: string, tools: import("../components/table.js").Children }} props */
 export function JobList({ jobs, sort, tools }) {
-  const limit = commonLimit(jobs.map(({ figures }) => figures));
+  const limit = commonLimit(jobs);
   const flanks = jobs.some(({ figures }) => figures);
   const list = table({
     caption: t.caption,
@@ -88,7 +88,9 @@ function columns(sort, limit) {
     {
       key: "flank",
       header: t.flank,
-      cell: limit === undefined ? undefined : ({ figures }) => (figures ? flankOf(figures, limit) : ABSENT),
+      cell:
+        limit === undefined ? undefined : ({ figures, flank }) => (figures ? flankOf(figures, flank, limit) : ABSENT),
+      csv: ({ flank }) => flank,
     },
     ...SURFACE_FIGURES.map(({ name, symbol }) => {
       const value = (/** @type {ListedJob} */ { figures }) => figures?.[/** @type {const} */ (`${name}_um`)];
@@ -120,9 +122,11 @@ function columns(sort, limit) {
   ];
 }
 
-/** The flank, and whether all figures lie within their limits. @param {NonNullable<ListedJob["figures"]>} figures @param {number} limit */
-function flankOf(figures, limit) {
-  return html`<span class="flank-cell">${h(Thumbnail, { figures, limit })}${h(Within, { within: figures.within })}</span>`;
+/** The flank, and whether all figures lie within their limits. @param {NonNullable<ListedJob["figures"]>} figures @param {ListedJob["flank"]} flank @param {number} limit */
+function flankOf(figures, flank, limit) {
+  return html`<span class="flank-cell">${h(Thumbnail, { figures, flank, limit })}${h(Within, { within: figures.within })}${
+    flank && html`<span class="flank-side" aria-hidden="true">${t[flank]}</span>`
+  }</span>`;
 }
 
 /** @param {string} key @param {string} header @param {(job: ListedJob) => number | undefined} of @param {(value: number | undefined) => string} write @returns {Column} */

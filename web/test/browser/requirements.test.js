@@ -152,7 +152,7 @@ browserTest("figures of fits are the interface's on every page, against their li
 
   await open("/jobs");
   const { items } = await call("GET", "/v1/jobs");
-  const flank = page.getByRole("img", { name: /^Flank by its figures/ });
+  const flank = page.getByRole("img", { name: /^Left flank by its figures/ });
   const said = (await flank.getAttribute("aria-label")) ?? "";
   for (const [k, name] of NAMES.entries())
     agrees(said.split(", ")[k]?.split(" ").at(-1), items[0].figures[`${name}_um`]);
@@ -167,4 +167,25 @@ browserTest("figures of fits are the interface's on every page, against their li
     };
   });
   assert.ok(painted.colours > 20 && painted.alpha === 255, JSON.stringify(painted));
+});
+
+browserTest("the same nodes are the same small flank, left or right", {}, async ({ page, open, job, call }) => {
+  const nodes = JSON.parse(await example("flank_z52.json"));
+  for (const flank of ["left", "right"]) {
+    const { id } = await job({ name: flank });
+    await call("POST", `/v1/jobs/${id}/iterations`, { ...nodes, flank });
+  }
+  const { items } = await call("GET", "/v1/jobs?sort=name");
+  const slopes = items.map((/** @type {any} */ one) => one.figures.helix_slope_um);
+  assert.ok(Math.abs(slopes[0]) > 1 && Math.abs(slopes[0] + slopes[1]) < 1e-9, `${slopes}`);
+  await open("/jobs");
+  const pictures = [];
+  for (const name of [/^Left flank/, /^Right flank/])
+    pictures.push(
+      await page
+        .getByRole("img", { name })
+        .evaluate((canvas) => /** @type {HTMLCanvasElement} */ (canvas).toDataURL("image/png")),
+    );
+  assert.equal(pictures[0], pictures[1]);
+  assert.deepEqual(await page.locator(".flank-side").allTextContents(), ["right", "left"]);
 });

@@ -15,7 +15,7 @@ import {
   requirementsOf,
   requirementsRebased,
 } from "../../app/lib/requirements.js";
-import { COLUMNS, heightsOf, materialAt, ROWS } from "../../app/lib/thumbnail.js";
+import { COLUMNS, heightsOf, materialAt, pixelsOf, ROWS } from "../../app/lib/thumbnail.js";
 
 const example = JSON.parse(
   await readFile(new URL("../../../examples/requests/job_requirements.json", import.meta.url), "utf8"),
@@ -138,15 +138,41 @@ test("the small flank has the figures that it is drawn of", () => {
     helix_crowning_um: 5,
     twist_um: 8,
   };
-  const at = (/** @type {number} */ u, /** @type {number} */ v) => materialAt(figures, u, v);
+  const at = (/** @type {number} */ u, /** @type {number} */ v) => materialAt({ figures, flank: "left" }, u, v);
   const near = (/** @type {number} */ a, /** @type {number} */ b) => assert.ok(Math.abs(a - b) < 1e-12, `${a} ${b}`);
   near(at(1, 0) - at(-1, 0), 6);
   near(at(0, 1) - at(0, -1), -4);
   near(at(0, 0) - (at(1, 0) + at(-1, 0)) / 2, 3);
   near(at(0, 0) - (at(0, 1) + at(0, -1)) / 2, 5);
   near(at(1, 1) - at(-1, 1) - (at(1, -1) - at(-1, -1)), 8);
-  const heights = heightsOf(figures);
+  const heights = heightsOf({ figures, flank: "left" });
   assert.ok(Math.abs(heights.reduce((sum, one) => sum + one, 0) / heights.length) < 0.1, "about its mean");
   // the first row is the tip's
   assert.ok((heights[0] ?? 0) > (heights[(ROWS - 1) * COLUMNS] ?? 0));
+  // one that is not told is a left one
+  assert.deepEqual(heightsOf({ figures }), heights);
+});
+
+test("the same helix has its material at the other end on a right flank", () => {
+  // material grows towards face II: towards the right hand on left flanks, towards the left hand on right ones
+  const rising = { left: 4, right: -4 };
+  const growing = { left: 8, right: -8 };
+  const [left, right] = /** @type {const} */ (["left", "right"]).map((flank) => {
+    const figures = {
+      profile_slope_um: 6,
+      helix_slope_um: rising[flank],
+      twist_um: growing[flank],
+      helix_crowning_um: 2,
+    };
+    return heightsOf({ figures, flank });
+  });
+  assert.deepEqual(right, left);
+  // face I is left: the middle of the flank rises by the slope, but for the width of a column
+  const row = heightsOf({ figures: { helix_slope_um: rising.right }, flank: "right" }).slice(0, COLUMNS);
+  const rise = (row.at(-1) ?? 0) - (row[0] ?? 0);
+  assert.ok(Math.abs(rise - 4 * (1 - 1 / COLUMNS)) < 1e-12, `${rise}`);
+  assert.deepEqual(
+    pixelsOf({ figures: { helix_slope_um: 4 }, flank: "right" }, 5),
+    pixelsOf({ figures: { helix_slope_um: -4 }, flank: "left" }, 5),
+  );
 });

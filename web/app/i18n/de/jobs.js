@@ -34,8 +34,10 @@ export default {
   status: "Stand",
   iterations: "Iterationen",
   flank: "Flanke",
+  left: "links",
+  right: "rechts",
   flankHint: (limit) =>
-    `Flanken nach Winkelabweichungen, Balligkeiten und Verschränkung der letzten Iteration, Farben von −${limit} bis ${limit} µm: oben der Kopf; Stirnseite I bei linken Flanken links, bei rechten rechts. ✓, ✗: ob alle Kenngrößen in ihren Grenzen liegen.`,
+    `Flanken nach Winkelabweichungen, Balligkeiten und Verschränkung der letzten Iteration, Farben von −${limit} bis ${limit} µm: oben der Kopf, links Stirnseite I. ✓, ✗: ob alle Kenngrößen in ihren Grenzen liegen.`,
   withinLimits: "In den Grenzen",
   class: "Klasse",
   rms: "RMS",

@@ -83,5 +83,6 @@ export default {
   cannot_be_told: "nicht zu entscheiden",
   conformityHint:
     "✓ und ✗ sagen, ob der Wert in seinen Grenzen liegt; die Konformität ist nach ISO 14253-1 entschieden, mit einem Sicherheitsband der Unsicherheit.",
-  thumbnail: (figures) => `Flanke nach ihren Kenngrößen: ${figures}`,
+  thumbnail: (figures, flank) =>
+    `${flank ? { left: "Linke Flanke", right: "Rechte Flanke" }[flank] : "Flanke"} nach ihren Kenngrößen: ${figures}`,
 };

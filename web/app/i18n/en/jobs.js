@@ -33,8 +33,10 @@ export default {
   status: "Status",
   iterations: "Iterations",
   flank: "Flank",
+  left: "left",
+  right: "right",
   flankHint: (/** @type {string} */ limit) =>
-    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip above; face I on the left of left flanks, on the right of right ones. ✓, ✗: whether all figures lie within their limits.`,
+    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip above, face I left. ✓, ✗: whether all figures lie within their limits.`,
   withinLimits: "Within limits",
   class: "Class",
   rms: "RMS",

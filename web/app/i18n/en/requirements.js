@@ -81,5 +81,6 @@ export default {
   cannot_be_told: "cannot be told",
   conformityHint:
     "✓ and ✗ say whether the value lies within its limits; conformity is decided by ISO 14253-1, with a guard band of the uncertainty.",
-  thumbnail: (/** @type {string} */ figures) => `Flank by its figures: ${figures}`,
+  thumbnail: (/** @type {string} */ figures, /** @type {"left" | "right" | undefined} */ flank) =>
+    `${flank ? { left: "Left flank", right: "Right flank" }[flank] : "Flank"} by its figures: ${figures}`,
 };
