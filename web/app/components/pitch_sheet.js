@@ -16,15 +16,24 @@ import { WarningList } from "./warnings.js";
 /** @typedef {import("../api/client.js").Schema<"GearRunout">} GearRunout */
 /** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
 
-/** @param {{ pitch: PitchEvaluation, tolerances: GearTolerances | undefined, csvName: string }} props */
-export function PitchSheet({ pitch, tolerances, csvName }) {
+/**
+ * @param {{ pitch: PitchEvaluation, tolerances?: GearTolerances | undefined, csvName?: string | undefined, of?: string | undefined }} props
+ *   `csvName`: offers tables as files of this name; on paper, without one, charts are lower and only drawn, and warnings
+ *   stand elsewhere; `of`: says whose pitches they are, where there are several
+ */
+export function PitchSheet({ pitch, tolerances, csvName, of }) {
   const flanks = /** @type {const} */ (["left", "right"]).flatMap((flank) => pitch[flank] ?? []);
-  const warnings = [pitch, ...flanks, ...(pitch.runout ? [pitch.runout] : [])].flatMap((one) => one.warnings);
+  const warnings = csvName === undefined ? [] : pitchWarnings(pitch);
   return html`
-    ${flanks.map((of) => h(Pitches, { key: of.flank, of, csvName }))}
+    ${flanks.map((one) => h(Pitches, { key: one.flank, of: one, csvName }))}
     ${pitch.runout && h(Runout, { of: pitch.runout, csvName })}
-    ${h(PitchTable, { pitch, flanks, tolerances, csvName })}
+    ${h(PitchTable, { pitch, tolerances, csvName, of })}
     ${warnings.length > 0 && h(WarningList, { warnings })}`;
+}
+
+/** About all of it, and of each part. @param {PitchEvaluation} pitch */
+export function pitchWarnings(pitch) {
+  return [pitch, pitch.left, pitch.right, pitch.runout].flatMap((one) => one?.warnings ?? []);
 }
 
 /** Values by tooth, from 1. @param {readonly (number | null)[]} values */
@@ -58,6 +67,13 @@ function asTable(csvName, header, rows) {
   };
 }
 
+/** What a chart has on the screen alone. @param {string | undefined} csvName @param {string} name @param {string} header @param {readonly Reading[]} rows */
+const toRead = (csvName, name, header, rows) =>
+  csvName === undefined ? {} : { probes: probesOf(rows), data: asTable(`${csvName} ${name}`, header, rows) };
+
+/** How high a chart is: on paper all that is told of an iteration has room on one page. @param {string | undefined} csvName @param {number} height */
+const tall = (csvName, height) => (csvName === undefined ? 120 : height);
+
 /** @param {readonly (number | null)[]} values */
 const defined = (values) => values.filter((value) => value !== null);
 
@@ -67,6 +83,15 @@ function domainOf(values) {
   return [Math.min(...all), Math.max(...all)];
 }
 
+/** The axis of deviations. @param {string | undefined} csvName @param {string} label @param {readonly (number | null)[]} values */
+const upwards = (csvName, label, values) => ({
+  label,
+  unit: "µm",
+  domain: domainOf(values),
+  nice: true,
+  ...(csvName === undefined ? { ticks: 4 } : {}),
+});
+
 /** @param {readonly Reading[]} rows */
 const probesOf = (rows) =>
   rows.map(({ tooth, value }) => ({
@@ -75,7 +100,7 @@ const probesOf = (rows) =>
     text: t.reading(fmt.value.count(tooth), value === null ? ABSENT : fmt.value.fixed(value, 2)),
   }));
 
-/** The charts of a flank. @param {{ of: FlankPitch, csvName: string }} props */
+/** The charts of a flank. @param {{ of: FlankPitch, csvName: string | undefined }} props */
 function Pitches({ of, csvName }) {
   const { flank, single_pitch_deviation_um: singles, index_deviation_um: index } = of;
   const whose = t[flank];
@@ -91,11 +116,10 @@ function Pitches({ of, csvName }) {
         t.singleSummary(fmt.value.um(worst?.value_um), worst ? fmt.value.count(worst.tooth) : ABSENT),
         ...(limits.length > 0 ? [t.limitsDrawn] : []),
       ].join(" "),
-      height: 200,
+      height: tall(csvName, 200),
       x,
-      y: { label: t.singleShort, unit: "µm", domain: domainOf([...singles, ...limits]), nice: true },
-      probes: probesOf(bars),
-      data: asTable(`${csvName} ${t.singleOf(whose)}`, t.singleShort, bars),
+      y: upwards(csvName, t.singleShort, [...singles, ...limits]),
+      ...toRead(csvName, t.singleOf(whose), t.singleShort, bars),
       children: (plot) => html`
         ${h(Bars, { plot, bins: bars.flatMap(({ tooth, value }) => (value === null ? [] : [{ from: tooth - 0.4, to: tooth + 0.4, count: value }])) })}
         ${worst && h(Bars, { plot, series: "vermilion", bins: [{ from: worst.tooth - 0.4, to: worst.tooth + 0.4, count: worst.value_um }] })}
@@ -105,11 +129,11 @@ function Pitches({ of, csvName }) {
     ${h(Chart, {
       name: t.cumulativeOf(whose),
       summary: t.cumulativeSummary(fmt.value.um(of.cumulative_pitch_um)),
-      height: 240,
+      height: tall(csvName, 240),
       x,
-      y: { label: t.index, unit: "µm", domain: domainOf(index), nice: true },
-      probes: probesOf(curve),
-      data: asTable(`${csvName} ${t.cumulativeOf(whose)}`, t.index, curve),
+      // beside a low chart is no room for more
+      y: upwards(csvName, csvName === undefined ? t.deviation : t.index, index),
+      ...toRead(csvName, t.cumulativeOf(whose), t.index, curve),
       children: (plot) => html`
         ${h(Rule, { plot, y: 0, kind: "zero" })}
         ${endsOf(index).map((y) => h(Rule, { key: y, plot, y }))}
@@ -125,7 +149,7 @@ function endsOf(values) {
   return all.length > 1 ? [Math.min(...all), Math.max(...all)] : [];
 }
 
-/** @param {{ of: GearRunout, csvName: string }} props */
+/** @param {{ of: GearRunout, csvName: string | undefined }} props */
 function Runout({ of, csvName }) {
   const { readings_um: readings, eccentricity, derived } = of;
   const rows = byTooth(readings);
@@ -141,11 +165,10 @@ function Runout({ of, csvName }) {
     ${h(Chart, {
       name: derived ? t.runoutDerived : t.runoutRead,
       summary: t.runoutSummary(fmt.value.um(of.runout_um)),
-      height: 240,
+      height: tall(csvName, 240),
       x: { label: t.space, domain: [0.5, readings.length + 0.5] },
-      y: { label: t.reading_, unit: "µm", domain: domainOf(readings), nice: true },
-      probes: probesOf(rows),
-      data: asTable(`${csvName} ${t.runout}`, t.reading_, rows),
+      y: upwards(csvName, t.reading_, readings),
+      ...toRead(csvName, t.runout, t.reading_, rows),
       children: (plot) => html`
         ${h(Rule, { plot, y: 0, kind: "zero" })}
         ${endsOf(readings).map((y) => h(Rule, { key: y, plot, y }))}

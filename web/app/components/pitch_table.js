@@ -18,7 +18,7 @@ import { Within } from "./within.js";
 /**
  * @typedef {object} Row
  * @property {string} key
- * @property {string} symbol
+ * @property {"f_p" | "F_p" | "F_pk" | "f_u" | "F_r"} symbol
  * @property {string} name
  * @property {string} flank
  * @property {number | undefined} value
@@ -31,17 +31,22 @@ import { Within } from "./within.js";
  * @property {Conformity | undefined} conformity
  */
 
-/** @param {{ pitch: PitchEvaluation, flanks: readonly FlankPitch[], tolerances: GearTolerances | undefined, csvName: string }} props */
-export function PitchTable({ pitch, flanks, tolerances, csvName }) {
+/**
+ * @param {{ pitch: PitchEvaluation, tolerances: GearTolerances | undefined, csvName: string | undefined, of: string | undefined }} props
+ *   `of`: says whose it is, where there are several
+ */
+export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
   const values = tolerances?.rounded;
+  const { left, right, runout } = pitch;
   const rows = [
-    ...flanks.flatMap((of) => flankRows(of, values)),
-    ...(pitch.runout ? [runoutRow(pitch.runout, values)] : []),
+    ...(left ? flankRows(left, values) : []),
+    ...(right ? flankRows(right, values) : []),
+    ...(runout ? [runoutRow(runout, values)] : []),
   ];
-  const missing = [...flanks, ...(pitch.runout ? [pitch.runout] : [])].reduce((sum, one) => sum + one.missing, 0);
+  const missing = [left, right, runout].reduce((sum, one) => sum + (one?.missing ?? 0), 0);
   const data = (/** @type {string} */ text) => html`<span translate="no">${text}</span>`;
   return html`${table({
-    caption: t.title,
+    caption: whose ? `${t.title}, ${whose}` : t.title,
     hideCaption: true,
     csvName,
     stacked: true,
@@ -109,11 +114,11 @@ export function PitchTable({ pitch, flanks, tolerances, csvName }) {
   })}${missing > 0 && html`<p class="note">${t.missing(missing)}</p>`}`;
 }
 
-/** @param {FlankPitch} of @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances @returns {Row[]} */
-function flankRows(of, tolerances) {
+/** @param {FlankPitch} of @param {import("../api/client.js").Schema<"ToleranceValues">} [tolerances] @returns {Row[]} */
+export function flankRows(of, tolerances) {
   const flank = of.flank === "left" ? t.leftShort : t.rightShort;
   const beyond = of.class.beyond ?? [];
-  const row = (/** @type {Partial<Row> & { key: string, symbol: string, name: string }} */ own) => ({
+  const row = (/** @type {Partial<Row> & Pick<Row, "key" | "symbol" | "name">} */ own) => ({
     flank,
     value: undefined,
     tooth: undefined,
@@ -169,8 +174,8 @@ function flankRows(of, tolerances) {
   ];
 }
 
-/** @param {GearRunout} of @param {import("../api/client.js").Schema<"ToleranceValues"> | undefined} tolerances @returns {Row} */
-function runoutRow(of, tolerances) {
+/** @param {GearRunout} of @param {import("../api/client.js").Schema<"ToleranceValues">} [tolerances] @returns {Row} */
+export function runoutRow(of, tolerances) {
   return {
     key: "runout",
     symbol: "F_r",

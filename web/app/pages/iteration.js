@@ -5,6 +5,7 @@ import { useResource } from "../api/resource.js";
 import { Decision } from "../components/decision.js";
 import { FlankFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
+import { PitchInShort } from "../components/pitch_in_short.js";
 import { Empty, loaded } from "../components/states.js";
 import { AllTeeth } from "../flank/all_teeth.js";
 import { FlankCurve } from "../flank/curve.js";
@@ -85,6 +86,7 @@ function Whole({ job, iteration, traced, resource, reread }) {
         children: ({ result }) =>
           h(Fragment, null, h(FitFigures, { result, axes: iteration.axes }), h(Warnings, { result })),
       })}
+      ${h(PitchInShort, { jobId: job.id, number: iteration.number, records: own?.records ?? [] })}
       ${h(Measured, { iteration })}
     </div>
     ${standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}

@@ -14,6 +14,7 @@ import { Evaluations } from "../report/evaluation.js";
 import { Maps } from "../report/maps.js";
 import { showBoxes } from "../report/page_boxes.js";
 import { iterationsOf, partsOf } from "../report/parts.js";
+import { Pitches } from "../report/pitch.js";
 import { Choices, Spectra } from "../report/regularization.js";
 import { Origin, Story, Warnings } from "../report/story.js";
 import { toMeasure } from "../router.js";
@@ -72,6 +73,7 @@ function Paper({ job, told, iterations }) {
   const made = {
     maps: () => h(Maps, { told, flipU }),
     evaluation: () => h(Evaluations, { told }),
+    pitch: () => h(Pitches, { told }),
     lambda: () => h(Choices, { told }),
     spectrum: () => h(Spectra, { told }),
     correction: () => h(Corrections, { told }),

@@ -12,6 +12,7 @@ import { surfaceOf } from "../flank/layers.js";
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
 /** @typedef {import("../api/client.js").Schema<"GearEvaluation">} GearEvaluation */
 /** @typedef {import("../api/client.js").Schema<"GearTolerances">} GearTolerances */
+/** @typedef {import("../api/client.js").Schema<"PitchEvaluation">} PitchEvaluation */
 /** @typedef {import("../api/client.js").Schema<"EvaluateGear">} EvaluateGear */
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
 /** @typedef {import("../api/job.js").Job} Job */
@@ -24,10 +25,12 @@ import { surfaceOf } from "../flank/layers.js";
  * @property {Nodes} nodes
  * @property {import("../flank/surface.js").FlankSurface | undefined} surface none of a curve or a matrix
  * @property {Evaluated | undefined} evaluated the latest evaluation of traces
+ * @property {Pitched | undefined} pitched the latest evaluation of pitches
  * @property {KeptCorrection | undefined} correction made from it
  * @property {KeptCorrection | undefined} answers the correction that it answers
  */
 /** @typedef {{ record: JobRecord, result: GearEvaluation, request: Partial<EvaluateGear>, gear: Gear | undefined, tolerances: GearTolerances | undefined }} Evaluated */
+/** @typedef {{ record: JobRecord, result: PitchEvaluation }} Pitched */
 
 /** @param {Job} job @param {readonly TracedIteration[]} traced @param {readonly number[]} numbers none: nothing is asked for */
 export function useReport(job, traced, numbers) {
@@ -52,8 +55,10 @@ async function tell(job, traced, own, signal) {
   const before = traced.findLast(
     ({ number, flank, tooth }) => number < own.number && flank === own.flank && tooth === own.tooth,
   );
-  const evaluation = own.records?.findLast(({ kind }) => kind === "evaluation");
-  const [whole, nodes, evaluated, correction, earlier] = await Promise.all([
+  const latest = (/** @type {"evaluation" | "pitch"} */ wanted) =>
+    own.records?.findLast(({ kind }) => kind === wanted)?.id;
+  const [evaluation, pitch] = [latest("evaluation"), latest("pitch")];
+  const [whole, nodes, evaluated, pitched, correction, earlier] = await Promise.all([
     answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { signal, params: { path } })),
     answer(
       api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", {
@@ -62,7 +67,8 @@ async function tell(job, traced, own, signal) {
         headers: { accept: "application/json" },
       }),
     ),
-    evaluation ? evaluatedOf(job, own.number, evaluation.id, signal) : undefined,
+    evaluation ? evaluatedOf(job, own.number, evaluation, signal) : undefined,
+    pitch ? pitchedOf(job.id, own.number, pitch, signal) : undefined,
     correctionOf(job.id, own, signal),
     before ? correctionOf(job.id, before, signal) : undefined,
   ]);
@@ -83,20 +89,32 @@ async function tell(job, traced, own, signal) {
     nodes: heights,
     surface: surfaceOf(heights),
     evaluated,
+    pitched,
     correction,
     answers: earlier?.answer?.iteration === own.number ? earlier : undefined,
   };
 }
 
-/** @param {Job} job @param {number} number @param {string} record_id @param {AbortSignal} signal @returns {Promise<Evaluated>} */
-async function evaluatedOf(job, number, record_id, signal) {
+/** @param {string} job_id @param {number} number @param {string} record_id @param {AbortSignal} signal */
+async function recordOf(job_id, number, record_id, signal) {
   const { data } = await answer(
     api.GET("/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", {
       signal,
-      params: { path: { job_id: job.id, number, record_id } },
+      params: { path: { job_id, number, record_id } },
     }),
   );
-  const record = /** @type {JobRecord} */ (data);
+  return /** @type {JobRecord} */ (data);
+}
+
+/** @param {string} jobId @param {number} number @param {string} id @param {AbortSignal} signal @returns {Promise<Pitched>} */
+async function pitchedOf(jobId, number, id, signal) {
+  const record = await recordOf(jobId, number, id, signal);
+  return { record, result: /** @type {PitchEvaluation} */ (/** @type {unknown} */ (record.result)) };
+}
+
+/** @param {Job} job @param {number} number @param {string} id @param {AbortSignal} signal @returns {Promise<Evaluated>} */
+async function evaluatedOf(job, number, id, signal) {
+  const record = await recordOf(job.id, number, id, signal);
   const result = /** @type {GearEvaluation} */ (/** @type {unknown} */ (record.result));
   const request = /** @type {Partial<EvaluateGear>} */ (record.request);
   const gear = request.gear ?? record.gear ?? job.gear ?? undefined;

@@ -4,6 +4,7 @@ export const PARTS = /** @type {const} */ ([
   "summary",
   "maps",
   "evaluation",
+  "pitch",
   "lambda",
   "spectrum",
   "correction",

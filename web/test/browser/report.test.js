@@ -7,6 +7,8 @@ import { promisify } from "node:util";
 import { formats } from "../../app/lib/format.js";
 import { browserTest, example } from "./harness.js";
 
+/** @typedef {import("./harness.js").World} World */
+
 const run = promisify(execFile);
 
 /**
@@ -262,10 +264,118 @@ browserTest("nodes that are no flank have a report without maps", {}, async (wor
   assert.ok(!(pages[1] ?? "").includes("Signature"));
 });
 
+/** Limits of pitches that one flank keeps and the other does not; the run-out's own. */
+const PITCH_LIMITS = { class: 6, left: { single_pitch_um: [-1, 1] }, runout_um: [0, 8] };
+
+/** @param {World} world */
+async function pitches({ job, iteration, call }) {
+  const { id } = await job({ requirements: { pitch_limits: PITCH_LIMITS } });
+  await iteration(id);
+  const sent = JSON.parse(await example("requests/iteration_pitch.json"));
+  const right = { single_pitch_um: sent.left.single_pitch_um.map((/** @type {number} */ one) => -2 * one) };
+  const { result } = await call("POST", `/v1/jobs/${id}/iterations/1/pitch`, {
+    ...sent,
+    right,
+    standard_uncertainty_um: { single_pitch: 0.05 },
+  });
+  await iteration(id, "flank_z52_remachined.json");
+  return { id, result };
+}
+
+for (const [lang, words] of /** @type {const} */ ([
+  [
+    "en",
+    {
+      title: "Pitch and run-out",
+      single: "Single pitch",
+      outside: "does not conform",
+      note: "Teeth are counted clockwise.",
+    },
+  ],
+  [
+    "de",
+    {
+      title: "Teilung und Rundlauf",
+      single: "Teilungs-Einzelabweichung",
+      outside: "nicht konform",
+      note: "Zähne sind im Uhrzeigersinn gezählt.",
+    },
+  ],
+]))
+  browserTest(`pitches and run-out are a part of their own, with limits and decisions (${lang})`, {}, async (world) => {
+    const { page, open } = world;
+    const { id, result } = await pitches(world);
+    await open(`/jobs/${id}/report?parts=pitch,warnings&lang=${lang}`);
+    const f = formats(lang);
+    const { pages } = await printed(world);
+    const [first = ""] = pages;
+    holds(first, [words.title, words.single, words.outside]);
+    // how wide the space about the dots is, is the font's
+    const tight = first.replaceAll(" … ", "…");
+    const limits = (/** @type {readonly number[]} */ ends) =>
+      holds(tight, [ends.map((end) => f.input(end).replace("-", "−")).join("…")]);
+    for (const flank of [result.left, result.right]) {
+      holds(first, [
+        `${f.um(flank.single_pitch.value_um)} ${flank.single_pitch_within ? "✓" : "✗"}`,
+        `${f.um(flank.cumulative_pitch_um)} ${flank.cumulative_pitch_within ? "✓" : "✗"}`,
+      ]);
+      limits(flank.single_pitch_limits_um);
+      limits(flank.cumulative_pitch_limits_um);
+    }
+    assert.deepEqual([result.left.single_pitch_within, result.runout.within], [false, true]);
+    holds(first, [`${f.um(result.runout.runout_um)} ✓`, words.note]);
+    limits(result.runout.limits_um);
+    assert.ok(!first.includes("Iteration 2"), "which has none");
+    // all of an iteration on one page, with nothing to press
+    const charts = page.locator(".report .pitch-flank figure");
+    assert.equal(await charts.count(), 5);
+    assert.equal(await page.locator(".report [role=slider]").count(), 0);
+    assert.equal(await page.locator(".report .mark-rule.limit").count(), 4, "the limits are drawn");
+    holds(first, [f.withError(result.runout.eccentricity.amount_um, result.runout.eccentricity.std_error_um)]);
+  });
+
+browserTest("a report of iterations without pitches says so", {}, async (world) => {
+  const { page, open } = world;
+  const { id } = await pitches(world);
+  await open(`/jobs/${id}/report?iterations=2&parts=pitch`);
+  await page.getByText("No pitches of these iterations have been evaluated.").waitFor();
+});
+
+browserTest("an iteration tells its pitches in short, and leads to them", {}, async (world) => {
+  const { page, open } = world;
+  const { id, result } = await pitches(world);
+  await open(`/jobs/${id}/iterations/1`);
+  const short = page.getByRole("region", { name: "Pitch and run-out" });
+  await short.locator("dl").waitFor();
+  const f = formats("en");
+  const said = (/** @type {boolean} */ within) => (within ? "✓within the limits" : "✗outside the limits");
+  const lines = await short
+    .locator("dd")
+    .evaluateAll((all) => all.map((one) => (one.textContent ?? "").replaceAll(/\s+/gu, " ").trim()));
+  const figure = (/** @type {string} */ name, /** @type {number} */ value, /** @type {boolean} */ within) =>
+    `${name} ${f.um(value)} µm ${said(within)}`;
+  assert.deepEqual(lines, [
+    ...[result.left, result.right].map((flank) =>
+      [
+        figure("fp Single pitch", flank.single_pitch.value_um, flank.single_pitch_within),
+        figure("Fp Total cumulative pitch", flank.cumulative_pitch_um, flank.cumulative_pitch_within),
+      ].join(" "),
+    ),
+    figure("Fr Run-out", result.runout.runout_um, result.runout.within),
+  ]);
+  await short.getByRole("link", { name: "Evaluation" }).click();
+  await page.waitForURL("**/iterations/1/evaluation");
+  await page.getByRole("table", { name: "Pitch and run-out" }).waitFor();
+  await open(`/jobs/${id}/iterations/2`);
+  await page.getByRole("heading", { name: "Measurement" }).waitFor();
+  assert.equal(await short.count(), 0, "an iteration without pitches says nothing of them");
+});
+
 browserTest("axe finds nothing in a report, in German too", { axe: true }, async (world) => {
   const id = await story(world);
   const at = `/v1/jobs/${id}/iterations/2`;
   await world.call("POST", `${at}/evaluations`, await example("requests/gear_evaluate.json"));
+  await world.call("POST", `${at}/pitch`, JSON.parse(await example("requests/iteration_pitch.json")));
   await world.call("POST", `${at}/correction`, JSON.parse(await example("requests/iteration_correction.json")));
   for (const lang of ["en", "de"]) {
     await world.open(`/jobs/${id}/report?lang=${lang}`);

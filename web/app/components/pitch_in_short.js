@@ -1,0 +1,56 @@
+// The pitches and the run-out of an iteration in short, with the way to all of them.
+
+import { useRecord } from "../api/records.js";
+import { t as common } from "../i18n/common.js";
+import { fmt } from "../i18n/i18n.js";
+import { t } from "../i18n/pitch.js";
+import { hrefIf } from "../router.js";
+import { h, html } from "../../vendor/ui.js";
+import { Facts } from "./figure.js";
+import { flankRows, runoutRow } from "./pitch_table.js";
+import { loaded } from "./states.js";
+import { GearSymbol } from "./symbol.js";
+import { Within } from "./within.js";
+
+/** @typedef {import("../api/records.js").RecordSummary} RecordSummary */
+/** @typedef {import("../api/records.js").JobRecord} JobRecord */
+/** @typedef {import("../api/client.js").Schema<"PitchEvaluation">} PitchEvaluation */
+
+/** What limits are asked of; the rest stands where it is drawn. */
+const SHORT = /** @type {readonly string[]} */ (["f_p", "F_p", "F_r"]);
+
+/** Of the pitches that were kept last; nothing where there are none. @param {{ jobId: string, number: number, records: readonly RecordSummary[] }} props */
+export function PitchInShort({ jobId, number, records }) {
+  const id = records.findLast(({ kind }) => kind === "pitch")?.id;
+  const record = useRecord(jobId, number, id);
+  if (id === undefined) return null;
+  const to = hrefIf("/jobs/{job_id}/iterations/{number}/evaluation", { job_id: jobId, number });
+  return html`<section class="panel" aria-labelledby="pitch">
+    <header><h2 id="pitch">${t.title}</h2>${to && html`<a class="button small" href=${to}>${common.evaluation}</a>`}</header>
+    ${loaded({
+      resource: record,
+      lines: 3,
+      children: (whole) => {
+        const { result } = /** @type {JobRecord} */ (whole);
+        const { left, right, runout } = /** @type {PitchEvaluation} */ (/** @type {unknown} */ (result));
+        const items = [
+          ...(left ? [{ name: t.leftFlanks, value: inShort(flankRows(left)) }] : []),
+          ...(right ? [{ name: t.rightFlanks, value: inShort(flankRows(right)) }] : []),
+          ...(runout ? [{ name: t.runout, value: inShort([runoutRow(runout)]) }] : []),
+        ];
+        return h(Facts, { items, columns: true });
+      },
+    })}
+  </section>`;
+}
+
+/** @param {readonly import("./pitch_table.js").Row[]} rows */
+function inShort(rows) {
+  const told = rows.filter(({ symbol }) => SHORT.includes(symbol));
+  return html`<span class="pitch-short">${told.map(
+    ({ key, symbol, name, value, within }) => html`<span key=${key} class="figure">
+      ${h(GearSymbol, { name: symbol })} <span class="visually-hidden">${name}</span>${" "}
+      <span translate="no">${fmt.value.um(value)}\u202fµm</span> ${h(Within, { within })}${" "}
+    </span>`,
+  )}</span>`;
+}
