@@ -126,6 +126,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     example!("evaluate_gear", "gear_evaluate", "Two profiles and a helix of a spur gear, signs of DIN"),
     example!("gear_pitch", "gear_pitch", "Index deviations of both flanks, with the run-out that follows"),
     example!(
+        "gear_pitch",
+        "gear_pitch_limits",
+        "The same pitches held against a class and limits, with how sure they are"
+    ),
+    example!(
         "gear_deviations",
         "gear_deviations",
         "Points of both flanks of a tooth, registered by a turn and two shifts"
@@ -139,6 +144,11 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
     ),
     example!("create_iteration_evaluation", "iteration_evaluation", "A helix that was measured with the nodes"),
     example!("create_iteration_pitch", "iteration_pitch", "Single pitches of the left flank, and readings of a ball"),
+    example!(
+        "create_iteration_pitch",
+        "iteration_pitch_limits",
+        "Single pitches held against limits of their own instead of the job's, with how sure they are"
+    ),
     example!("create_iteration_deviations", "iteration_deviations", "Deviations on a grid, the tip trimmed"),
     example!("purge_job", "purge", "A job that is old enough, by its archive"),
     example!("create_job", "job", "A spur gear on a form grinder"),

@@ -105,6 +105,21 @@ async fn pitches_are_kept_with_an_iteration() {
 }
 
 #[tokio::test]
+async fn the_example_with_limits_is_decided() {
+    let app = TestApp::start().await;
+    let job = with_iteration(&app, Some(spur()), Some("left")).await;
+    let example = &examples("create_iteration_pitch")[1].1;
+    let kept = send(app.post(&format!("{job}/iterations/1/pitch"), example.to_string())).await;
+    assert_eq!(kept.status, 201, "{}", kept.text);
+    let left = kept.json()["result"]["left"].clone();
+    assert_eq!(left["single_pitch_limits_um"], json!([-1.5, 1.5]));
+    for figure in ["single_pitch", "cumulative_pitch"] {
+        assert_eq!(left[format!("{figure}_conformity")]["decision"], json!("conforms"), "{left}");
+    }
+    app.stop().await;
+}
+
+#[tokio::test]
 async fn pitches_are_of_the_iterations_flank_and_gear() {
     let app = TestApp::start().await;
     let left = with_iteration(&app, Some(spur()), Some("left")).await;
