@@ -213,16 +213,21 @@ impl Tolerances {
         self.unrounded(characteristic, class).map(rounded)
     }
 
+    /// Rounded or not, as is asked for.
+    pub fn tolerance(&self, characteristic: Characteristic, class: u8, rounding: Rounding) -> Option<f64> {
+        match rounding {
+            Rounding::Rounded => self.rounded(characteristic, class),
+            Rounding::Unrounded => self.unrounded(characteristic, class),
+        }
+    }
+
     /// The class that a measured value (of either sign) reaches: the finest one whose tolerance it
     /// does not exceed. `None` where there is no tolerance or no number.
     pub fn class(&self, characteristic: Characteristic, value: f64, rounding: Rounding) -> Option<Class> {
         if value.is_nan() || self.fifth[characteristic as usize].is_none() {
             return None;
         }
-        let tolerance = |class| match rounding {
-            Rounding::Rounded => self.rounded(characteristic, class),
-            Rounding::Unrounded => self.unrounded(characteristic, class),
-        };
+        let tolerance = |class| self.tolerance(characteristic, class, rounding);
         let class = (FINEST..=COARSEST).find(|&class| tolerance(class).is_some_and(|t| value.abs() <= t));
         Some(class.map_or(Class::Beyond, Class::Within))
     }

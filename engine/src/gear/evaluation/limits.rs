@@ -116,6 +116,15 @@ impl Inference {
     }
 }
 
+/// Why a class gives no tolerances, where one is asked for.
+pub(super) fn class_refused(class: Option<u8>, tolerances: &Result<Tolerances, OutOfScope>) -> Option<ToleranceReason> {
+    match (class?, tolerances) {
+        (class, _) if !(FINEST..=COARSEST).contains(&class) => Some(ToleranceReason::NoClass(class)),
+        (_, Err(out)) => Some(ToleranceReason::OutOfScope(out.clone())),
+        (_, Ok(_)) => None,
+    }
+}
+
 impl ToleranceLimits {
     /// What is wrong with the limits; `helix` says whether slopes of helices are asked for.
     pub(super) fn check(
@@ -140,18 +149,13 @@ impl ToleranceLimits {
                 faults.push(field, ToleranceReason::NotAscending([low, high]));
             }
         }
-        match (self.class, tolerances) {
-            (None, _) => {}
-            (Some(class), _) if !(FINEST..=COARSEST).contains(&class) => {
-                faults.push(ToleranceField::Class, ToleranceReason::NoClass(class));
-            }
-            (Some(_), Err(out)) => faults.push(ToleranceField::Class, ToleranceReason::OutOfScope(out.clone())),
-            (Some(class), Ok(tolerances)) => {
-                let open = helix && self.helix_slope.is_none();
-                if open && tolerances.unrounded(Characteristic::HelixSlope, class).is_none() {
-                    faults.push(ToleranceField::Class, ToleranceReason::NoFaceWidth);
-                }
-            }
+        let no_face_width = || {
+            let open = helix && self.helix_slope.is_none();
+            let slope = tolerances.as_ref().ok()?.unrounded(Characteristic::HelixSlope, self.class?);
+            (open && slope.is_none()).then_some(ToleranceReason::NoFaceWidth)
+        };
+        if let Some(why) = class_refused(self.class, tolerances).or_else(no_face_width) {
+            faults.push(ToleranceField::Class, why);
         }
         faults
     }
@@ -196,10 +200,7 @@ impl ToleranceLimits {
     }
 
     fn of_class(&self, characteristic: Characteristic, tolerances: &Tolerances, rounding: Rounding) -> Option<f64> {
-        match rounding {
-            Rounding::Rounded => tolerances.rounded(characteristic, self.class?),
-            Rounding::Unrounded => tolerances.unrounded(characteristic, self.class?),
-        }
+        tolerances.tolerance(characteristic, self.class?, rounding)
     }
 
     /// Limits of a trace: as they were told, else those of the class.

@@ -5,10 +5,15 @@
 //! never that it does. An uncertainty of measurement is the caller's: nothing in the pitches of one
 //! measurement tells it.
 
-use super::{fault::ToleranceReason, limits::within, pitch::Pitch, runout::Runout};
+use super::{
+    fault::ToleranceReason,
+    limits::{class_refused, within},
+    pitch::Pitch,
+    runout::Runout,
+};
 use crate::{
     estimation::inference::{Conformity, Inferred},
-    gear::tolerance::{COARSEST, Characteristic, FINEST, OutOfScope, Rounding, Tolerances},
+    gear::tolerance::{Characteristic, OutOfScope, Rounding, Tolerances},
     numerics::distribution::Student,
 };
 
@@ -40,11 +45,7 @@ pub struct Held {
 impl PitchLimits {
     /// Why the class gives no limits.
     pub fn class_refused(&self, tolerances: &Result<Tolerances, OutOfScope>) -> Option<ToleranceReason> {
-        match (self.class?, tolerances) {
-            (class, _) if !(FINEST..=COARSEST).contains(&class) => Some(ToleranceReason::NoClass(class)),
-            (_, Err(out)) => Some(ToleranceReason::OutOfScope(out.clone())),
-            (_, Ok(_)) => None,
-        }
+        class_refused(self.class, tolerances)
     }
 
     /// Single pitches against their limits, with the standard uncertainty of one; the decision is
@@ -91,10 +92,7 @@ impl PitchLimits {
     }
 
     fn of_class(&self, characteristic: Characteristic, tolerances: &Tolerances, rounding: Rounding) -> Option<f64> {
-        match rounding {
-            Rounding::Rounded => tolerances.rounded(characteristic, self.class?),
-            Rounding::Unrounded => tolerances.unrounded(characteristic, self.class?),
-        }
+        tolerances.tolerance(characteristic, self.class?, rounding)
     }
 }
 
