@@ -12,7 +12,7 @@ pub struct BackupArguments {
     /// The copy to make; a file that exists is not overwritten.
     file: PathBuf,
     /// The database to copy.
-    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db")]
+    #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
     database_url: String,
 }
 

@@ -43,11 +43,11 @@ pub struct ImportArguments {
 #[derive(Debug, Args)]
 pub struct CopyArguments {
     /// The database whose jobs are copied; a server may use it meanwhile.
-    #[arg(long, value_name = "URL")]
+    #[arg(long, value_name = "URL", env = "FLANKFIT_COPY_FROM", hide_env_values = true)]
     from: String,
     /// The database in which they are stored: sqlite://FILE, which no server may have open, or
     /// postgres://OWNER@HOST/NAME, by the user who owns it.
-    #[arg(long, value_name = "URL")]
+    #[arg(long, value_name = "URL", env = "FLANKFIT_COPY_TO", hide_env_values = true)]
     to: String,
 }
 

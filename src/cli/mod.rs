@@ -11,14 +11,16 @@ pub mod life;
 pub mod migrate;
 pub mod openapi;
 mod progress;
+mod secrets;
 pub mod serve;
 pub mod study;
 mod table;
 
-use std::{net::SocketAddr, process::ExitCode};
+use std::{env, net::SocketAddr, process::ExitCode};
 
-use clap::{Parser, Subcommand};
+use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
+use self::secrets::Refused;
 use crate::{config::ServeSettings, telemetry};
 
 /// Robust parametric estimation of tooth-flank surfaces, as an HTTP service.
@@ -66,7 +68,10 @@ enum Command {
 
 /// Runs the program.
 pub fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match arguments() {
+        Ok(arguments) => arguments,
+        Err(refused) => return refused.tell(),
+    };
     let command = arguments.command.unwrap_or_else(|| Command::Serve(Box::new(arguments.serve)));
     let outcome = match command {
         Command::Serve(settings) => serve::run(*settings),
@@ -92,6 +97,11 @@ pub fn main() -> ExitCode {
             ExitCode::FAILURE
         }
     }
+}
+
+fn arguments() -> Result<Arguments, Refused> {
+    let matches = secrets::matches(Arguments::command(), env::args_os(), |name| env::var_os(name))?;
+    Arguments::from_arg_matches(&matches).map_err(Refused::Said)
 }
 
 /// A server that listens everywhere is reached at this machine's own address.

@@ -33,7 +33,7 @@ pub use retention::RetentionSettings;
 pub use share::{parse_part, parse_share};
 pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
-pub use traces::{EndpointError, TraceSettings};
+pub use traces::{EndpointError, HeadersError, TraceSettings};
 
 /// How log lines look.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]

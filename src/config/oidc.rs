@@ -11,7 +11,13 @@ pub type Audiences = Vec<String>;
 pub struct OidcSettings {
     /// Identity provider whose tokens (JWT) are accepted beside keys, by the URL that tokens name
     /// as their issuer; its keys are found by `/.well-known/openid-configuration` there.
-    #[arg(long = "oidc-issuer", env = "FLANKFIT_OIDC_ISSUER", requires = "audience", value_parser = parse_issuer)]
+    #[arg(
+        long = "oidc-issuer",
+        env = "FLANKFIT_OIDC_ISSUER",
+        requires = "audience",
+        value_parser = parse_issuer,
+        hide_env_values = true
+    )]
     pub issuer: Option<String>,
     /// What tokens must name as their audience; of several, comma-separated, one.
     #[arg(
@@ -33,7 +39,8 @@ pub struct OidcSettings {
         long = "oidc-jwks-url",
         env = "FLANKFIT_OIDC_JWKS_URL",
         requires = "issuer",
-        value_parser = parse_issuer
+        value_parser = parse_issuer,
+        hide_env_values = true
     )]
     pub jwks_url: Option<String>,
     /// File with the certificates of the authorities (PEM) that the provider's certificate must

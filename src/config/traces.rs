@@ -1,6 +1,6 @@
 //! Where spans of requests go.
 
-use std::path::PathBuf;
+use std::{collections::HashMap, path::PathBuf};
 
 use clap::Args;
 
@@ -20,24 +20,43 @@ pub struct TraceSettings {
     /// come from; without it those that browsers believe.
     #[arg(long, env = "FLANKFIT_OTLP_CA", value_name = "FILE", requires = "otlp_endpoint")]
     pub otlp_ca: Option<PathBuf>,
+    /// Headers for the collector, such as its key: NAME=VALUE, comma-separated, values
+    /// percent-encoded.
+    #[arg(long, env = "OTEL_EXPORTER_OTLP_HEADERS", value_name = "HEADERS", hide_env_values = true)]
+    pub otlp_headers: Option<String>,
 }
 
 impl Default for TraceSettings {
     fn default() -> Self {
-        TraceSettings { otlp_endpoint: None, otlp_sample: 0.01, otlp_ca: None }
+        TraceSettings { otlp_endpoint: None, otlp_sample: 0.01, otlp_ca: None, otlp_headers: None }
     }
 }
 
 /// What is wrong with a collector's URL, which is not repeated: there could be a password in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
-    #[error("write a URL without query, fragment and user; headers go into OTEL_EXPORTER_OTLP_HEADERS")]
+    #[error("write a URL without query, fragment and user; headers go into --otlp-headers")]
     More,
     #[error("write a URL such as http://collector:4318")]
     NotHttp,
 }
 
+/// What is wrong with the headers, which are not repeated: they are secrets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("write NAME=VALUE, several separated by commas")]
+pub struct HeadersError;
+
 impl TraceSettings {
+    /// Headers for the collector; their values are still percent-encoded.
+    pub fn headers(&self) -> Result<HashMap<String, String>, HeadersError> {
+        let all = self.otlp_headers.as_deref().unwrap_or_default().split(',').map(str::trim);
+        let read = |header: &str| {
+            let (name, value) = header.split_once('=')?;
+            (!name.trim().is_empty()).then(|| (name.trim().to_owned(), value.trim().to_owned()))
+        };
+        all.filter(|header| !header.is_empty()).map(|header| read(header).ok_or(HeadersError)).collect()
+    }
+
     /// Where spans go at the collector: its URL, with `path` unless that has one already.
     pub fn collector(&self, path: &str) -> Result<Option<String>, EndpointError> {
         let Some(url) = self.otlp_endpoint.as_deref() else { return Ok(None) };
@@ -61,6 +80,17 @@ mod tests {
     fn collector(url: &str) -> Result<Option<String>, EndpointError> {
         let settings = TraceSettings { otlp_endpoint: Some(url.into()), ..TraceSettings::default() };
         settings.collector("/v1/traces")
+    }
+
+    #[test]
+    fn headers_are_read_one_by_one() {
+        let headers = |text: &str| TraceSettings { otlp_headers: Some(text.into()), ..Default::default() }.headers();
+        let two = [("x-key", "a=b"), ("x-plant", "one%20two")].map(|(name, value)| (name.into(), value.into()));
+        assert_eq!(headers("x-key=a=b, x-plant = one%20two,"), Ok(HashMap::from(two)));
+        assert_eq!(headers(""), Ok(HashMap::new()));
+        for wrong in ["x-key", "=secret", "x-key=a,secret"] {
+            assert_eq!(headers(wrong), Err(HeadersError), "{wrong}");
+        }
     }
 
     #[test]

@@ -29,7 +29,7 @@ use opentelemetry_sdk::{
 
 use super::record_dropped_spans;
 use crate::{
-    config::{EndpointError, TraceSettings},
+    config::{EndpointError, HeadersError, TraceSettings},
     outgoing::{self, OutgoingError},
 };
 
@@ -55,6 +55,8 @@ pub enum TraceError {
     Authorities(#[from] OutgoingError),
     #[error("--otlp-endpoint: {0}")]
     Endpoint(#[from] EndpointError),
+    #[error("--otlp-headers: {0}")]
+    Headers(#[from] HeadersError),
     #[error("--otlp-endpoint: {0}")]
     Exporter(#[from] ExporterBuildError),
     #[error("the thread that sends spans cannot be started: {0}")]
@@ -76,6 +78,7 @@ pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> 
         .with_protocol(Protocol::HttpBinary)
         .with_timeout(PATIENCE)
         .with_endpoint(endpoint)
+        .with_headers(settings.headers()?)
         .build()?;
     let resource = resource();
     exporter.set_resource(&resource);

@@ -92,8 +92,52 @@ impl PostgresSettings {
     }
 }
 
+/// Parameters of URLs that the library knows; of others it would log the value.
+const PARAMETERS: [&str; 18] = [
+    "sslmode",
+    "ssl-mode",
+    "sslrootcert",
+    "ssl-root-cert",
+    "ssl-ca",
+    "sslcert",
+    "ssl-cert",
+    "sslkey",
+    "ssl-key",
+    "statement-cache-capacity",
+    "host",
+    "hostaddr",
+    "port",
+    "dbname",
+    "user",
+    "password",
+    "application_name",
+    "options",
+];
+
+/// A URL without the parameters that are not known.
+fn without_unknown(url: &str) -> String {
+    let Some((place, query)) = url.split_once('?') else { return url.to_owned() };
+    let is_known = |parameter: &&str| {
+        let name = parameter.split('=').next().unwrap_or_default();
+        PARAMETERS.contains(&name) || name.starts_with("options")
+    };
+    let (known, unknown): (Vec<&str>, Vec<&str>) =
+        query.split('&').filter(|parameter| !parameter.is_empty()).partition(is_known);
+    if !unknown.is_empty() {
+        tracing::warn!("the database's URL has {} parameters that are not known; they are left out", unknown.len());
+    }
+    format!("{place}?{}", known.join("&"))
+}
+
 fn parse(url: &str) -> Result<PgConnectOptions, PostgresError> {
-    let options = PgConnectOptions::from_str(url).map_err(|error| PostgresError::Url { reason: error.to_string() })?;
+    let refused = |reason: String| PostgresError::Url { reason };
+    let place = url.split_once("://").map_or(url, |(_, rest)| rest).split('?').next().unwrap_or_default();
+    if place.split_once('/').is_some_and(|(_, name)| name.contains('@')) {
+        // what is before it would be taken for the name of the database, and told
+        return Err(refused("in users and passwords write `/` as %2F, `?` as %3F, `#` as %23, `@` as %40".into()));
+    }
+    let url = without_unknown(url);
+    let options = PgConnectOptions::from_str(&url).map_err(|error| refused(error.to_string()))?;
     Ok(sqlx::ConnectOptions::disable_statement_logging(options.application_name("flankfit")))
 }
 
@@ -105,10 +149,22 @@ mod tests {
     fn a_password_is_not_part_of_what_is_told() {
         let settings = PostgresSettings::of_url("postgres://app:canary@db.example:6432/plant").unwrap();
         assert_eq!(settings.address(), "db.example:6432/plant");
-        for wrong in ["postgres://app:canary@db.example:port/plant", "postgres://app:canary@[/x"] {
+        for wrong in [
+            "postgres://app:canary@db.example:port/plant",
+            "postgres://app:canary@[/x",
+            "postgres://app:12/canary@db.example/plant",
+        ] {
             let error = PostgresSettings::of_url(wrong).unwrap_err().to_string();
             assert!(!error.contains("canary"), "{error}");
         }
+    }
+
+    #[test]
+    fn parameters_that_are_not_known_are_left_out() {
+        let given = "postgres://h/d?sslmode=require&passwrd=canary&options[a]=b&x";
+        assert_eq!(without_unknown(given), "postgres://h/d?sslmode=require&options[a]=b");
+        assert_eq!(without_unknown("postgres://h/d"), "postgres://h/d");
+        assert!(PostgresSettings::of_url(given).is_ok());
     }
 
     #[test]

@@ -7,8 +7,9 @@ use crate::{jobs::RepositoryError, store::shared::StoreError};
 /// Why the store could not be opened.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    #[error("`{url}` is not a database URL of the form sqlite://FILE: {reason}")]
-    Url { url: String, reason: String },
+    /// The URL is not repeated: there could be a password in it.
+    #[error("this is not a database URL of the form sqlite://FILE: {reason}")]
+    Url { reason: String },
     #[error(
         "an in-memory database cannot be shared by a writer and its readers: name a file, such as sqlite://flankfit.db"
     )]

@@ -47,9 +47,12 @@ impl StoreSettings {
         if url.contains(":memory:") || url.contains("mode=memory") {
             return Err(OpenError::InMemory);
         }
-        let refused = |reason: String| OpenError::Url { url: url.to_owned(), reason };
+        let refused = |reason: String| OpenError::Url { reason };
         if !url.starts_with("sqlite:") {
-            return Err(refused("another is of the form postgres://USER@HOST/NAME".into()));
+            return Err(refused("another is of the form postgres://USER@HOST/NAME, in small letters".into()));
+        }
+        if names_a_user(url) {
+            return Err(refused("SQLite knows no users and passwords".into()));
         }
         let options = SqliteConnectOptions::from_str(url).map_err(|error| refused(error.to_string()))?;
         if options.get_filename().as_os_str().is_empty() {
@@ -138,5 +141,39 @@ impl StoreSettings {
             .statement_cache_capacity(WRITER_STATEMENTS)
             .disable_statement_logging()
             .thread_name(|_| "store-write".to_owned())
+    }
+}
+
+/// Whether a URL has a user with a password where the other store has them: whatever is wrong with
+/// such a file would be told with the password.
+fn names_a_user(url: &str) -> bool {
+    let rest = url.trim_start_matches("sqlite:").trim_start_matches('/');
+    let user = rest.split(['/', '?']).next().and_then(|place| place.rsplit_once('@'));
+    user.is_some_and(|(user, _)| user.contains(':'))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_wrong_url_is_not_repeated() {
+        for wrong in [
+            "postgre://u:canary@h/d",
+            "Postgres://u:canary@h/d",
+            "mysql://u:canary@h/d",
+            "u:canary@h/d",
+            "sqlite://u:canary@h/d",
+            "sqlite:///u:canary@h/d",
+            "sqlite://u:canary@h/d?mode=rw",
+            "sqlite://",
+        ] {
+            let error = StoreSettings::of_url(wrong).unwrap_err();
+            assert!(matches!(error, OpenError::Url { .. }), "{wrong}");
+            assert!(!error.to_string().contains("canary"), "{error}");
+        }
+        for good in ["sqlite://a@b.db", "sqlite:///data/a:b@c.db", "sqlite:x.db"] {
+            assert!(StoreSettings::of_url(good).is_ok(), "{good}");
+        }
     }
 }

@@ -8,6 +8,7 @@ mod issuer;
 pub mod keys;
 mod roles;
 mod secrecy;
+mod secret_files;
 mod sites;
 mod talkative;
 mod tls;

@@ -147,3 +147,101 @@ async fn a_token_is_told_nowhere() {
         }
     }
 }
+
+/// The program with these arguments, where each variable that may lead to a secret holds one.
+fn told(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, String) {
+    let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(arguments)
+        .env_clear()
+        .envs(environment.iter().copied())
+        .output()
+        .unwrap();
+    let said = [run.stdout, run.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
+    (run.status.code(), said.concat())
+}
+
+const PASSWORD: &str = "canary-2718281828";
+
+#[test]
+fn help_tells_no_secret() {
+    let url = format!("postgres://u:{PASSWORD}@h/d");
+    let variables: Vec<(&str, &str)> = [
+        "FLANKFIT_DATABASE_URL",
+        "FLANKFIT_DATABASE_DIRECT_URL",
+        "FLANKFIT_COPY_FROM",
+        "FLANKFIT_COPY_TO",
+        "FLANKFIT_API_KEYS_SHA256",
+        "FLANKFIT_OIDC_ISSUER",
+        "FLANKFIT_OIDC_JWKS_URL",
+        "FLANKFIT_OTLP_ENDPOINT",
+        "OTEL_EXPORTER_OTLP_HEADERS",
+    ]
+    .map(|name| (name, url.as_str()))
+    .into();
+    let (_, all) = told(&["--help"], &variables);
+    let commands = all.split("Commands:").nth(1).unwrap().split("\n\n").next().unwrap();
+    // those that go on over several lines stand further to the right
+    let commands = commands.lines().filter_map(|line| line.strip_prefix("  ")).filter(|line| !line.starts_with(' '));
+    let commands: Vec<&str> = commands.filter_map(|line| line.split_whitespace().next()).collect();
+    assert!(commands.contains(&"backup") && commands.contains(&"healthcheck"), "{commands:?}");
+    let mut shown = all.clone();
+    for command in commands.iter().filter(|command| **command != "help") {
+        let (code, help) = told(&[command, "--help"], &variables);
+        assert_eq!(code, Some(0), "{help}");
+        shown.push_str(&help);
+    }
+    for arguments in [&["keys", "create", "--help"][..], &["audit", "verify", "--help"], &["-h"]] {
+        shown.push_str(&told(arguments, &variables).1);
+    }
+    for (name, _) in &variables {
+        assert!(shown.contains(name), "{name}");
+    }
+    assert!(!shown.contains(PASSWORD), "{shown}");
+}
+
+/// Whatever is wrong with a URL, it is not repeated.
+#[test]
+fn errors_tell_no_password() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("file");
+    let (file, here) = (file.to_str().unwrap(), in_file(&folder.path().join("here.db")));
+    let urls = ["postgre", "Postgres", "mysql", "sqlite"].map(|scheme| format!("{scheme}://u:{PASSWORD}@h/d"));
+    let wrong_port = format!("postgres://u:{PASSWORD}@h:port/d");
+    let slash = format!("postgres://u:12/{PASSWORD}@127.0.0.1/d");
+    // nobody listens at port 1
+    let away = format!("postgres://u:{PASSWORD}@127.0.0.1:1/d?passwrd={PASSWORD}");
+    for url in urls.iter().chain([&wrong_port, &slash, &away]) {
+        let url = url.as_str();
+        for arguments in [
+            &["serve", "--bind", "127.0.0.1:0", "--log", "trace", "--store-patience", "1", "--database-url", url][..],
+            &["backup", file, "--database-url", url],
+            &["export", file, "--database-url", url],
+            &["copy", "--from", url, "--to", &here],
+            &["copy", "--from", &here, "--to", url],
+            &["migrate", "--database-url", url],
+            &["audit", "verify", "--database-url", url],
+            &["keys", "create", "--role", "root", "--database-url", url],
+        ] {
+            let (code, said) = told(arguments, &[]);
+            assert!(code.is_some_and(|code| code != 0) && !said.is_empty(), "{arguments:?}: {said}");
+            assert!(!said.contains(PASSWORD), "{arguments:?}: {said}");
+        }
+    }
+    let key = format!("ffk_{PASSWORD}");
+    let issuer = format!("https://u:{PASSWORD}@id.example");
+    let others: [(&[&str], &[(&str, &str)]); 8] = [
+        (&["serve", "--api-keys-sha256", &key], &[]),
+        (&["serve"], &[("FLANKFIT_API_KEYS_SHA256", key.as_str())]),
+        (&["serve", "--oidc-audience", "a", "--oidc-issuer", &issuer], &[]),
+        (&["serve", "--oidc-audience", "a"], &[("FLANKFIT_OIDC_ISSUER", issuer.as_str())]),
+        (&["serve", "--oidc-audience", "a", "--oidc-issuer", "https://id.example", "--oidc-jwks-url", &issuer], &[]),
+        (&["serve", "--otlp-endpoint", &issuer], &[]),
+        (&["serve", "--otlp-endpoint", "http://127.0.0.1:1", "--otlp-headers", PASSWORD], &[]),
+        (&["migrate", &issuer], &[]),
+    ];
+    for (arguments, variables) in others {
+        let (code, said) = told(arguments, variables);
+        assert!(code.is_some_and(|code| code != 0) && !said.is_empty(), "{arguments:?}: {said}");
+        assert!(!said.contains(PASSWORD), "{arguments:?}: {said}");
+    }
+}
