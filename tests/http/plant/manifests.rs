@@ -179,9 +179,40 @@ fn manifests_name_each_other_and_their_ports() {
     assert_ne!(at(&job, "/spec/template/metadata/labels"), labels);
     assert_eq!(at(&job, "/spec/template/spec/containers/0/args/0"), "migrate");
     assert_eq!(at(&job, "/spec/template/spec/containers/0/image"), at(container, "/image"));
-    assert!(settings("migrate").contains("FLANKFIT_DATABASE_URL"));
+    assert!(settings("migrate").contains("FLANKFIT_DATABASE_URL_FILE"));
     for text in ["kubernetes/deployment.yaml", "kubernetes/migration.yaml"] {
         assert!(read(&format!("deploy/{text}")).contains("Untried"), "{text}");
+    }
+}
+
+/// No secret is in the environment: each file that it names is there.
+#[test]
+fn secrets_are_mounted_as_files() {
+    for (kind, count) in [("Deployment", 2), ("Job", 1)] {
+        let manifest = manifest(kind);
+        let pod = at(&manifest, "/spec/template/spec");
+        let container = at(pod, "/containers/0");
+        let folder = at(container, "/volumeMounts/0/mountPath").as_str().unwrap();
+        assert_eq!(at(container, "/volumeMounts/0/name"), at(pod, "/volumes/0/name"));
+        let secret = at(pod, "/volumes/0/secret/secretName").as_str().unwrap();
+        // read by the group that the files are given
+        assert_eq!(
+            (number(pod, "/volumes/0/secret/defaultMode"), number(pod, "/securityContext/fsGroup")),
+            (0o440, 65532)
+        );
+        let readme = read("deploy/README.md");
+        let (_, made) = readme.split_once(&format!("generic {secret} ")).unwrap();
+        let made = made.split("kubectl").next().unwrap();
+        let variables = at(container, "/env").as_array().unwrap();
+        let mut named = 0;
+        for variable in variables {
+            assert!(variable.get("valueFrom").is_none(), "{variable}");
+            let Some(name) = at(variable, "/name").as_str().unwrap().strip_suffix("_FILE") else { continue };
+            let file = at(variable, "/value").as_str().unwrap().strip_prefix(folder).unwrap();
+            assert!(made.contains(&format!("--from-literal={}=", file.trim_start_matches('/'))), "{name}");
+            named += 1;
+        }
+        assert_eq!(named, count, "{kind}");
     }
 }
 
