@@ -11,7 +11,7 @@ use clap::{Args, Subcommand};
 use tokio_rustls::rustls::pki_types::{SubjectPublicKeyInfoDer, pem::PemObject};
 use uuid::Uuid;
 
-use super::CommandError;
+use super::{CommandError, audited::Counted, progress};
 use crate::{
     api::jobs::seals,
     app::open_auditor,
@@ -95,11 +95,10 @@ fn verify(arguments: &VerifyArguments) -> Result<Findings, CommandError> {
     let evidence = Evidence::of(seals, key)
         .map_err(|place| format!("the seal in {} is not as it was made, so it proves nothing", places[place]))?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(async {
-        let auditor = open_auditor(&arguments.database_url).await?;
-        let found = examine(&*auditor, arguments.job, &evidence).await?;
-        found.ok_or_else(|| "there is no such job, and there never was".into())
-    })
+    let audit = Counted::of(runtime.block_on(open_auditor(&arguments.database_url))?);
+    let examined = || runtime.block_on(examine(&audit, arguments.job, &evidence));
+    let found = progress::watched("audit", || Some(audit.part()), examined)?;
+    found.ok_or_else(|| "there is no such job, and there never was".into())
 }
 
 /// The seals of a file, each with its place.

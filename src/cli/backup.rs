@@ -1,11 +1,14 @@
 //! `flankfit backup FILE`: a copy of the database, also while a server writes to it.
 
-use std::path::PathBuf;
+use std::{
+    fs,
+    path::{Path, PathBuf},
+};
 
 use clap::Args;
 
-use super::CommandError;
-use crate::store::{PostgresSettings, StoreSettings, backup};
+use super::{CommandError, progress};
+use crate::store::{PostgresSettings, StoreSettings, backup, unfinished_backup};
 
 #[derive(Debug, Args)]
 pub struct BackupArguments {
@@ -26,7 +29,32 @@ pub fn run(arguments: &BackupArguments) -> Result<(), CommandError> {
     }
     let source = StoreSettings::of_url(&arguments.database_url)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(backup(&source, &arguments.file))?;
+    let (from, to) = (source.path(), unfinished_backup(&arguments.file));
+    progress::watched("backup", || Some(part(&from, &to)), || runtime.block_on(backup(&source, &arguments.file)))?;
     println!("{} copied to {}", source.path().display(), arguments.file.display());
     Ok(())
+}
+
+/// How much of a file is in another one, 0 to 1. A copy has no gaps and may be shorter.
+fn part(from: &Path, to: &Path) -> f64 {
+    let [from, to] = [from, to].map(|file| fs::metadata(file).map_or(0, |about| about.len()) as f64);
+    (to / from.max(1.0)).min(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_copy_grows_up_to_the_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let [from, to] = ["from", "to"].map(|name| folder.path().join(name));
+        assert_eq!(part(&from, &to), 0.0);
+        fs::write(&from, [0; 400]).unwrap();
+        assert_eq!(part(&from, &to), 0.0);
+        for (length, wanted) in [(100, 0.25), (400, 1.0), (500, 1.0)] {
+            fs::write(&to, vec![0; length]).unwrap();
+            assert_eq!(part(&from, &to), wanted);
+        }
+    }
 }

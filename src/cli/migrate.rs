@@ -2,7 +2,7 @@
 
 use clap::Args;
 
-use super::CommandError;
+use super::{CommandError, progress};
 use crate::store::{PostgresSettings, migrate};
 
 #[derive(Debug, Args)]
@@ -15,7 +15,7 @@ pub struct MigrateArguments {
 pub fn run(arguments: &MigrateArguments) -> Result<(), CommandError> {
     let settings = PostgresSettings::of_url(&arguments.database_url)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
-    runtime.block_on(migrate(&settings))?;
+    progress::watched("migrate", || None, || runtime.block_on(migrate(&settings)))?;
     println!("the schema of {} is up to date", settings.address());
     Ok(())
 }

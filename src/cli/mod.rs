@@ -1,6 +1,7 @@
 //! The command line: one file per subcommand, `serve` when none is given.
 
 pub mod audit;
+mod audited;
 pub mod backup;
 pub mod demo;
 pub mod evaluate;

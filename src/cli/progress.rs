@@ -18,28 +18,40 @@ const LOOK: Duration = Duration::from_millis(100);
 /// The bar counts thousandths.
 const WHOLE: f64 = 1000.0;
 
-/// Does `work` on a thread of its own and shows how far it is.
+/// Does `work` on a thread of its own and shows how far it says it is.
 pub fn shown<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) -> T {
+    let handle = Handle::new();
+    let telling = handle.clone();
+    watched(
+        what,
+        || Some(handle.progress()),
+        move || {
+            // nobody cancels; what tells of its progress is the same work
+            let mut work = Some(work);
+            match telling.run(|| work.take().map(|work| work())) {
+                Ok(Some(done)) => done,
+                _ => unreachable!("nobody cancels the work, and it is done once"),
+            }
+        },
+    )
+}
+
+/// Does `work`, which does not tell how far it is, on a thread of its own, and shows the part that
+/// `how_far` finds done: none where nobody can know, and then how long it takes already.
+pub fn watched<T: Send>(what: &'static str, how_far: impl Fn() -> Option<f64>, work: impl FnOnce() -> T + Send) -> T {
     if !stderr().is_terminal() {
         return work();
     }
-    let handle = Handle::new();
     thread::scope(|scope| {
-        let (over, ended) = channel();
-        let working = scope.spawn({
-            let handle = handle.clone();
-            move || {
-                // nobody cancels; what tells of its progress is the same work
-                let mut work = Some(work);
-                let done = handle.run(|| work.take().map(|work| work()));
-                drop(over);
-                done
-            }
+        let (over, ended) = channel::<()>();
+        let working = scope.spawn(move || {
+            let done = work();
+            drop(over);
+            done
         });
-        draw(what, &handle, &ended, SHORT, ProgressDrawTarget::stderr);
+        draw(what, &how_far, &ended, SHORT, ProgressDrawTarget::stderr);
         match working.join() {
-            Ok(Ok(Some(done))) => done,
-            Ok(_) => unreachable!("nobody cancels the work, and it is done once"),
+            Ok(done) => done,
             Err(panicked) => std::panic::resume_unwind(panicked),
         }
     })
@@ -48,7 +60,7 @@ pub fn shown<T: Send>(what: &'static str, work: impl FnOnce() -> T + Send) -> T 
 /// Draws the bar until `ended` is, if that is not before `short` is over, and takes it away.
 fn draw(
     what: &'static str,
-    handle: &Handle,
+    how_far: &dyn Fn() -> Option<f64>,
     ended: &Receiver<()>,
     short: Duration,
     target: impl FnOnce() -> ProgressDrawTarget,
@@ -56,14 +68,18 @@ fn draw(
     if ended.recv_timeout(short) != Err(RecvTimeoutError::Timeout) {
         return;
     }
-    let bar = ProgressBar::with_draw_target(Some(WHOLE as u64), target());
+    let is_known = how_far().is_some();
+    let bar = ProgressBar::with_draw_target(is_known.then_some(WHOLE as u64), target());
+    let template = if is_known { "{msg} {wide_bar} {percent:>3} % {eta}" } else { "{msg} {spinner} {elapsed}" };
     // a template that does not read would be a bar without numbers
-    if let Ok(style) = ProgressStyle::with_template("{msg} {wide_bar} {percent:>3} % {eta}") {
+    if let Ok(style) = ProgressStyle::with_template(template) {
         bar.set_style(style);
     }
     bar.set_message(what);
     loop {
-        bar.set_position((handle.progress() * WHOLE) as u64);
+        if let Some(part) = how_far() {
+            bar.set_position((part * WHOLE) as u64);
+        }
         bar.tick();
         if ended.recv_timeout(LOOK) != Err(RecvTimeoutError::Timeout) {
             break;
@@ -144,7 +160,7 @@ mod tests {
             }
         });
         let target = screen.clone();
-        draw("study", &handle, &ended, short, || ProgressDrawTarget::term_like(Box::new(target)));
+        draw("study", &|| Some(handle.progress()), &ended, short, || ProgressDrawTarget::term_like(Box::new(target)));
         assert_eq!(worker.join().unwrap(), Ok(()));
         screen.0.lock().unwrap().clone()
     }
@@ -157,6 +173,22 @@ mod tests {
     }
 
     #[test]
+    fn where_nobody_knows_how_far_it_is_time_is_shown() {
+        let (screen, (over, ended)) = (Screen::default(), channel());
+        let worker = thread::spawn(move || {
+            thread::sleep(Duration::from_millis(600));
+            drop::<std::sync::mpsc::Sender<()>>(over);
+        });
+        let target = screen.clone();
+        let target = || ProgressDrawTarget::term_like(Box::new(target));
+        draw("migrate", &|| None, &ended, Duration::from_millis(20), target);
+        worker.join().unwrap();
+        let text = screen.0.lock().unwrap().clone();
+        assert!(text.contains("migrate") && text.contains("0s") && !text.contains('%'), "{text}");
+        assert!(text.ends_with("<cleared>"), "{text}");
+    }
+
+    #[test]
     fn what_is_over_soon_shows_nothing() {
         assert_eq!(drawn(Duration::from_secs(20), Duration::from_millis(1)), "");
     }
@@ -164,5 +196,6 @@ mod tests {
     #[test]
     fn the_result_comes_through() {
         assert_eq!(shown("sum", || 2 + 2), 4);
+        assert_eq!(watched("sum", || None, || 2 + 2), 4);
     }
 }

@@ -15,4 +15,5 @@ pub use postgres::{
 };
 pub use sqlite::{
     BackupError, OpenError, SqliteAuditor, SqliteHoldings, SqliteStore, StoreSettings, backup, migrations,
+    unfinished_backup,
 };

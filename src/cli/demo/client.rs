@@ -5,6 +5,8 @@ use std::time::Duration;
 use serde::{Deserialize, de::DeserializeOwned};
 use serde_json::Value;
 
+use crate::cli::progress;
+
 /// Largest answer taken, in bytes: a refit of a million nodes with its residuals is 20 MB.
 const LARGEST_ANSWER: u64 = 1 << 30;
 
@@ -71,34 +73,43 @@ impl Client {
         format!("{}{path}", self.base)
     }
 
-    pub fn get<T: DeserializeOwned>(&self, path: &str) -> Result<T, ClientError> {
+    pub fn get<T: DeserializeOwned + Send>(&self, path: &str) -> Result<T, ClientError> {
         let url = self.url(path);
-        let outcome = self.agent.get(&url).call();
-        answer("GET", url, outcome)
+        waiting(|| {
+            let outcome = self.agent.get(&url).call();
+            answer("GET", url, outcome)
+        })
     }
 
-    pub fn post<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+    pub fn post<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
         self.send("POST", self.agent.post(self.url(path)), path, body)
     }
 
-    pub fn put<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+    pub fn put<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
         self.send("PUT", self.agent.put(self.url(path)), path, body)
     }
 
-    pub fn patch<T: DeserializeOwned>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
+    pub fn patch<T: DeserializeOwned + Send>(&self, path: &str, body: &Value) -> Result<T, ClientError> {
         self.send("PATCH", self.agent.patch(self.url(path)), path, body)
     }
 
-    fn send<T: DeserializeOwned>(
+    fn send<T: DeserializeOwned + Send>(
         &self,
         method: &'static str,
         request: ureq::RequestBuilder<ureq::typestate::WithBody>,
         path: &str,
         body: &Value,
     ) -> Result<T, ClientError> {
-        let outcome = request.header("content-type", "application/json").send(body.to_string());
-        answer(method, self.url(path), outcome)
+        waiting(|| {
+            let outcome = request.header("content-type", "application/json").send(body.to_string());
+            answer(method, self.url(path), outcome)
+        })
     }
+}
+
+/// Shows for how long an answer is waited for.
+fn waiting<T: Send>(ask: impl FnOnce() -> T + Send) -> T {
+    progress::watched("waiting for the server", || None, ask)
 }
 
 fn answer<T: DeserializeOwned>(

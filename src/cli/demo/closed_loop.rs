@@ -3,11 +3,12 @@
 
 use std::io::Write;
 
+use flankfit_engine::numerics::cancel::parts;
 use serde::Deserialize;
 use serde_json::json;
 
 use super::{client::Client, story::StoryError};
-use crate::cli::table::Table;
+use crate::cli::{progress, table::Table};
 
 /// Machines that are simulated beside the one that is kept.
 const SEEDS: u64 = 100;
@@ -89,11 +90,15 @@ answers 1 % off, the probe is 0.3 µm off and misses every tenth node.",
         jobs.push(job);
     }
     let mut good = vec![0; first.runs.len()];
-    for seed in 0..SEEDS {
-        for (good, run) in good.iter_mut().zip(ask(seed, false)?.runs) {
-            *good += usize::from(run.rounds.last().is_some_and(|round| round.rms_true_um < GOOD));
+    progress::shown("closed loops", || -> Result<(), StoryError> {
+        let each = parts(SEEDS as usize);
+        for seed in 0..SEEDS {
+            for (good, run) in good.iter_mut().zip(each.run(1, || ask(seed, false))?.runs) {
+                *good += usize::from(run.rounds.last().is_some_and(|round| round.rms_true_um < GOOD));
+            }
         }
-    }
+        Ok(())
+    })?;
     writeln!(out, "\nOf {SEEDS} such machines, below {GOOD} µm RMS after {CORRECTIONS} re-machinings:")?;
     let mut table = Table::new(["way to correct", "machines"], 1);
     for (run, good) in first.runs.iter().zip(good) {

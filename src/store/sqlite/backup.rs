@@ -30,6 +30,13 @@ pub enum BackupError {
     Damaged { path: PathBuf, finding: String },
 }
 
+/// Where a copy is while it is made.
+pub fn unfinished(target: &Path) -> PathBuf {
+    let mut partial = target.as_os_str().to_owned();
+    partial.push(".partial");
+    PathBuf::from(partial)
+}
+
 /// Copies the database to a new file, in one read transaction (so it is one state of it), checks
 /// the copy and syncs it. The file appears under its name only when it is whole.
 pub async fn backup(settings: &StoreSettings, target: &Path) -> Result<(), BackupError> {
@@ -43,9 +50,7 @@ pub async fn backup(settings: &StoreSettings, target: &Path) -> Result<(), Backu
         Err(error) if error.kind() == io::ErrorKind::AlreadyExists => return Err(BackupError::Exists(target.into())),
         Err(source) => return Err(BackupError::Target { path: target.into(), source }),
     }
-    let mut partial = target.as_os_str().to_owned();
-    partial.push(".partial");
-    let partial = PathBuf::from(partial);
+    let partial = unfinished(target);
     let copied = copy(&mut source, &partial).await.and_then(|()| {
         let written = |source| BackupError::Target { path: target.into(), source };
         File::open(&partial).and_then(|file| file.sync_all()).map_err(written)?;

@@ -58,7 +58,7 @@ mod upkeep;
 mod writer;
 
 pub use auditor::SqliteAuditor;
-pub use backup::{BackupError, backup};
+pub use backup::{BackupError, backup, unfinished as unfinished_backup};
 pub use error::OpenError;
 pub use holdings::SqliteHoldings;
 pub use open::{StoreSettings, migrations};
