@@ -45,8 +45,9 @@ COPY --from=build /out/flankfit /usr/local/bin/flankfit
 # The only writable place. It is owned by the user of the final image, and a new named volume takes that over.
 COPY --from=build --chown=65532:65532 /out/data /data
 USER 65532:65532
+# where the database is without a setting; a variable here would stand against a file that names another one
+WORKDIR /data
 ENV FLANKFIT_BIND=0.0.0.0:8080 \
-    FLANKFIT_DATABASE_URL=sqlite:///data/flankfit.db \
     FLANKFIT_LOG_FORMAT=json \
     SQLITE_TMPDIR=/data \
     TMPDIR=/data

@@ -50,10 +50,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let [from, to] = ["from", "to"].map(|name| folder.path().join(name));
         assert_eq!(part(&from, &to), 0.0);
-        fs::write(&from, [0; 400]).unwrap();
+        fs::write(&from, [0_u8; 400]).unwrap();
         assert_eq!(part(&from, &to), 0.0);
         for (length, wanted) in [(100, 0.25), (400, 1.0), (500, 1.0)] {
-            fs::write(&to, vec![0; length]).unwrap();
+            fs::write(&to, vec![0_u8; length]).unwrap();
             assert_eq!(part(&from, &to), wanted);
         }
     }

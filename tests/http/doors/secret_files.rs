@@ -31,7 +31,7 @@ async fn a_server_reads_its_secrets_from_files() {
     let database = folder.path().join("test.db");
     let url = written(folder.path(), "url", &format!("{}\n", in_file(&database)));
     let make = ["keys", "create", "--tenant", "default", "--role", "admin"];
-    let (code, made, said) = program(&make, &[("FLANKFIT_DATABASE_URL_FILE", &url)]);
+    let (code, made, said) = program(&make, &[("FLANKFIT_DATABASE_URL_FILE", &*url)]);
     assert!(code == Some(0) && database.exists(), "{said}");
     let digest: String = sha2::Sha256::digest(b"listed").iter().map(|byte| format!("{byte:02x}")).collect();
     let keys = written(folder.path(), "keys", &format!("{digest}\r\n"));
@@ -80,7 +80,7 @@ fn a_secret_comes_from_one_place_and_its_file_is_readable() {
             assert!(!said.contains("canary"), "{said}");
             said
         };
-        let both = refused(&[("FLANKFIT_DATABASE_URL", canary), ("FLANKFIT_DATABASE_URL_FILE", &file)]);
+        let both = refused(&[("FLANKFIT_DATABASE_URL", canary), ("FLANKFIT_DATABASE_URL_FILE", &*file)]);
         assert!(both.contains("FLANKFIT_DATABASE_URL and FLANKFIT_DATABASE_URL_FILE are both set"), "{both}");
         for path in [missing, binary] {
             let unreadable = refused(&[("FLANKFIT_DATABASE_URL_FILE", path)]);

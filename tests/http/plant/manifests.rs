@@ -188,6 +188,9 @@ fn manifests_name_each_other_and_their_ports() {
 /// No secret is in the environment: each file that it names is there.
 #[test]
 fn secrets_are_mounted_as_files() {
+    // a variable of the image and a file are two places
+    let image = read("Dockerfile");
+    assert!(image.contains("WORKDIR /data") && !image.contains("FLANKFIT_DATABASE_URL"));
     for (kind, count) in [("Deployment", 2), ("Job", 1)] {
         let manifest = manifest(kind);
         let pod = at(&manifest, "/spec/template/spec");
