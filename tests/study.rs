@@ -1,7 +1,8 @@
 //! `flankfit study` as a user runs it, and the committed figures.
 
 use std::{
-    path::Path,
+    fs,
+    path::{Path, PathBuf},
     process::{Command, Output},
 };
 
@@ -71,4 +72,154 @@ fn a_study_of_ones_own() {
     assert!(!output.status.success());
     assert!(String::from_utf8_lossy(&output.stderr).contains("/coefficients"));
     assert!(!study(&["/no/such/file.json"]).status.success());
+}
+
+/// A study in a folder, as files of its parts.
+struct InParts {
+    folder: tempfile::TempDir,
+    request: PathBuf,
+}
+
+impl InParts {
+    fn of(text: &str) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let request = folder.path().join("request.json");
+        fs::write(&request, text).unwrap();
+        InParts { folder, request }
+    }
+
+    fn path(&self, name: &str) -> String {
+        self.folder.path().join(name).to_str().unwrap().to_owned()
+    }
+
+    fn request(&self) -> &str {
+        self.request.to_str().unwrap()
+    }
+
+    /// Computes a part into a file.
+    #[track_caller]
+    fn part(&self, which: &str, name: &str) -> String {
+        let file = self.path(name);
+        let output = study(&[self.request(), "--repetitions", which, "--raw", &file]);
+        assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+        file
+    }
+}
+
+/// What the command says on its one line, having failed.
+#[track_caller]
+fn refused(arguments: &[&str]) -> String {
+    let output = study(arguments);
+    assert!(!output.status.success() && output.stdout.is_empty());
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert_eq!(said.lines().count(), 1, "{said}");
+    said
+}
+
+const MATRIX: &str = include_str!("../examples/requests/study_matrix.json");
+
+#[test]
+fn parts_in_any_order_are_the_whole() {
+    let own = InParts::of(MATRIX);
+    let parts = [("0..1", "a"), ("1..47", "b"), ("47..60", "c"), ("60..100", "d")].map(|(of, name)| own.part(of, name));
+    let [a, b, c, d] = parts.each_ref().map(String::as_str);
+    let whole = study(&[own.request(), "--json"]).stdout;
+    assert!(whole.starts_with(b"{\"count\":12,"));
+    for order in [[a, b, c, d], [d, c, b, a], [c, a, d, b]] {
+        let joined = study(&[&["join", "--json"][..], &order[..]].concat());
+        assert!(joined.status.success(), "{}", String::from_utf8_lossy(&joined.stderr));
+        assert!(joined.stdout == whole, "{order:?}");
+    }
+    // tables, figures and a file likewise
+    let (answer, svg) = (own.path("answer"), own.path("svg"));
+    let joined = study(&["join", d, b, a, c, "--output", &answer, "--svg", &svg]);
+    assert!(joined.status.success() && joined.stdout.is_empty());
+    let at_once = own.path("at-once");
+    assert!(fs::read(&answer).unwrap() == study(&[own.request(), "--svg", &at_once]).stdout);
+    for name in ["fig4.svg", "fig5.svg"] {
+        assert!(fs::read(format!("{svg}/{name}")).unwrap() == fs::read(format!("{at_once}/{name}")).unwrap());
+    }
+}
+
+/// Columns that nearly depend on each other, the study that ships, in equal parts in a folder, as
+/// the Job of deploy/studies has them.
+#[test]
+fn equal_parts_of_a_folder_are_the_whole() {
+    let own = InParts::of(include_str!("../examples/requests/study_flank.json"));
+    let folder = own.path("parts");
+    fs::create_dir(&folder).unwrap();
+    for index in 0..3 {
+        own.part(&format!("{index}/3"), &format!("parts/{index}.zst"));
+    }
+    // what another program, or a part that was given up, left behind
+    fs::write(format!("{folder}/.tmpX"), "half").unwrap();
+    assert!(study(&["join", &folder, "--json"]).stdout == study(&["--json"]).stdout);
+    // a part that is computed once more is the same file
+    let first = fs::read(format!("{folder}/1.zst")).unwrap();
+    own.part("1/3", "parts/1.zst");
+    assert!(fs::read(format!("{folder}/1.zst")).unwrap() == first);
+}
+
+#[test]
+fn levels_at_which_columns_depend_are_joined_as_well() {
+    let own = InParts::of(
+        r#"{"x":[[1,1],[2,2],[3,3],[4,4]],"coefficients":[1,2],"noise_sigma":0.1,"levels":[0,0.1],"repetitions":6}"#,
+    );
+    let (a, b) = (own.part("0..2", "a"), own.part("2..6", "b"));
+    let whole = study(&[own.request(), "--json"]).stdout;
+    let body: serde_json::Value = serde_json::from_slice(&whole).unwrap();
+    assert!(body["levels"][0]["condition"].is_null() && body["levels"][1]["condition"].is_object());
+    assert!(study(&["join", &b, &a, "--json"]).stdout == whole);
+}
+
+#[test]
+fn what_is_not_the_whole_is_refused_in_a_sentence() {
+    let own = InParts::of(MATRIX);
+    let (a, b, c) = (own.part("0..40", "a"), own.part("40..60", "b"), own.part("70..100", "c"));
+    let said = refused(&["join", &c, &a]);
+    assert!(said.contains("of 100 repetitions these are missing: 40..70"), "{said}");
+    assert!(refused(&["join", &b]).contains("missing: 0..40, 60..100"));
+    // one twice, and one within another
+    assert!(refused(&["join", &a, &b, &a]).contains("both have the repetitions 0..40"));
+    let within = own.part("10..20", "within");
+    let said = refused(&["join", &b, &within, &a, &c]);
+    assert!(said.contains(&format!("{a} and {within} both have the repetitions 10..20")), "{said}");
+    // of a request that differs in its seed alone
+    let other = InParts::of(&MATRIX.replace("\"seed\": 7", "\"seed\": 8"));
+    let foreign = other.part("40..100", "foreign");
+    let said = refused(&["join", &a, &foreign]);
+    assert!(said.contains(&format!("{foreign} is of another study than {a}")), "{said}");
+    // another program's file, one that is cut off at each of some places, one with another byte
+    assert!(refused(&["join", own.request()]).contains("is no file of repetitions"));
+    let whole = fs::read(&a).unwrap();
+    let broken = own.path("broken");
+    for length in [whole.len() / 2, whole.len() - 4, whole.len() - 1] {
+        fs::write(&broken, &whole[..length]).unwrap();
+        let said = refused(&["join", &broken, &b]);
+        assert!(said.contains(&broken) && said.contains("compute its repetitions anew"), "{said}");
+    }
+    let text = String::from_utf8(zstd::decode_all(&whole[..]).unwrap()).unwrap();
+    for (place, by) in [("\"rss\":0", "\"rss\":1"), ("\"to\":40", "\"to\":41"), ("seed", "need")] {
+        assert!(text.contains(place), "{place}");
+        fs::write(&broken, zstd::encode_all(text.replacen(place, by, 1).as_bytes(), 3).unwrap()).unwrap();
+        let said = refused(&["join", &broken, &b]);
+        assert!(said.contains("cut off or damaged"), "{place}: {said}");
+    }
+    let later = text.replacen("\"version\":1", "\"version\":2", 1);
+    fs::write(&broken, zstd::encode_all(later.as_bytes(), 3).unwrap()).unwrap();
+    assert!(refused(&["join", &broken]).contains("is of version 2; this program reads version 1"));
+    // repetitions that there are not, and a folder without files
+    let raw = own.path("raw");
+    let said = refused(&[own.request(), "--repetitions", "90..101", "--raw", &raw]);
+    assert!(said.contains("the study has 100 repetitions, so not all of 90..101"), "{said}");
+    assert!(!Path::new(&raw).exists());
+    fs::create_dir(&raw).unwrap();
+    assert!(refused(&["join", &raw]).contains("there is no file to join"));
+    // both or neither, and no tables of a part
+    for arguments in
+        [&["--repetitions", "0..1"][..], &["--raw", "x"], &["--repetitions", "0..1", "--raw", "x", "--json"]]
+    {
+        assert!(!study(arguments).status.success(), "{arguments:?}");
+    }
+    assert!(!Path::new("x").exists());
 }

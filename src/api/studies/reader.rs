@@ -14,7 +14,7 @@ use crate::api::{
     problem::Problem,
 };
 use flankfit_engine::{
-    estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyField},
+    estimation::randomization::{ColumnScaling, Measured, Setup, Study, StudyFaults, StudyField},
     numerics::{Rows, cancel},
 };
 
@@ -43,6 +43,15 @@ struct Material {
 
 /// Reads a request. Processor work where it has nodes.
 pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
+    read_by(text, Study::new)
+}
+
+/// The same for a study whose repetitions are computed in parts.
+pub fn read_in_parts(text: &[u8]) -> Result<CheckedStudy, Problem> {
+    read_by(text, Study::in_parts)
+}
+
+fn read_by(text: &[u8], check: fn(Setup) -> Result<Study, StudyFaults>) -> Result<CheckedStudy, Problem> {
     let mut faults = Faults::default();
     let members: RandomizationMembers<'_> = of_request(text, &mut faults)?;
     let x = members.x.optional_with(&mut faults, read_rows);
@@ -80,7 +89,7 @@ pub fn read(text: &[u8]) -> Result<CheckedStudy, Problem> {
     let seed = seed.unwrap_or(0);
     let scaling = scaling.unwrap_or(StudyScaling::None);
     let rows = material.x.count();
-    let study = Study::new(Setup {
+    let study = check(Setup {
         x: material.x,
         coefficients: coefficients.clone(),
         noise_sigma,

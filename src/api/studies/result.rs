@@ -1,5 +1,7 @@
 //! The answer to a randomisation study, as it is written.
 
+use std::ops::Range;
+
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
@@ -16,7 +18,9 @@ use crate::api::{
 };
 use flankfit_engine::estimation::{
     FitError,
-    randomization::{self, Figures, LevelRatios, LevelResult, Reference, ReferenceChoice, StudyResult, Summary},
+    randomization::{
+        self, Figures, LevelRatios, LevelResult, Outcome, Reference, ReferenceChoice, StudyResult, Summary,
+    },
     spec::Criterion,
 };
 
@@ -206,11 +210,26 @@ fn quartiles(summary: Option<Summary>) -> Option<Quartiles> {
 /// Runs a request to its answer. Processor work.
 pub fn answer(text: &[u8]) -> Result<RandomizationResult, Problem> {
     let checked = read(text)?;
-    let result = randomization::run(&checked.study).map_err(|error| match error {
+    let result = randomization::run(&checked.study).map_err(refused)?;
+    Ok(RandomizationResult::new(result, checked))
+}
+
+/// Some repetitions of a study, in order. Processor work.
+pub fn repetitions(checked: &CheckedStudy, which: Range<usize>) -> Result<Vec<Outcome>, Problem> {
+    randomization::repetitions(&checked.study, which).map_err(refused)
+}
+
+/// The same answer from all repetitions in order.
+pub fn of_repetitions(checked: CheckedStudy, outcomes: &[Outcome]) -> Result<RandomizationResult, Problem> {
+    let result = randomization::of_repetitions(&checked.study, outcomes).map_err(refused)?;
+    Ok(RandomizationResult::new(result, checked))
+}
+
+fn refused(error: FitError) -> Problem {
+    match error {
         FitError::Invalid(found) => Problem::invalid(Faults::by(&found, faults::of_matrix)),
         other => other.into(),
-    })?;
-    Ok(RandomizationResult::new(result, checked))
+    }
 }
 
 impl RandomizationResult {

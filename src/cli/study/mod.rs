@@ -1,7 +1,9 @@
 //! `flankfit study [FILE]`: the answer of `POST /v1/studies/randomization` as tables, and the
-//! paper's Figs. 4 and 5 as SVG.
+//! paper's Figs. 4 and 5 as SVG; also in parts, on several machines.
 
 mod figures;
+mod parts;
+mod raw;
 mod svg;
 mod tables;
 
@@ -10,46 +12,103 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use clap::Args;
+use clap::{Args, Subcommand};
 
 use super::{CommandError, progress};
-use crate::api::{problem::Problem, studies::result};
+use crate::api::{
+    problem::Problem,
+    studies::result::{self, RandomizationResult},
+};
 
 /// An involute section, described in docs/paper-figures.md.
 const DEFAULT: &str = include_str!("../../../examples/requests/study_flank.json");
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
 pub struct StudyArguments {
+    #[command(subcommand)]
+    command: Option<StudyCommand>,
     /// A study request as JSON; `-` reads standard input. Without it: an involute section whose
     /// columns are nearly parallel.
     file: Option<PathBuf>,
+    #[command(flatten)]
+    shown: Shown,
+    /// Compute only these repetitions, A to B - 1 (counted from 0), or part I of N equal ones (I
+    /// from 0), for `study join`.
+    #[arg(long, value_name = "A..B|I/N", requires = "raw", conflicts_with_all = ["svg", "json", "output"])]
+    repetitions: Option<parts::Which>,
+    /// The file that they are written to.
+    #[arg(long, value_name = "FILE", requires = "repetitions")]
+    raw: Option<PathBuf>,
+}
+
+#[derive(Debug, Subcommand)]
+enum StudyCommand {
+    /// Answer a study from the files of all of its repetitions: the same figures, to the byte, as
+    /// if it had been computed at once.
+    Join(JoinArguments),
+}
+
+#[derive(Debug, Args)]
+struct JoinArguments {
+    /// Files that `study --repetitions … --raw FILE` wrote, in any order, or folders of them.
+    #[arg(required = true)]
+    files: Vec<PathBuf>,
+    #[command(flatten)]
+    shown: Shown,
+}
+
+/// How an answer is shown.
+#[derive(Debug, Args)]
+struct Shown {
     /// Also write both figures into this folder, as fig4.svg and fig5.svg.
     #[arg(long, value_name = "DIR")]
     svg: Option<PathBuf>,
     /// Print the answer as JSON instead of tables.
     #[arg(long)]
     json: bool,
+    /// Write the answer to this file instead of standard output.
+    #[arg(long, value_name = "FILE")]
+    output: Option<PathBuf>,
 }
 
 pub fn run(arguments: &StudyArguments) -> Result<(), CommandError> {
+    if let Some(StudyCommand::Join(join)) = &arguments.command {
+        return join.shown.show(&progress::shown("join", || parts::join(&join.files))?);
+    }
     let text = match &arguments.file {
         None => DEFAULT.as_bytes().to_vec(),
         Some(file) => read(file)?,
     };
+    if let (Some(which), Some(raw)) = (&arguments.repetitions, &arguments.raw) {
+        println!("{}", progress::shown("study", || parts::write(text, which, raw))?);
+        return Ok(());
+    }
     let result = progress::shown("study", || result::answer(&text)).map_err(|problem| explain(&problem))?;
-    let mut shown = if arguments.json { result.to_json()? } else { tables::text(&result).into_bytes() };
-    if arguments.json {
-        shown.push(b'\n');
-    }
-    std::io::stdout().write_all(&shown)?;
-    if let Some(folder) = &arguments.svg {
-        std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
-        for (name, figure) in [("fig4.svg", figures::stability(&result)), ("fig5.svg", figures::accuracy(&result))] {
-            let path = folder.join(name);
-            std::fs::write(&path, figure).map_err(|error| format!("cannot write {}: {error}", path.display()))?;
+    arguments.shown.show(&result)
+}
+
+impl Shown {
+    fn show(&self, result: &RandomizationResult) -> Result<(), CommandError> {
+        let mut shown = if self.json { result.to_json()? } else { tables::text(result).into_bytes() };
+        if self.json {
+            shown.push(b'\n');
         }
+        match &self.output {
+            None => std::io::stdout().write_all(&shown)?,
+            Some(file) => write(file, &shown)?,
+        }
+        if let Some(folder) = &self.svg {
+            std::fs::create_dir_all(folder).map_err(|error| format!("cannot make {}: {error}", folder.display()))?;
+            write(&folder.join("fig4.svg"), figures::stability(result).as_bytes())?;
+            write(&folder.join("fig5.svg"), figures::accuracy(result).as_bytes())?;
+        }
+        Ok(())
     }
-    Ok(())
+}
+
+fn write(file: &Path, text: &[u8]) -> Result<(), CommandError> {
+    std::fs::write(file, text).map_err(|error| format!("cannot write {}: {error}", file.display()).into())
 }
 
 fn read(file: &Path) -> Result<Vec<u8>, CommandError> {

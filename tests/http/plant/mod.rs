@@ -4,4 +4,5 @@ mod commands;
 mod manifests;
 pub mod proxy;
 mod rolling;
+mod studies;
 mod yaml;

@@ -18,7 +18,8 @@
 //! never as a difference of two estimates; arithmetic is of twice the precision where X̃ is so near
 //! to dependence that doubles would not do. *Reproducible.* Repetition r draws from stream r of the
 //! seed (`normal`): first e, then the changes of X row by row, the same for every level.
-//! Repetitions are computed in parallel and gathered in order.
+//! Repetitions are computed in parallel and gathered in order; [`repetitions`] computes some of them
+//! and [`of_repetitions`] gathers all, for studies that are computed on several machines.
 
 mod fault;
 mod matrix_b;
@@ -33,17 +34,19 @@ mod setup;
 
 pub use fault::{StudyFaults, StudyField, StudyReason};
 pub use measured::Measured;
+pub use outcome::{LevelFigures, Outcome};
 pub use plateau::PLATEAU;
 pub use result::{
     Figures, LevelOfB, LevelRatios, LevelResult, Optimum, Reference, ReferenceChoice, References, StudyResult, Summary,
 };
 pub use setup::{ColumnScaling, Setup, Study};
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::{error::FitError, result::Warning};
 use crate::numerics::cancel;
-use outcome::Outcome;
 use references::Base;
 
 /// Runs a study. Processor work, bounded by `setup::MOST_WORK`.
@@ -81,15 +84,55 @@ use references::Base;
 /// ```
 pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     let base = Base::new(study)?;
-    let (handle, all) = (cancel::current(), cancel::parts(study.repetitions));
+    let outcomes = draw(study, &base, 0..study.repetitions)?;
+    Ok(gathered(study, &base, &outcomes))
+}
+
+/// Some repetitions of a study, in order: what it is gathered from.
+pub fn repetitions(study: &Study, which: Range<usize>) -> Result<Vec<Outcome>, FitError> {
+    draw(study, &Base::new(study)?, which)
+}
+
+/// What [`run`] finds, to the bit, from all repetitions in order, wherever they were computed. Each
+/// must be of this study ([`Study::takes`]).
+///
+/// ```
+/// use flankfit_engine::estimation::randomization::{
+///     ColumnScaling, Setup, Study, of_repetitions, repetitions, run,
+/// };
+///
+/// let setup = Setup {
+///     x: (0..9).map(|k| vec![1.0, f64::from(k)]).collect(),
+///     coefficients: vec![1.0, 0.5],
+///     noise_sigma: 0.1,
+///     levels: vec![0.01, 0.1],
+///     repetitions: 30,
+///     seed: 3,
+///     scaling: ColumnScaling::None,
+/// };
+/// let study = Study::new(setup)?;
+/// let mut all = repetitions(&study, 0..10)?;
+/// all.extend(repetitions(&study, 10..30)?);
+/// assert_eq!(of_repetitions(&study, &all)?, run(&study)?);
+/// # Ok::<(), Box<dyn std::error::Error>>(())
+/// ```
+pub fn of_repetitions(study: &Study, outcomes: &[Outcome]) -> Result<StudyResult, FitError> {
+    Ok(gathered(study, &Base::new(study)?, outcomes))
+}
+
+fn draw(study: &Study, base: &Base, which: Range<usize>) -> Result<Vec<Outcome>, FitError> {
+    let (handle, all) = (cancel::current(), cancel::parts(which.len()));
     let repetition = |stream| {
         cancel::checkpoint();
-        all.run(1, || repetition::run(study, &base, stream))
+        all.run(1, || repetition::run(study, base, stream))
     };
-    let outcomes: Vec<Outcome> = (0..study.repetitions as u64)
+    (which.start as u64..which.end as u64)
         .into_par_iter()
         .map(|stream| cancel::carry(handle.as_ref(), || repetition(stream)))
-        .collect::<Result<_, FitError>>()?;
+        .collect()
+}
+
+fn gathered(study: &Study, base: &Base, outcomes: &[Outcome]) -> StudyResult {
     let mut warnings = Vec::new();
     let levels: Vec<LevelResult> = study
         .levels
@@ -106,7 +149,7 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
                     rss: of(&|d| d.rss),
                 },
                 fitted_rss: of(&|d| d.fitted_rss),
-                matrix_b: base.of_level(&outcomes, level),
+                matrix_b: base.of_level(outcomes, level),
             }
         })
         .collect();
@@ -114,14 +157,14 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
     if !lost.is_empty() {
         warnings.push(Warning::DependentLevels(lost));
     }
-    let references = base.references(&outcomes, &mut warnings);
+    let references = base.references(outcomes, &mut warnings);
     let optimum = if study.noise_sigma > 0.0 {
         plateau::optimum(&levels, &references.least_squares)
     } else {
         warnings.push(Warning::NoNoise);
         None
     };
-    Ok(StudyResult {
+    StudyResult {
         eigenvalues: base.lambda().to_vec(),
         smallest_correlation: base.correlation.map(|c| c[0]),
         largest_correlation: base.correlation.map(|c| c[1]),
@@ -131,7 +174,8 @@ pub fn run(study: &Study) -> Result<StudyResult, FitError> {
         references,
         optimum,
         warnings,
-    })
+    }
 }
+
 #[cfg(test)]
 mod tests;

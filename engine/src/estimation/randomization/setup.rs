@@ -1,6 +1,9 @@
 //! What a study is run with, checked.
 
-use super::fault::{StudyFaults, StudyField, StudyReason};
+use super::{
+    fault::{StudyFaults, StudyField, StudyReason},
+    outcome::Outcome,
+};
 use crate::numerics::Rows;
 
 /// Products `levels · repetitions · rows · columns²` that a study may take.
@@ -8,6 +11,8 @@ pub(super) const MOST_WORK: usize = 300_000_000;
 /// Most repetitions and most levels.
 pub(super) const MOST_REPETITIONS: usize = 10_000;
 pub(super) const MOST_LEVELS: usize = 200;
+/// Most repetitions of a study that is computed in parts.
+const MOST_IN_PARTS: usize = 10_000_000;
 
 /// Columns in which norms, eigenvalues and λ* are understood.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -57,6 +62,21 @@ pub struct Study {
 impl Study {
     /// Checks everything.
     pub fn new(setup: Setup) -> Result<Self, StudyFaults> {
+        Study::within(setup, MOST_REPETITIONS, MOST_WORK)
+    }
+
+    /// The same for a study whose repetitions are computed in parts: of the whole there may be far
+    /// more, and what work a part may be is for whoever computes it to say.
+    pub fn in_parts(setup: Setup) -> Result<Self, StudyFaults> {
+        Study::within(setup, MOST_IN_PARTS, usize::MAX)
+    }
+
+    /// Whether a repetition is of the shape of those of this study.
+    pub fn takes(&self, outcome: &Outcome) -> bool {
+        outcome.levels.len() == self.levels.len() && outcome.along.len() == self.columns
+    }
+
+    fn within(setup: Setup, most_repetitions: usize, most_work: usize) -> Result<Self, StudyFaults> {
         let mut faults = StudyFaults::default();
         let (rows, columns) = (setup.x.count(), setup.x.iter().next().map_or(0, <[f64]>::len));
         if rows == 0 || columns == 0 {
@@ -84,15 +104,15 @@ impl Study {
         for (i, level) in setup.levels.iter().enumerate().filter(|(_, k)| !(**k >= 0.0 && k.is_finite())) {
             faults.push(StudyField::Level(i), StudyReason::Level(*level));
         }
-        if setup.repetitions == 0 || setup.repetitions > MOST_REPETITIONS {
+        if setup.repetitions == 0 || setup.repetitions > most_repetitions {
             faults.push(
                 StudyField::Repetitions,
-                StudyReason::Repetitions { given: setup.repetitions, most: MOST_REPETITIONS },
+                StudyReason::Repetitions { given: setup.repetitions, most: most_repetitions },
             );
         }
         let work =
             [setup.repetitions, rows, columns, columns].into_iter().fold(setup.levels.len(), usize::saturating_mul);
-        if faults.is_empty() && work > MOST_WORK {
+        if faults.is_empty() && work > most_work {
             faults.push(
                 StudyField::Repetitions,
                 StudyReason::Work {
@@ -101,7 +121,7 @@ impl Study {
                     rows,
                     columns,
                     work,
-                    most: MOST_WORK,
+                    most: most_work,
                 },
             );
         }

@@ -254,6 +254,21 @@ fn equal_seeds_give_equal_studies_whatever_the_threads() {
     assert_eq!(fewer.levels[0], result.levels[2]);
 }
 
+#[test]
+fn a_study_in_parts_may_be_larger_than_one_at_once() {
+    let mut large = setup();
+    large.repetitions = 10_001;
+    assert!(Study::new(large.clone()).is_err());
+    let whole = Study::in_parts(large.clone()).unwrap();
+    let last = repetitions(&whole, 9_999..10_001).unwrap();
+    assert!(last.len() == 2 && last[0] != last[1] && last.iter().all(|outcome| whole.takes(outcome)));
+    // what a repetition draws does not hang on how many there are
+    assert_eq!(repetitions(&whole, 37..40).unwrap(), repetitions(&study(|_| ()), 37..40).unwrap());
+    assert!(!study(|s| s.levels = vec![0.3]).takes(&last[0]));
+    large.repetitions = 10_000_001;
+    assert!(Study::in_parts(large).is_err());
+}
+
 /// Columns so close that doubles cannot hold their difference from dependence to any digit.
 #[test]
 fn near_dependence_keeps_its_digits() {
