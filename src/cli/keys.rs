@@ -109,6 +109,8 @@ async fn create(
     tenant: Tenant,
     arguments: &CreateArguments,
 ) -> Result<Secret, CommandError> {
+    // a database without a schema is told as that, not as the table that is missing first
+    service.ping().await?;
     let keys = service.keys_of(&Caller {
         tenant: tenant.clone(),
         actor: actor::ON_THE_DATABASE.into(),

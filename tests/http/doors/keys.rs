@@ -7,6 +7,7 @@ use std::{
 
 use flankfit::{
     config::Authentication,
+    http::AppState,
     jobs::{Caller, Clock, KeyDraft, Role, SystemClock, Tenant},
 };
 use jiff::{SignedDuration, Timestamp};
@@ -21,8 +22,13 @@ use crate::{
 
 /// A key made on the database.
 pub async fn key_of(app: &TestApp, tenant: &str, role: Role) -> String {
+    key_on(&app.state, tenant, role).await
+}
+
+/// The same by what a server's handlers reach.
+pub async fn key_on(state: &AppState, tenant: &str, role: Role) -> String {
     let tenant = if role == Role::Root { Tenant::root() } else { Tenant::named(tenant).unwrap() };
-    let keys = app.state.jobs.keys_of(&Caller { tenant, actor: "test".into(), origin: Default::default() });
+    let keys = state.jobs.keys_of(&Caller { tenant, actor: "test".into(), origin: Default::default() });
     let draft =
         KeyDraft { name: role.name().to_owned(), role: Some(role), scopes: role.scopes(), expires_at: None, san: None };
     keys.create(draft, None).await.unwrap().1.unwrap().expose().to_owned()

@@ -38,7 +38,7 @@ pub fn robust_iteration() -> Value {
 }
 
 /// A fit of trimmed squares: of 40 × 40 nodes it takes seconds, of 150 × 150 many more.
-fn trimmed(side: usize) -> Value {
+pub fn trimmed(side: usize) -> Value {
     let axis = |count: usize| (0..count).map(|i| i as f64).collect::<Vec<_>>();
     let height = |i: usize, j: usize| (3.0 * i as f64 + 7.0 * j as f64).sin();
     let heights: Vec<Vec<f64>> = (0..side).map(|i| (0..side).map(|j| height(i, j)).collect()).collect();

@@ -1,6 +1,7 @@
 //! Gear jobs over real HTTP.
 
 mod all_events;
+mod apart;
 pub mod app;
 pub mod audit;
 mod by;

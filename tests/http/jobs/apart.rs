@@ -1,0 +1,337 @@
+//! Servers apart from each other on one PostgreSQL database: what is done at one counts at the
+//! other in time, told or not, and what needs no store goes on without it.
+
+use std::{
+    process::Command,
+    time::{Duration, Instant},
+};
+
+use flankfit::{
+    config::{Authentication, MigrateMode, ServeSettings},
+    jobs::Role,
+};
+use reqwest::{Client, Method};
+use serde_json::{Value, json};
+use tokio::time::sleep;
+
+use super::{
+    app::{Answer, iteration, send},
+    kill,
+    long::{begun, slow_iteration, trimmed},
+    several::Replicas,
+    streams::{block, spec},
+};
+use crate::{
+    doors::keys::{key_of, key_on},
+    harness::{CURVE, TestApp},
+    postgres::{Server, shell},
+};
+
+const STOP: &str = "$BIN/pg_ctl -D data -m immediate -w stop";
+const START: &str = "$BIN/pg_ctl -D data -l log -w start";
+const RESTART: &str = "$BIN/pg_ctl -D data -l log -m fast -w restart";
+/// For so long something is waited for that has no time of its own.
+const PATIENCE: Duration = Duration::from_secs(60);
+
+/// Past a pooler behind which there is nobody, so that nothing is told.
+fn untold(settings: &mut ServeSettings) {
+    settings.postgres.database_direct_url = Some("postgres://nobody@127.0.0.1:1/nowhere".to_owned());
+    settings.postgres.migrate = MigrateMode::Check;
+}
+
+fn run(server: &Server, script: &str) {
+    assert!(shell(&server.folder, script).status().unwrap().success(), "{script}");
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
+    for is_told in [true, false] {
+        let replicas = Replicas::on_postgres_with(2, |settings| {
+            settings.auth = Authentication::Auto;
+            if !is_told {
+                untold(settings);
+            }
+        })
+        .await;
+        let admin = key_on(&replicas.states[0], "default", Role::Admin).await;
+        let reader = key_on(&replicas.states[0], "default", Role::Reader).await;
+        let asked = |key: &str| send(replicas.request(1, Method::GET, "/v1/jobs").bearer_auth(key));
+        for _ in 0..3 {
+            asked(&reader).await.expect(200);
+        }
+        let revoked = Instant::now();
+        let place = format!("/v1/keys/{}", &reader[4..20]);
+        send(replicas.request(0, Method::DELETE, &place).bearer_auth(&admin)).await.expect(204);
+        let refused = loop {
+            let answer = asked(&reader).await;
+            assert!(revoked.elapsed() < Duration::from_secs(5), "told: {is_told}");
+            if answer.status != 200 {
+                break answer;
+            }
+            sleep(Duration::from_millis(20)).await;
+        };
+        refused.problem(401, "invalid_key");
+        println!("told: {is_told}; refused after {:?}", revoked.elapsed());
+        // the other keys go on
+        asked(&admin).await.expect(200);
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn an_operation_that_is_cancelled_at_the_other_server_frees_its_worker_within_four_seconds() {
+    for is_told in [true, false] {
+        let replicas = Replicas::on_postgres_with(2, |settings| {
+            if !is_told {
+                untold(settings);
+            }
+        })
+        .await;
+        let request = replicas.request(0, Method::POST, "/v1/fits").header("Prefer", "respond-async");
+        let operation = begun(request.json(&trimmed(200))).await;
+        let busy = |replica: usize| replicas.states[replica].pool.busy() > 0;
+        let asked = Instant::now();
+        while replicas.get(0, &operation).await.expect(200).json()["state"] != "running" || !(busy(0) || busy(1)) {
+            assert!(asked.elapsed() < PATIENCE, "nobody begins");
+            sleep(Duration::from_millis(20)).await;
+        }
+        let worker = usize::from(busy(1));
+        assert!(busy(worker) && !busy(1 - worker), "one computes");
+        let cancelled = Instant::now();
+        send(replicas.request(1 - worker, Method::DELETE, &operation)).await.expect(204);
+        while busy(worker) {
+            assert!(cancelled.elapsed() < Duration::from_secs(4), "told: {is_told}; the worker goes on");
+            sleep(Duration::from_millis(10)).await;
+        }
+        println!("told: {is_told}; free after {:?}", cancelled.elapsed());
+        for replica in [0, 1] {
+            let told = replicas.get(replica, &operation).await.expect(200).json();
+            assert_eq!(told["state"], "cancelled");
+            replicas.get(replica, &format!("{operation}/result")).await.problem(410, "operation_cancelled");
+        }
+    }
+}
+
+/// The result of an operation, and what was answered under a key, wherever they are asked for.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn results_and_kept_answers_are_the_same_everywhere() {
+    let replicas = Replicas::on_postgres(2).await;
+    let path = format!("{}/iterations", replicas.job().await);
+    let later = replicas.keyed(0, &path, "later", &slow_iteration()).header("Prefer", "respond-async");
+    let operation = begun(later).await;
+    let result = |replica: usize| {
+        let request = replicas.request(replica, Method::GET, &format!("{operation}/result"));
+        send(request.header("Prefer", "wait=60"))
+    };
+    let (there, here) = (result(1).await.expect(201), result(0).await.expect(201));
+    let seen = |answer: &Answer| {
+        let headers = ["location", "etag", "content-type"].map(|name| answer.header(name).map(str::to_owned));
+        (headers, answer.text.clone())
+    };
+    assert_eq!(seen(&there), seen(&here));
+    assert!(there.header("location").is_some() && there.json()["number"] == 1);
+    // the plain request with its key, and one that was plain from the beginning
+    let plain = send(replicas.keyed(0, &path, "plain", &iteration())).await.expect(201);
+    assert_eq!(plain.header("idempotency-replayed"), None);
+    for (key, body, first) in [("later", slow_iteration(), &there), ("plain", iteration(), &plain)] {
+        for replica in [1, 0] {
+            let kept = send(replicas.keyed(replica, &path, key, &body)).await.expect(201);
+            assert_eq!(kept.header("idempotency-replayed"), Some("true"));
+            assert_eq!(seen(&kept), seen(first), "{key} at {replica}");
+        }
+    }
+    for (key, body) in [("later", iteration()), ("plain", slow_iteration())] {
+        send(replicas.keyed(1, &path, key, &body)).await.problem(422, "idempotency_key_reused");
+    }
+    let trace = replicas.get(1, &path.replace("iterations", "trace")).await.expect(200).json();
+    assert_eq!(trace["iterations"].as_array().unwrap().len(), 2);
+}
+
+/// The plain request has no longer than that, the same for later has.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn an_operation_outlives_the_time_of_a_request() {
+    let replicas = Replicas::on_postgres_with(2, |settings| settings.request_timeout = 1).await;
+    let (path, request) = ("/v1/fits", trimmed(150));
+    replicas.post(0, path, &request).await.problem(503, "request_timeout");
+    let later = replicas.request(0, Method::POST, path).header("Prefer", "respond-async");
+    let operation = begun(later.json(&request)).await;
+    let asked = Instant::now();
+    let mut unready = 0;
+    let ended = loop {
+        let told = replicas.get(1, &operation).await.expect(200).json();
+        if told["state"] != "queued" && told["state"] != "running" {
+            break told;
+        }
+        unready += u32::from(asked.elapsed() > Duration::from_secs(1));
+        assert!(asked.elapsed() < 2 * PATIENCE, "{told}");
+        sleep(Duration::from_millis(50)).await;
+    };
+    assert!(unready > 0, "it took longer than a request may");
+    assert_eq!((&ended["state"], &ended["attempts"]), (&json!("succeeded"), &json!(1)), "{ended}");
+    let [there, here] = [1, 0].map(|replica| replicas.request(replica, Method::GET, &format!("{operation}/result")));
+    let (there, here) = (send(there).await.expect(200), send(here).await.expect(200));
+    assert!(there.text == here.text && there.json()["coefficients"].is_array(), "{}", there.text);
+}
+
+/// Who was seen before computes on while the database is away; nobody else is let in, and the
+/// server says that it can store nothing.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn fits_outlive_the_database() {
+    let server = Server::start();
+    let url = server.database().await;
+    let app = TestApp::start_with(|settings| {
+        settings.database_url.clone_from(&url);
+        settings.auth = Authentication::Auto;
+        settings.postgres.store_patience = 1;
+    })
+    .await;
+    let (seen, unseen) = (key_of(&app, "default", Role::Engineer).await, key_of(&app, "default", Role::Engineer).await);
+    let get = async |path: &str| app.get(path).send().await.unwrap().status().as_u16();
+    let fit = async |key: &str| crate::harness::send(app.post("/v1/fits", CURVE).bearer_auth(key)).await;
+    let first = fit(&seen).await;
+    assert_eq!((first.status.as_u16(), get("/readyz").await, get("/readyz?for=compute").await), (200, 200, 200));
+
+    run(&server, STOP);
+    let stopped = Instant::now();
+    while get("/readyz").await != 503 {
+        assert!(stopped.elapsed() < Duration::from_secs(5), "it still says that it is ready");
+        sleep(Duration::from_millis(50)).await;
+    }
+    // longer than what the store said of a key holds while the store answers
+    while stopped.elapsed() < Duration::from_secs(6) {
+        let answer = fit(&seen).await;
+        assert_eq!((answer.status.as_u16(), &answer.text), (200, &first.text), "after {:?}", stopped.elapsed());
+        assert_eq!((get("/readyz").await, get("/readyz?for=compute").await, get("/healthz").await), (503, 200, 200));
+        sleep(Duration::from_millis(200)).await;
+    }
+    fit(&unseen).await.problem(503, "store_unavailable");
+    let store = crate::harness::send(app.post("/v1/jobs", r#"{"name":"wheel"}"#).bearer_auth(&seen)).await;
+    store.problem(503, "store_unavailable");
+
+    run(&server, START);
+    let started = Instant::now();
+    while get("/readyz").await != 200 {
+        assert!(started.elapsed() < PATIENCE, "it does not become ready again");
+        sleep(Duration::from_millis(50)).await;
+    }
+    assert_eq!(fit(&unseen).await.status, 200);
+    let stored = crate::harness::send(app.post("/v1/jobs", r#"{"name":"wheel"}"#).bearer_auth(&seen)).await;
+    assert_eq!(stored.status, 201, "{}", stored.text);
+}
+
+/// The first key on a PostgreSQL database that has nothing yet: it gets its schema, unless that is
+/// another's task.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn the_first_key_makes_the_schema_of_an_empty_database() {
+    let server = Server::shared();
+    let url = server.url(&server.copy_of("template1").await);
+    let create = |more: &[&str]| {
+        let made = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+            .args(["keys", "create", "--tenant", "plant-7", "--role", "admin", "--unsafe-store"])
+            .args(["--database-url", &url])
+            .args(more)
+            .env_clear()
+            .output()
+            .unwrap();
+        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
+        (made.status.success(), text(made.stdout), text(made.stderr))
+    };
+    let (done, key, said) = create(&["--migrate", "check"]);
+    assert!(!done && key.is_empty() && said.contains("flankfit migrate"), "{said}");
+    let (done, key, said) = create(&[]);
+    assert!(done && key.len() == 94 && key.starts_with("ffk_") && key.ends_with('\n'), "{key}{said}");
+    let app = TestApp::start_with(|settings| {
+        settings.database_url.clone_from(&url);
+        settings.auth = Authentication::Auto;
+        settings.postgres.migrate = MigrateMode::Check;
+    })
+    .await;
+    let who = crate::harness::send(app.get("/v1/whoami").bearer_auth(key.trim())).await;
+    assert_eq!((who.status.as_u16(), &who.json()["tenant"]), (200, &json!("plant-7")), "{}", who.text);
+    crate::harness::send(app.get("/v1/whoami")).await.problem(401, "unauthorized");
+    // and a second one is no other schema
+    assert!(create(&["--migrate", "check"]).0);
+}
+
+/// Two programs, each with metrics of its own.
+struct Programs {
+    client: Client,
+    servers: [kill::Server; 2],
+}
+
+impl Programs {
+    async fn ask(&self, replica: usize, method: Method, path: &str, body: Option<&Value>) -> Answer {
+        let request = self.client.request(method, format!("{}{path}", self.servers[replica].base));
+        send(body.into_iter().fold(request, |request, body| request.json(body))).await
+    }
+
+    /// The figure of a metric without labels.
+    async fn figure(&self, replica: usize, metric: &str) -> Option<f64> {
+        let text = self.ask(replica, Method::GET, "/metrics", None).await.expect(200).text;
+        text.lines().find_map(|line| line.strip_prefix(metric)?.trim().parse().ok())
+    }
+
+    /// So many jobs that every writer has some.
+    async fn write(&self) {
+        for number in 0..24 {
+            let job = json!({"name": format!("wheel {number}")});
+            self.ask(0, Method::POST, "/v1/jobs", Some(&job)).await.expect(201);
+        }
+    }
+
+    async fn ready_once(&self, status: u16) {
+        let asked = Instant::now();
+        while self.ask(0, Method::GET, "/readyz", None).await.status != status {
+            assert!(asked.elapsed() < PATIENCE, "/readyz is never {status}");
+            sleep(Duration::from_millis(50)).await;
+        }
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn metrics_tell_how_a_server_stands_to_its_store() {
+    let server = Server::start();
+    let url = server.database().await;
+    let servers = [kill::Server::start(&url), kill::Server::start(&url)];
+    let plant = Programs { client: Client::builder().no_proxy().build().unwrap(), servers };
+    plant.ready_once(200).await;
+    assert_eq!(plant.figure(0, "flankfit_store_up").await, Some(1.0));
+    // one machine, one clock
+    let skew = plant.figure(0, "flankfit_clock_skew_seconds").await;
+    assert!(skew.is_some_and(|skew| skew.abs() < 0.5), "{skew:?}");
+
+    // a block that came to the other one, of which the first has not heard
+    let job = plant.ask(0, Method::POST, "/v1/jobs", Some(&json!({"name": "wheel"}))).await.expect(201);
+    let streams = format!("{}/streams", job.header("location").unwrap());
+    let stream = plant.ask(0, Method::POST, &streams, Some(&spec())).await.expect(201);
+    let nodes = format!("{}/nodes", stream.header("location").unwrap());
+    assert_eq!(plant.figure(0, "flankfit_stream_catch_ups_total").await.unwrap_or(0.0), 0.0);
+    for (sequence, replica) in [(1, 0), (2, 1), (3, 0)] {
+        let from = 40 * (sequence as usize - 1);
+        plant.ask(replica, Method::POST, &nodes, Some(&block(sequence, from..from + 40))).await.expect(200);
+    }
+    assert_eq!(plant.figure(0, "flankfit_stream_catch_ups_total").await, Some(1.0));
+    assert_eq!(plant.figure(1, "flankfit_stream_catch_ups_total").await.unwrap_or(0.0), 0.0);
+
+    // each writer's connection is gone, so its next transaction is tried again
+    plant.write().await;
+    let before = plant.figure(0, "flankfit_store_retries_total").await.unwrap_or(0.0);
+    run(&server, RESTART);
+    plant.write().await;
+    let after = plant.figure(0, "flankfit_store_retries_total").await;
+    assert!(after.is_some_and(|after| after > before), "{before}, then {after:?}");
+
+    run(&server, STOP);
+    plant.ready_once(503).await;
+    assert_eq!(plant.figure(0, "flankfit_store_up").await, Some(0.0));
+    run(&server, START);
+    plant.ready_once(200).await;
+    assert_eq!(plant.figure(0, "flankfit_store_up").await, Some(1.0));
+    plant.servers.into_iter().for_each(kill::Server::kill);
+}
