@@ -4,6 +4,7 @@ mod backup;
 mod carry;
 mod conformance;
 mod disk;
+mod failover;
 mod group_commit;
 mod job_list;
 mod lost;

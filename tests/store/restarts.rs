@@ -30,7 +30,7 @@ const INTERRUPTIONS: usize = 4;
 type Told = (String, u32);
 
 /// Writers that go on until they are told to stop, each with one request at a time.
-struct Writers {
+pub struct Writers {
     store: Arc<PostgresStore>,
     repository: Arc<dyn Repository>,
     jobs: Vec<Uuid>,
@@ -43,7 +43,7 @@ struct Writers {
 }
 
 impl Writers {
-    async fn start(mut settings: PostgresSettings) -> Self {
+    pub async fn start(mut settings: PostgresSettings) -> Self {
         (settings.writers, settings.readers) = (2, 4);
         (settings.unsafe_store, settings.patience) = (true, Duration::from_secs(20));
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
@@ -88,7 +88,7 @@ impl Writers {
     }
 
     /// Returns when every job got something more.
-    async fn go_on(&self) {
+    pub async fn go_on(&self) {
         let before: Vec<u32> = self.stored.iter().map(|stored| stored.load(Ordering::SeqCst)).collect();
         let since = Instant::now();
         while self.stored.iter().zip(&before).any(|(stored, before)| stored.load(Ordering::SeqCst) < before + 5) {
@@ -98,7 +98,7 @@ impl Writers {
     }
 
     /// Ends the writers and compares what they were told with what is there.
-    async fn check(self) {
+    pub async fn check(self) {
         self.stop.store(true, Ordering::SeqCst);
         for reading in self.reading {
             reading.await.unwrap();

@@ -27,13 +27,14 @@ const RESTORE: &str = "$BIN/pg_ctl -D data -m immediate -w stop && \
     touch copy/recovery.signal && chmod 700 copy && mv data lost && mv copy data && \
     $BIN/pg_ctl -D data -l log -w -t 120 start";
 
-fn run(server: &Server, script: &str) {
+/// Runs a script in the folder of a server.
+pub fn run(server: &Server, script: &str) {
     let done = shell(&server.folder, script).status().unwrap();
     assert!(done.success(), "{script}: {}", fs::read_to_string(server.folder.join("log")).unwrap_or_default());
 }
 
 /// The program says so, which has nothing but the database.
-fn verified(url: &str) -> String {
+pub fn verified(url: &str) -> String {
     let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
         .args(["audit", "verify", "--database-url", url])
         .env_clear()
