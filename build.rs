@@ -1,6 +1,6 @@
 //! Migrations and the dashboard are embedded at compile time; a new file must lead to a new build.
 //! And tests that need a PostgreSQL server, or haproxy, are ignored where there is none, unless
-//! FLANKFIT_TEST_POSTGRES=required; those that need promtool are wherever there is none.
+//! FLANKFIT_TEST_POSTGRES=required; those that need promtool or openssl are wherever there is none.
 
 use std::{env, fs, path::PathBuf};
 
@@ -12,7 +12,7 @@ fn main() {
     println!("cargo:rerun-if-changed=build.rs");
     println!("cargo:rerun-if-env-changed=FLANKFIT_TEST_POSTGRES");
     println!("cargo:rerun-if-env-changed=FLANKFIT_POSTGRES_BIN");
-    println!("cargo:rustc-check-cfg=cfg(without_postgres, without_haproxy, without_promtool)");
+    println!("cargo:rustc-check-cfg=cfg(without_postgres, without_haproxy, without_promtool, without_openssl)");
     let required = env::var("FLANKFIT_TEST_POSTGRES").is_ok_and(|wanted| wanted == "required");
     if !required && !has_postgres() {
         println!("cargo:rustc-cfg=without_postgres");
@@ -20,9 +20,16 @@ fn main() {
     if !required && !has_haproxy() {
         println!("cargo:rustc-cfg=without_haproxy");
     }
-    if !env::split_paths(&env::var_os("PATH").unwrap_or_default()).any(|folder| folder.join("promtool").exists()) {
+    if !is_in_path("promtool") {
         println!("cargo:rustc-cfg=without_promtool");
     }
+    if !is_in_path("openssl") {
+        println!("cargo:rustc-cfg=without_openssl");
+    }
+}
+
+fn is_in_path(program: &str) -> bool {
+    env::split_paths(&env::var_os("PATH").unwrap_or_default()).any(|folder| folder.join(program).exists())
 }
 
 fn has_haproxy() -> bool {

@@ -4,6 +4,7 @@
 
 mod circles;
 mod dependencies;
+mod secrets;
 mod sizes;
 
 use std::fs;

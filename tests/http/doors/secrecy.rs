@@ -1,15 +1,26 @@
 //! A key is told once: it is in no log, no metric, no span, no problem, no help and no database.
 
-use std::{fs, io::Read as _, process::Command};
+use std::{
+    fs,
+    io::Read as _,
+    process::{Command, Stdio},
+};
 
+use flankfit::{config::Authentication, jobs::Role};
 use serde_json::{Value, json};
+use sha2::{Digest as _, Sha256};
 
 use super::{
     collector::Collector,
     issuer::{Issuer, SigningKey},
+    keys::key_of,
     talkative::Talkative,
 };
-use crate::database::in_file;
+use crate::{
+    database::in_file,
+    harness::{TestApp, send},
+    postgres::{Server, shell},
+};
 
 /// Whether some bytes hold the secret part of a key, whole or as binary.
 fn holds(bytes: &[u8], key: &str) -> bool {
@@ -94,6 +105,46 @@ async fn a_secret_is_told_once_and_nowhere_else() {
         files += usize::from(bytes.windows(16).any(|window| window == &canary.as_bytes()[4..20]));
     }
     assert!(files > 0, "the id of the key is there");
+}
+
+/// Bytes as `pg_dump` writes them.
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_dump_of_the_database_holds_no_secret() {
+    let server = Server::shared();
+    let name = server.with_schema().await;
+    let app = TestApp::start_with(|settings| {
+        settings.database_url = server.url(&name);
+        settings.auth = Authentication::Auto;
+    })
+    .await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    let ask = async |path: &str, body: Value| {
+        let answer = send(app.post(path, body.to_string()).bearer_auth(&admin).header("idempotency-key", "one")).await;
+        assert_eq!(answer.status, 201, "{}", answer.text);
+        answer.json()["key"].as_str().unwrap().to_owned()
+    };
+    let canary = ask("/v1/keys", json!({"name": "canary", "role": "engineer"})).await;
+    let rotated = ask(&format!("/v1/keys/{}/rotate", &canary[4..20]), json!({"overlap_seconds": 600})).await;
+    for key in [&canary, &rotated] {
+        let stored = send(app.post("/v1/jobs", r#"{"name":"wheel"}"#).bearer_auth(key)).await;
+        assert_eq!(stored.status, 201, "{}", stored.text);
+    }
+    let mut dump = shell(&server.folder, &format!("$BIN/pg_dump -h \"$PWD\" -U owner {name}"));
+    let dump = dump.stdout(Stdio::piped()).output().unwrap();
+    assert!(dump.status.success());
+    let text = String::from_utf8(dump.stdout).unwrap();
+    for key in [&admin, &canary, &rotated] {
+        let digest: [u8; 32] = Sha256::digest(key.as_bytes()).into();
+        assert!(text.contains(&hex(&digest)), "its digest is there");
+        // in digits, which are those of its bytes as well, and as the bytes of these digits
+        assert!(!text.contains(&key[21..85]) && !text.contains(&hex(&key.as_bytes()[21..85])), "and it is not");
+    }
+    app.stop().await;
 }
 
 /// The parts of a token that nobody else must have: who has its claims alone cannot use them, but

@@ -1,15 +1,26 @@
 //! The service over TLS, with clients of another hand than the server's own.
 
-use std::{fs, net::SocketAddr, path::PathBuf, sync::Arc, time::Duration};
+use std::{
+    fs,
+    net::SocketAddr,
+    path::PathBuf,
+    process::{Command, Stdio},
+    sync::{
+        Arc,
+        atomic::{AtomicBool, Ordering},
+    },
+    time::Duration,
+};
 
 use flankfit::{
     config::{Authentication, ClientAuthentication, ServeSettings},
     jobs::{Caller, KeyDraft, Role, San, Tenant},
 };
-use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, IsCa, KeyPair};
+use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, DnType, IsCa, KeyPair};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::TcpStream,
+    task::{JoinSet, spawn_blocking},
 };
 use tokio_rustls::{
     TlsConnector,
@@ -40,6 +51,8 @@ impl Authority {
     fn new() -> Self {
         let mut params = CertificateParams::new(Vec::<String>::new()).unwrap();
         params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
+        // of another name than what it signs, which would seem to be signed by itself
+        params.distinguished_name.push(DnType::CommonName, "authority of the tests");
         let issuer = CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap();
         let authority = Authority { issuer, directory: tempfile::tempdir().unwrap() };
         fs::write(authority.file("ca.pem"), authority.issuer.pem()).unwrap();
@@ -179,6 +192,89 @@ async fn a_new_certificate_is_taken_without_losing_a_request() {
     while shown().await == first {}
     assert!(flankfit::telemetry::metrics().render().contains("flankfit_tls_expiry_seconds"));
     assert_eq!(shown().await, *next.certificate.der());
+}
+
+/// What the server shows, on a connection that is then used.
+async fn shown_to(client: &TlsConnector, address: SocketAddr) -> CertificateDer<'static> {
+    let mut stream = connect(client, address).await.unwrap();
+    let certificate = stream.get_ref().1.peer_certificates().unwrap()[0].clone().into_owned();
+    let answer = ask(&mut stream, HEALTH).await.unwrap();
+    assert!(answer.starts_with("HTTP/1.1 200"), "{answer}");
+    certificate
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn certificates_change_under_load_and_no_client_fails() {
+    let authority = Authority::new();
+    let app = TestApp::start_with(|settings| authority.serve(settings)).await;
+    let over = Arc::<AtomicBool>::default();
+    let mut load = JoinSet::new();
+    for number in 0..8 {
+        let version = if number % 2 == 0 { &TLS12 } else { &TLS13 };
+        let (client, address, over) = (authority.client(&[version], None), app.address, over.clone());
+        load.spawn(async move {
+            let mut shown: Vec<CertificateDer<'static>> = Vec::new();
+            let mut asked = 0;
+            while !over.load(Ordering::SeqCst) {
+                let certificate = shown_to(&client, address).await;
+                if shown.last() != Some(&certificate) {
+                    shown.push(certificate);
+                }
+                asked += 1;
+            }
+            (asked, shown)
+        });
+    }
+    let client = authority.client(&[&TLS13], None);
+    let mut installed = vec![shown_to(&client, app.address).await];
+    for _ in 0..2 {
+        let next = authority.sign("localhost");
+        authority.install(&next);
+        while shown_to(&client, app.address).await != *next.certificate.der() {}
+        // long enough for each client to come once more
+        tokio::time::sleep(Duration::from_secs(1)).await;
+        installed.push(next.certificate.der().clone());
+    }
+    over.store(true, Ordering::SeqCst);
+    // a client that fails is a panic here; each was shown all certificates, in order
+    for (asked, shown) in load.join_all().await {
+        assert!(asked > 10, "{asked}");
+        assert!(shown == installed, "{} certificates were shown", shown.len());
+    }
+}
+
+/// The client of another project: old versions are refused by the server, with an alert, and the
+/// protocol above is agreed upon.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_openssl, ignore = "openssl is not installed")]
+async fn openssl_agrees_on_new_versions_alone() {
+    let authority = Authority::new();
+    let app = TestApp::start_with(|settings| authority.serve(settings)).await;
+    let connected = async |version: &'static str, protocols: &'static str| {
+        let mut command = Command::new("openssl");
+        command
+            .args(["s_client", "-connect", &app.address.to_string(), "-servername", "localhost", "-CAfile"])
+            .arg(authority.file("ca.pem"))
+            // a client that would take old versions, whatever the system's settings are
+            .args(["-verify_return_error", "-cipher", "DEFAULT:@SECLEVEL=0", "-alpn", protocols, version])
+            .env("OPENSSL_CONF", "/dev/null")
+            .stdin(Stdio::null());
+        let done = spawn_blocking(move || command.output()).await.unwrap().unwrap();
+        let said = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);
+        (done.status.success(), said.into_owned())
+    };
+    for version in ["-tls1", "-tls1_1"] {
+        let (done, said) = connected(version, "http/1.1").await;
+        assert!(!done && said.contains("SSL alert number") && said.contains("Cipher is (NONE)"), "{version}: {said}");
+    }
+    for (version, named) in [("-tls1_2", "TLSv1.2"), ("-tls1_3", "TLSv1.3")] {
+        let (done, said) = connected(version, "h2,http/1.1").await;
+        assert!(done && said.contains(&format!("New, {named}, Cipher is ")), "{said}");
+        assert!(said.contains("ALPN protocol: http/1.1") && said.contains("Verify return code: 0 (ok)"), "{said}");
+        // and a client that speaks nothing else is refused
+        let (done, said) = connected(version, "h2").await;
+        assert!(!done && said.contains("SSL alert number 120"), "{said}");
+    }
 }
 
 #[tokio::test]
