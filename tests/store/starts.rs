@@ -9,6 +9,7 @@ use flankfit::{
 };
 use futures_util::future::join_all;
 use jiff::{SignedDuration, Timestamp};
+use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection, migrate::Migrator};
 
 use crate::{
@@ -116,6 +117,10 @@ impl Clock for Before {
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn a_clock_far_from_the_databases_is_not_served_with() {
     let url = Server::shared().database().await;
+    // what is told in this thread alone: other tests have other clocks
+    let recorder = PrometheusBuilder::new().build_recorder();
+    let told = recorder.handle();
+    let _here = metrics::set_default_local_recorder(&recorder);
     for (seconds, ready) in [(-12, false), (-8, true), (0, true), (8, true), (12, false)] {
         let clock = Arc::new(Before(SignedDuration::from_secs(seconds)));
         let store = PostgresStore::open(settings(&url), Arc::new(OrderedIds::new()), clock).await.unwrap();
@@ -124,6 +129,10 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
             Err(RepositoryError::Unavailable(why)) => assert!(!ready && why.contains("clock"), "{seconds} s: {why}"),
             Err(other) => panic!("{other}"),
         }
+        // by how much the clock of the database is before ours
+        let text = told.render();
+        let skew = text.lines().find_map(|line| line.strip_prefix("flankfit_clock_skew_seconds ")?.parse::<f64>().ok());
+        assert!(skew.is_some_and(|skew| (skew + seconds as f64).abs() < 1.0), "{seconds} s: {text}");
         store.close().await;
     }
 }
