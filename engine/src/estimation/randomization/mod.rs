@@ -18,8 +18,8 @@
 //! never as a difference of two estimates; arithmetic is of twice the precision where X̃ is so near
 //! to dependence that doubles would not do. *Reproducible.* Repetition r draws from stream r of the
 //! seed (`normal`): first e, then the changes of X row by row, the same for every level.
-//! Repetitions are computed in parallel and gathered in order; [`repetitions`] computes some of them
-//! and [`of_repetitions`] gathers all, for studies that are computed on several machines.
+//! Repetitions are computed in parallel and gathered in order. [`repetitions`] computes some of
+//! them and [`of_repetitions`] gathers all, for studies that are computed on several machines.
 
 mod fault;
 mod matrix_b;
