@@ -1,6 +1,6 @@
-// What others do to the job that is shown: its event stream, one for each visible tab. It goes on
-// after the last event seen, waits 1 … 30 s before it is asked for again, and is closed where the
-// tab has been hidden for 30 s, since a browser has six connections for a server. While somebody
+// What others do to the job that is shown, or to any: an event stream, one for each visible tab. It
+// goes on after the last event seen, waits 1 … 30 s before it is asked for again, and is closed where
+// the tab has been hidden for 30 s, since a browser has six connections for a server. While somebody
 // types, news wait, so that nothing jumps.
 
 import { useEffect, useRef } from "../../vendor/ui.js";
@@ -20,17 +20,27 @@ const HIDDEN = 30_000;
  * @param {Listener} listener
  */
 export function useJobEvents(jobId, listener) {
+  useEvents(jobId === null ? null : `/v1/jobs/${encodeURIComponent(jobId)}/events`, listener);
+}
+
+/** Follows all jobs as long as the page is shown. @param {Listener} listener */
+export function useEventsOfAllJobs(listener) {
+  useEvents("/v1/events", listener);
+}
+
+/** @param {string | null} path @param {Listener} listener */
+function useEvents(path, listener) {
   const latest = useRef(listener);
   latest.current = listener;
   useEffect(() => {
-    if (jobId === null) return undefined;
-    return follow(jobId, (events) => latest.current(events));
-  }, [jobId, session.value]);
+    if (path === null) return undefined;
+    return follow(path, (events) => latest.current(events));
+  }, [path, session.value]);
 }
 
-/** @param {string} jobId @param {Listener} tell @returns {() => void} ends it */
-function follow(jobId, tell) {
-  const place = new URL(`/v1/jobs/${encodeURIComponent(jobId)}/events`, location.origin);
+/** @param {string} path @param {Listener} tell @returns {() => void} ends it */
+function follow(path, tell) {
+  const place = new URL(path, location.origin);
   let last = "latest";
   let wait = 1000;
   let ended = false;

@@ -1,7 +1,7 @@
 // A stream of nodes that is being measured, and its estimates since it has been looked at: the
 // server answers the last one only.
 
-import { useEffect, useRef } from "../../vendor/ui.js";
+import { useAtMostEvery } from "../lib/at_most.js";
 import { answer, api } from "./client.js";
 import { useResource } from "./resource.js";
 
@@ -32,21 +32,4 @@ function remember({ id, node_count: nodes, result }) {
   const history = histories.get(id) ?? [];
   if (!result || (history.at(-1)?.nodes ?? -1) >= nodes) return;
   histories.set(id, [...history.slice(1 - MOST_KEPT), { nodes, result }]);
-}
-
-/** Does at once what has rested for long enough, and else as soon as it has. @param {number} wait @param {() => void} act */
-function useAtMostEvery(wait, act) {
-  const last = useRef(Number.NEGATIVE_INFINITY);
-  const timer = useRef(/** @type {ReturnType<typeof setTimeout> | undefined} */ (undefined));
-  useEffect(() => () => clearTimeout(timer.current), []);
-  return () => {
-    clearTimeout(timer.current);
-    const now = () => {
-      last.current = performance.now();
-      act();
-    };
-    const rest = wait - (performance.now() - last.current);
-    if (rest <= 0) now();
-    else timer.current = setTimeout(now, rest);
-  };
 }

@@ -2,6 +2,7 @@
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
+import { useEventsOfAllJobs } from "../api/live.js";
 import { useResource } from "../api/resource.js";
 import { Page } from "../components/page.js";
 import { Empty, loaded } from "../components/states.js";
@@ -11,6 +12,7 @@ import { fmt } from "../i18n/i18n.js";
 import { FilterBar, StatusCounts } from "../jobs/filter_bar.js";
 import { countOf, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
 import { JobList } from "../jobs/list.js";
+import { useAtMostEvery } from "../lib/at_most.js";
 import { query } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html, useRef } from "../../vendor/ui.js";
@@ -18,6 +20,9 @@ import { h, html, useRef } from "../../vendor/ui.js";
 /** @typedef {import("../api/client.js").Schema<"JobPage">} JobPage */
 
 export const styles = ["jobs"];
+
+/** In ms: a plant may measure more often than anybody reads. */
+const LEAST_WAIT = 1000;
 
 export default function Jobs() {
   const filters = filtersOf(query.value);
@@ -28,6 +33,14 @@ export default function Jobs() {
     answer(api.GET("/v1/jobs", { signal, params: { query: asked } })),
   );
   const summary = useResource("jobs summary", (signal) => answer(api.GET("/v1/jobs/summary", { signal })));
+  const reread = useAtMostEvery(LEAST_WAIT, () => {
+    list.reload();
+    summary.reload();
+  });
+  useEventsOfAllJobs((events) => {
+    // a block of a stream changes nothing that is listed
+    if (events.length === 0 || events.some(({ state }) => state !== "block")) reread();
+  });
   // while another search is on its way the last list stays, so that nothing jumps
   const last = useRef(/** @type {JobPage | undefined} */ (undefined));
   if (list.data !== undefined) last.current = list.data;

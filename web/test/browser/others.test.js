@@ -3,9 +3,10 @@
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
 
-/** Opens a page of a job, and waits until it follows. @param {import("./harness.js").World} world @param {string} id @param {string} place */
+/** Opens a page, and waits until it follows a job, or all. @param {import("./harness.js").World} world @param {string | undefined} id @param {string} place */
 async function following({ page, open }, id, place) {
-  const begun = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
+  const path = id === undefined ? "/v1/events" : `/v1/jobs/${id}/events`;
+  const begun = page.waitForResponse((response) => response.url().endsWith(path));
   await open(place);
   await begun;
 }
@@ -80,4 +81,57 @@ browserTest("after a restart a trace and a stream are followed again", { offline
   await followed;
   await send([6, 8]);
   await page.locator('[data-sequence="2"]').waitFor();
+});
+
+browserTest("the list and its counts follow another client", { offline: true }, async (world) => {
+  const { page, server, job, iteration, call } = world;
+  const { id } = await job({ name: "first of all" });
+  await following(world, undefined, "/jobs");
+  const row = (/** @type {string} */ name) => page.getByRole("row").filter({ hasText: name });
+  const count = (/** @type {string} */ status, /** @type {number} */ of) =>
+    page.locator(`.status-count${status}`, { hasText: `${of}` }).first().waitFor();
+  await row("first of all").getByText("new", { exact: true }).waitFor();
+  await job({ name: "made elsewhere" });
+  await row("made elsewhere").waitFor();
+  await count(":not(.new, .open, .remachine, .accepted, .rejected)", 2);
+  await count(".new", 2);
+  await iteration(id);
+  await row("first of all").getByText("open", { exact: true }).waitFor();
+  await count(".new", 1);
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" });
+  await row("first of all").getByText("accepted", { exact: true }).waitFor();
+  await count(".accepted", 1);
+  const [, first] = await page.getByRole("row").all();
+  assert.match((await first?.textContent()) ?? "", /first of all/, "what has changed last is first");
+
+  await server.stop();
+  await page.getByText("Not live since").waitFor();
+  await server.start();
+  const again = page.waitForResponse((response) => response.url().endsWith("/v1/events"));
+  await page.getByRole("button", { name: "Ask now" }).click();
+  await again;
+  await job({ name: "after the restart" });
+  await row("after the restart").waitFor();
+  await count(".new", 2);
+});
+
+browserTest("the list waits while somebody types", {}, async (world) => {
+  const { page, job } = world;
+  await job({ name: "first of all" });
+  await page.clock.install();
+  await following(world, undefined, "/jobs");
+  await page.clock.runFor(5000);
+  await world.stands();
+  await page.getByLabel("Search").focus();
+  let asked = 0;
+  page.on("request", (request) => {
+    if (request.url().includes("/v1/jobs?")) asked += 1;
+  });
+  await job({ name: "made meanwhile" });
+  // what is asked for now is answered after the event has gone out
+  await page.evaluate(() => fetch("/v1/whoami").then((answer) => answer.text()));
+  await page.clock.runFor(5000);
+  assert.equal(asked, 0);
+  await page.getByLabel("Search").blur();
+  await page.getByRole("link", { name: "made meanwhile" }).waitFor();
 });
