@@ -4,6 +4,7 @@
 //     const { data, etag } = await answer(api.GET("/v1/jobs/{job_id}", { params: { path: { job_id } } }));
 
 import { createClient } from "../../vendor/api.js";
+import { sendAgain } from "./again.js";
 import { connected, disconnected } from "./connection.js";
 import { currentKey, keyWanted } from "./key.js";
 import { ApiError, OfflineError, unexplained } from "./problem.js";
@@ -18,7 +19,7 @@ import { ApiError, OfflineError, unexplained } from "./problem.js";
 /** @type {import("../../vendor/api.js").Client<Paths>} */
 export const api = createClient({
   baseUrl: "",
-  fetch: transport,
+  fetch: (request) => sendAgain(request, transport),
   querySerializer: { array: { style: "form", explode: false } },
 });
 

@@ -1,5 +1,6 @@
 // What stands around every page: header, navigation, messages, dialogs.
 
+import { putOff } from "../api/again.js";
 import { answer, api } from "../api/client.js";
 import { lostAt, probe } from "../api/connection.js";
 import { may, tellCaller } from "../api/key.js";
@@ -64,6 +65,12 @@ function Notices() {
         <button type="button" class="button small" onClick=${probe}>${t.askNow}</button>
       </p>`
     }
+    ${putOff.value.map(
+      ({ seconds, stop }, i) => html`<p key=${i} class="notice warn">
+        <strong>${t.overloaded}.</strong> ${t.sendsAgain(fmt.value.count(seconds))}
+        <button type="button" class="button small" onClick=${stop}>${t.doNotSend}</button>
+      </p>`,
+    )}
     ${
       outdated.value &&
       html`<p class="notice">

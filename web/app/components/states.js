@@ -4,6 +4,7 @@ import { keyWanted } from "../api/key.js";
 import { ApiError, OfflineError } from "../api/problem.js";
 import german from "../i18n/de/problems.js";
 import { t } from "../i18n/common.js";
+import { fmt } from "../i18n/i18n.js";
 import { shownLanguage } from "../settings.js";
 import { Fragment, h, html, useId } from "../../vendor/ui.js";
 
@@ -32,10 +33,10 @@ export function Empty({ children, action }) {
 
 /**
  * A refusal or a lost connection, in full.
- * @param {{ error: unknown, retry?: (() => void) | undefined, back?: Children, except?: readonly string[] }} props
- *   `except`: pointers whose faults are shown at their fields
+ * @param {{ error: unknown, retry?: (() => void) | undefined, asks?: boolean, back?: Children, except?: readonly string[] }} props
+ *   `asks`: whether a busy server is asked again by itself; `except`: pointers whose faults are shown at their fields
  */
-export function Failure({ error, retry, back, except = [] }) {
+export function Failure({ error, retry, asks = false, back, except = [] }) {
   const id = useId();
   const { title, detail } = words(error);
   const refused = error instanceof ApiError ? error : undefined;
@@ -57,7 +58,7 @@ export function Failure({ error, retry, back, except = [] }) {
         )}
       </ul>`
     }
-    ${waits && html`<p>${t.asksAgain(refused?.retryAfter ?? 0)}</p>`}
+    ${waits && html`<p>${(asks ? t.asksAgain : t.askLater)(fmt.value.count(refused?.retryAfter ?? 0))}</p>`}
     ${refused?.requestId && html`<p class="quiet">${t.requestId} <code translate="no">${refused.requestId}</code></p>`}
     <div class="actions">
       ${retry && html`<button type="button" class="button" onClick=${retry}>${t.tryAgain}</button>`}
@@ -108,7 +109,7 @@ export function loaded({ resource, children, lines, back }) {
   const { data, error, reload } = resource;
   const failure =
     error !== undefined && !(error instanceof OfflineError && data !== undefined)
-      ? h(Failure, { error, retry: reload, back })
+      ? h(Failure, { error, retry: reload, asks: true, back })
       : null;
   if (data !== undefined) return h(Fragment, null, failure, children(data));
   return failure ?? h(Skeleton, lines === undefined ? {} : { lines });

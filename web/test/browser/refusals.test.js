@@ -4,6 +4,17 @@ import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
 import { browserTest, example } from "./harness.js";
 
+/** A server that has too much to do for now. @param {import("playwright-core").Route} route @param {number} seconds */
+function busy(route, seconds) {
+  const body = { type: "about:blank", title: "Busy", status: 503, code: "overloaded", detail: "Busy." };
+  return route.fulfill({
+    status: 503,
+    headers: { "retry-after": `${seconds}` },
+    contentType: "application/problem+json",
+    body: JSON.stringify(body),
+  });
+}
+
 browserTest("who lets a fit stand second is told what stands", { statuses: [412] }, async (world) => {
   const { page, open, stands, job, iteration, call } = world;
   const { id } = await job();
@@ -39,24 +50,11 @@ browserTest(
     await page.getByLabel("Name", { exact: true }).fill("kept through it all");
     await page.getByLabel("Teeth z").fill("52");
     await page.getByLabel("Normal module").fill("1,25");
-    await page.route("**/v1/jobs", (route) =>
-      route.request().method() === "POST"
-        ? route.fulfill({
-            status: 503,
-            headers: { "retry-after": "3" },
-            contentType: "application/problem+json",
-            body: JSON.stringify({
-              type: "about:blank",
-              title: "Busy",
-              status: 503,
-              code: "overloaded",
-              detail: "Busy.",
-            }),
-          })
-        : route.continue(),
-    );
+    await page.route("**/v1/jobs", (route) => (route.request().method() === "POST" ? busy(route, 3) : route.continue()));
     await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("button", { name: "Do not send it again" }).click();
     await page.getByRole("heading", { name: "The server has too much to do" }).waitFor();
+    await page.getByText("Try again after 3 s.").waitFor();
     await page.unroute("**/v1/jobs");
     await server.stop();
     await page.getByRole("button", { name: "Create the job" }).click();
@@ -135,5 +133,67 @@ browserTest(
     await page.getByRole("button", { name: "Create the job" }).click();
     await page.getByRole("heading", { name: "typed without a key" }).waitFor();
     assert.equal((await call("GET", "/v1/jobs", undefined, { "x-api-key": KEY })).items.length, 1);
+  },
+);
+
+browserTest(
+  "what a busy server has put off is sent again, under the same key, a few times",
+  { statuses: [503] },
+  async (world) => {
+    const { page, open, call } = world;
+    await page.clock.install();
+    /** @type {(string | undefined)[]} */
+    const keys = [];
+    let refusals = 2;
+    await page.route("**/v1/jobs", (route) => {
+      if (route.request().method() !== "POST") return route.continue();
+      keys.push(route.request().headers()["idempotency-key"]);
+      return keys.length <= refusals ? busy(route, 7) : route.continue();
+    });
+    const again = page.getByText("What you have sent waits, and is sent again in 7 s.");
+    const begin = async (/** @type {string} */ name) => {
+      await open("/jobs/new");
+      await page.getByLabel("With gear data").uncheck();
+      await page.getByLabel("Name", { exact: true }).fill(name);
+      await page.getByRole("button", { name: "Create the job" }).click();
+      await again.waitFor();
+    };
+    await begin("put off");
+    await page.clock.runFor(6000);
+    assert.equal(keys.length, 1);
+    await page.clock.runFor(1500);
+    await again.waitFor();
+    const stored = page.getByRole("heading", { name: "put off" }).waitFor();
+    await page.clock.runFor(8000);
+    await stored;
+    assert.equal(keys.length, 3);
+    assert.equal(new Set(keys).size, 1);
+    assert.ok(keys[0]);
+    assert.equal((await call("GET", "/v1/jobs")).items.length, 1);
+    assert.equal(await again.count(), 0);
+
+    // not without end
+    refusals = Number.POSITIVE_INFINITY;
+    keys.length = 0;
+    await begin("never");
+    for (let tries = 2; tries <= 5; tries += 1) {
+      const sent = page.waitForRequest((request) => request.method() === "POST");
+      await page.clock.runFor(7500);
+      await sent;
+      if (tries < 5) await again.waitFor();
+    }
+    await page.getByRole("heading", { name: "The server has too much to do" }).waitFor();
+    await page.getByText("Try again after 7 s.").waitFor();
+    await page.clock.runFor(30_000);
+    assert.deepEqual([keys.length, new Set(keys).size], [5, 1]);
+    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "never");
+
+    // and not against the will of who has sent it
+    keys.length = 0;
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("button", { name: "Do not send it again" }).click();
+    await page.getByText("Try again after 7 s.").waitFor();
+    await page.clock.runFor(30_000);
+    assert.equal(keys.length, 1);
   },
 );

@@ -50,6 +50,9 @@ export default {
   storeUnavailable: "Die Datenbank antwortet nicht",
   tooMany: "Zu viele Anfragen",
   asksAgain: (seconds) => `Er wird in ${seconds} s wieder gefragt.`,
+  askLater: (seconds) => `Bitte nach ${seconds} s erneut versuchen.`,
+  sendsAgain: (seconds) => `Ihre Eingabe wartet und wird in ${seconds} s noch einmal gesendet.`,
+  doNotSend: "Nicht noch einmal senden",
   requestId: "Anfrage",
   keyTitle: "API-Schlüssel",
   keyText:
