@@ -52,7 +52,8 @@ export function AllTeeth({ jobId, number, records, name, flipU, file }) {
   });
   return loaded({
     resource,
-    lines: 14,
+    // what is below does not move into view and out again
+    lines: 36,
     children: (flanks) =>
       flanks.length === 0
         ? html`<p class="quiet">${t.noTeeth}</p>`

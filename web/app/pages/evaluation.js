@@ -86,7 +86,7 @@ function Evaluations({ job, number, news }) {
                   },
                 }),
             })
-      }${pitches.length > 0 && h(Pitch, { job, number, made: pitches })}`,
+      }${pitches.length > 0 && (id === undefined || record.data || record.error) && h(Pitch, { job, number, made: pitches })}`,
   });
 }
 
@@ -144,6 +144,7 @@ function Evaluation({ job, number, record, choice, onDone }) {
       return html`<section key=${kind} class="panel" aria-labelledby=${kind}>
         <header><h2 id=${kind}>${t[kind]}</h2></header>
         ${traces.length > 0 && h(EvaluationSheet, { kind, traces, evaluation, gear, band, required, modified })}
+        ${wanted && !required && !modified && tolerances.loading && !known && html`<p class="hint" aria-hidden="true">\u00a0</p>`}
         ${band !== undefined && !required && known && html`<p class="hint">${t.band(fmt.value.um(band), known.class, symbolsOf(kind).total.replace("_", ""))}</p>`}
         ${h(EvaluationTable, { kind, evaluation, tolerances: known, csvName: `${job.name} ${number} ${t[kind]}` })}
       </section>`;

@@ -53,7 +53,7 @@ export default function JobOverview({ params }) {
           ${h(RequirementsPanel, { requirements: job.requirements, name: job.name })}
         </div>`,
       })}
-      ${h(AboutJob, { job })}
+      ${(trace.data !== undefined || trace.error !== undefined) && h(AboutJob, { job })}
     </div>`,
   });
 }

@@ -23,7 +23,7 @@ import { Fits } from "../regularization/fits.js";
 import { RidgeTrace } from "../regularization/ridge_trace.js";
 import { countsRank, movable, queryOf, rangeOf, refitOf, selectionOf, symbolOf } from "../regularization/selection.js";
 import { LambdaSlider } from "../regularization/slider.js";
-import { h, html, useEffect, useState } from "../../vendor/ui.js";
+import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../api/client.js").Schema<"IterationFit">} IterationFit */
@@ -74,7 +74,10 @@ function OfFit({ iteration, etag, onChosen, reload }) {
       }),
     );
   const fit = useResource(id ? `curve ${id}` : null, (signal) => get(id, signal));
-  const unit = heightUnit(iteration.axes);
+  const unit = heightUnit(iteration.axes) ?? common.callersUnit;
+  // what stands below comes after it, so that nothing jumps, and stays while another fit is on its way
+  const stood = useRef(false);
+  stood.current ||= fit.data !== undefined || fit.error !== undefined;
   return html`<div class="lambda-page">
     <div><h2>${t.title}</h2><p class="quiet">${t.about}</p></div>
     ${loaded({
@@ -82,7 +85,7 @@ function OfFit({ iteration, etag, onChosen, reload }) {
       lines: 14,
       children: (data) => h(Choosing, { key: id, iteration, fit: data, unit, standing: standing?.lambda_star, reload }),
     })}
-    ${h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
+    ${stood.current && h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
   </div>`;
 }
 
