@@ -4,7 +4,7 @@ import { useJob, useTrace } from "../api/job.js";
 import { useJobEvents } from "../api/live.js";
 import { t as common } from "../i18n/common.js";
 import { gearInShort } from "../lib/gear.js";
-import { navigate, pathname } from "../navigation.js";
+import { current, navigate, pathname } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
 import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { JobNavigation, Page } from "./page.js";
@@ -49,8 +49,9 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const step = (/** @type {number} */ by) => {
     const at = number === undefined ? (by > 0 ? -1 : numbers.length) : numbers.indexOf(number);
     const to = numbers[at + by];
-    const address = to !== undefined && hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: to });
-    if (address) navigate(address);
+    // the view stays: from λ* of one iteration to λ* of the next
+    const view = number === undefined ? undefined : current.value?.page.path;
+    if (to !== undefined) navigate(href(view ?? "/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: to }));
   };
   useShortcut(
     "[",

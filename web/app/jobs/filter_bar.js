@@ -45,7 +45,7 @@ export function FilterBar({ filters, sort, summary, error }) {
         onChange: (value) => setQuery({ sort: value === "changed" ? undefined : value, ...firstPage }, { step: true }),
       })}
     </div>
-    ${h(MoreFilters, { key: JSON.stringify([filters.part, filters.tag, filters.from, filters.to]), filters, error })}
+    ${h(MoreFilters, { key: JSON.stringify([filters.part, filters.tag, filters.class, filters.from, filters.to]), filters, error })}
   </div>`;
 }
 
@@ -107,6 +107,7 @@ function MoreFilters({ filters, error }) {
   const [typed, setTyped] = useState({
     part: filters.part ?? "",
     tag: filters.tag ?? "",
+    class: filters.class ?? "",
     from: filters.from ?? "",
     to: filters.to ?? "",
   });
@@ -126,8 +127,8 @@ function MoreFilters({ filters, error }) {
   const submit = (/** @type {Event} */ event) => {
     event.preventDefault();
     if (reversed) return;
-    const { part, tag, from, to } = typed;
-    setQuery({ part: part.trim(), tag: tag.trim(), from, to, ...firstPage }, { step: true });
+    const { part, tag, class: of, from, to } = typed;
+    setQuery({ part: part.trim(), tag: tag.trim(), class: of.trim(), from, to, ...firstPage }, { step: true });
   };
   const clear = () => setQuery(noFilters(), { step: true });
   return html`<details class="more-filters" open=${used > 0}>
@@ -136,6 +137,7 @@ function MoreFilters({ filters, error }) {
       <div class="fields">
         ${field("part", t.part, { hint: t.wholeHint, pointer: "/query/part_number" })}
         ${field("tag", t.tag, { hint: t.tagHint, maxLength: 401, pointer: "/query/tag" })}
+        ${field("class", t.class, { hint: t.classHint, numeric: true, maxLength: 2, pointer: "/query/class" })}
         ${field("from", t.from, { type: "date", pointer: "/query/from" })}
         ${field("to", t.to, { type: "date", pointer: "/query/to", fault: reversed ? t.reversed : undefined })}
       </div>

@@ -6,7 +6,7 @@
 /** @typedef {NonNullable<NonNullable<import("../api/client.js").Paths["/v1/jobs"]["get"]["parameters"]["query"]>["sort"]>} Sort */
 /**
  * As they stand in the address: dates without times, of this place.
- * @typedef {{ q?: string, status?: string, machine?: string, part?: string, tag?: string, from?: string, to?: string }} Filters
+ * @typedef {{ q?: string, status?: string, machine?: string, part?: string, tag?: string, class?: string, from?: string, to?: string }} Filters
  */
 
 export const ON_A_PAGE = 50;
@@ -14,7 +14,7 @@ export const ON_A_PAGE = 50;
 export const STATUSES = /** @type {const} */ (["new", "open", "remachine", "accepted", "rejected"]);
 /** @satisfies {readonly Sort[]} */
 export const SORTS = /** @type {const} */ (["changed", "name", "created"]);
-const NAMES = /** @type {const} */ (["q", "status", "machine", "part", "tag", "from", "to"]);
+const NAMES = /** @type {const} */ (["q", "status", "machine", "part", "tag", "class", "from", "to"]);
 
 /** @param {URLSearchParams} address @returns {Filters} */
 export function filtersOf(address) {
@@ -34,7 +34,7 @@ export function sortOf(address) {
  * The query of `GET /v1/jobs`. What the address names wrongly is sent as it is, for the server to say so.
  * @param {Filters} filters @param {Sort} sort @param {string | undefined} cursor
  */
-export function listQuery({ q, status, machine, part, tag, from, to }, sort, cursor) {
+export function listQuery({ q, status, machine, part, tag, class: of, from, to }, sort, cursor) {
   const begins = midnight(from, 0);
   const ends = midnight(to, 1);
   return {
@@ -45,6 +45,7 @@ export function listQuery({ q, status, machine, part, tag, from, to }, sort, cur
     ...(machine ? { machine } : {}),
     ...(part ? { part_number: part } : {}),
     ...(tag ? { tag } : {}),
+    ...(of ? { class: /** @type {number} */ (/** @type {unknown} */ (of)) } : {}),
     ...(begins ? { from: begins } : {}),
     ...(ends ? { to: ends } : {}),
     ...(cursor ? { cursor } : {}),

@@ -1,7 +1,5 @@
 // The story of a job: a column for each iteration, time downwards.
 
-import { answer, api } from "../api/client.js";
-import { useResource } from "../api/resource.js";
 import { Checkbox } from "../components/form.js";
 import { JobPage } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
@@ -84,20 +82,14 @@ function Story({ jobId, iterations }) {
 }
 
 /** @param {{ jobId: string, iteration: TracedIteration }} props */
-function Head({ jobId, iteration: { number, flank, tooth } }) {
-  const path = { job_id: jobId, number };
-  // instrument and operator are not in the trace
-  const whole = useResource(`iteration ${jobId} ${number}`, (signal) =>
-    answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { signal, params: { path } })),
-  );
-  const to = hrefIf("/jobs/{job_id}/iterations/{number}", path);
+function Head({ jobId, iteration: { number, flank, tooth, instrument, operator } }) {
+  const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number });
   const name = common.iteration(number);
-  const { instrument, operator, note } = whole.data ?? {};
   const said = (/** @type {string} */ label, /** @type {string | null | undefined} */ text) =>
     text && html`<span>${label} <b translate="no">${text}</b></span>`;
   return html`<h3>${to ? html`<a href=${to}>${name}</a>` : name}</h3>
     <p class="quiet trace-who">
-      ${flank && html`<span>${t[flank]}</span>`}${said(t.tooth, tooth)}${said(t.instrument, instrument)}${said(t.operator, operator)}${said(t.note, note)}
+      ${flank && html`<span>${t[flank]}</span>`}${said(t.tooth, tooth)}${said(t.instrument, instrument)}${said(t.operator, operator)}
     </p>`;
 }
 

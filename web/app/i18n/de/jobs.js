@@ -22,6 +22,7 @@ export default {
   tag: "Merkmal",
   tagHint: "Ein Name oder Name:Wert",
   wholeHint: "Die ganze Nummer",
+  classHint: "1 bis 11",
   from: "Geändert ab",
   to: "Geändert bis",
   reversed: "Dieser Tag liegt vor dem ersten.",

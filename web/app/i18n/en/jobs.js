@@ -21,6 +21,7 @@ export default {
   tag: "Tag",
   tagHint: "A name, or name:value",
   wholeHint: "The whole number",
+  classHint: "1 to 11",
   from: "Changed from",
   to: "Changed up to",
   reversed: "This day is before the first.",
