@@ -4,12 +4,14 @@ import { mapAxes } from "../flank/axes.js";
 import { HeatMap } from "../flank/heat_map.js";
 import { surfaceOf } from "../flank/layers.js";
 import { Legend } from "../flank/legend.js";
+import { MapTable } from "../flank/map_table.js";
 import { countsOf, extremesOf, withHeights } from "../flank/surface.js";
 import { t } from "../i18n/correction.js";
 import { t as flank } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { symmetricLimit } from "../lib/colour.js";
 import { h, html } from "../../vendor/ui.js";
+import { useAsTable } from "./as_table.js";
 
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
@@ -44,28 +46,38 @@ export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
   const { limit, clipped } = symmetricLimit(maps.flatMap(({ surface }) => [...surface.z]));
   const { missing } = countsOf(before);
   return html`<div class="maps">
-      ${maps.map(
-        ({ title, surface }) => html`<figure key=${title}>
-          <figcaption>
-            <h3>${title}</h3>
-            <p class="quiet">${summaryOf(surface)}</p>
-          </figcaption>
-          ${h(HeatMap, {
+      ${maps.map(({ title, surface }) =>
+        h(DeviationMap, { key: title, title, surface, limit, axes: mapAxes(axes), paper }),
+      )}
+    </div>
+    ${h(Legend, { limit, unit: "µm", clipped, missing })}`;
+}
+
+/** @param {{ title: string, surface: FlankSurface, limit: number, axes: import("../flank/heat_map.js").MapAxes, paper: boolean }} props */
+function DeviationMap({ title, surface, limit, axes, paper }) {
+  const { asTable, button } = useAsTable(title);
+  return html`<figure>
+    <figcaption>
+      <div class="map-head"><h3>${title}</h3>${!paper && button}</div>
+      <p class="quiet">${summaryOf(surface)}</p>
+    </figcaption>
+    ${
+      asTable
+        ? h(MapTable, { surface, title: flank.deviation, name: title, unit: "µm", axes, csvName: title })
+        : html`${h(HeatMap, {
             name: title,
             summary: summaryOf(surface),
             surface,
             limit,
             unit: "µm",
-            axes: mapAxes(axes),
+            axes,
             small: true,
             height: 190,
             ...(paper ? { contours: true, density: 300 / 96 } : {}),
           })}
-          <p class="map-ends hint" aria-hidden="true"><span>${flank.faceI}</span><span>${flank.faceII}</span></p>
-        </figure>`,
-      )}
-    </div>
-    ${h(Legend, { limit, unit: "µm", clipped, missing })}`;
+          <p class="map-ends hint" aria-hidden="true"><span>${flank.faceI}</span><span>${flank.faceII}</span></p>`
+    }
+  </figure>`;
 }
 
 /** @param {FlankSurface} surface */

@@ -8,8 +8,10 @@ import { fmt } from "../i18n/i18n.js";
 import { dashOf } from "../lib/colour.js";
 import { hangingBand, magnification, outsideBy, requiredBands, sheetOf } from "../lib/traces.js";
 import { bandWords, symbolsOf } from "./evaluation_table.js";
+import { useAsTable } from "./as_table.js";
 import { Within } from "./within.js";
 import { GearSymbol } from "./symbol.js";
+import { TraceTable } from "./trace_table.js";
 import { h, html, useEffect, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../lib/traces.js").GearTrace} GearTrace */
@@ -57,42 +59,56 @@ export function EvaluationSheet({
         <h3>${words}</h3>
         <div class="k-teeth">
           ${own.map(({ trace, evaluated, sheet, bands }, i) => {
-            const outside = sheet.samples.filter((one, k) =>
-              bands.some(({ limits }) => outsideBy(one, limits[k]) !== 0),
-            );
-            return html`<figure key=${i}>
-              ${h(KChart, {
-                sheet,
-                scale,
-                bands,
-                flat,
-                dash: dashOf(trace.flank),
-                ends:
-                  kind === "profile"
-                    ? gear?.internal
-                      ? [flankText.tip, flankText.root]
-                      : [flankText.root, flankText.tip]
-                    : [flankText.shortI, flankText.shortII],
-                name: [t[kind], t.tooth(trace.tooth), words].join(", "),
-                summary: t.chartSummary(
-                  value.um(evaluated.slope_um),
-                  value.um(evaluated.form_um),
-                  value.um(evaluated.total_um),
-                ),
-              })}
-              <figcaption>
-                <b>${t.tooth(trace.tooth)}</b>
-                ${h(Values, { kind, evaluated })}
-                ${bands.some((one) => one.required) && h(Bands, { found: evaluated.k_bands ?? [] })}
-                ${outside.length > 0 && html`<span class="k-count">${t.outside(outside.length)}</span>`}
-              </figcaption>
-            </figure>`;
+            const name = [t[kind], t.tooth(trace.tooth), words].join(", ");
+            return h(Drawn, { key: i, trace, evaluated, sheet, bands, name, scale, flat, gear, paper });
           })}
         </div>
       </section>`;
     })}
     <p class="hint">${t.magnification(value.fixed(scale.magnified[0], 0), value.fixed(scale.magnified[1], 0))}</p>
   </div>`;
+}
+
+/**
+ * A trace: its chart, or the same as a table, and its figures.
+ * @param {{ trace: GearTrace, evaluated: EvaluatedTrace, sheet: import("../lib/traces.js").Sheet, bands: readonly import("../lib/traces.js").DrawnBand[],
+ *   name: string, scale: import("../charts/k_chart.js").KScale, flat: boolean, gear: Gear | undefined, paper: boolean }} props
+ */
+function Drawn({ trace, evaluated, sheet, bands, name, scale, flat, gear, paper }) {
+  const { kind } = trace;
+  const { asTable, button } = useAsTable(name);
+  const { value } = fmt;
+  const outside = sheet.samples.filter((one, k) => bands.some(({ limits }) => outsideBy(one, limits[k]) !== 0));
+  const profileEnds = gear?.internal ? [flankText.tip, flankText.root] : [flankText.root, flankText.tip];
+  return html`<figure>
+    ${
+      asTable
+        ? h(TraceTable, { trace, sheet, bands, rolled: gear !== undefined, name })
+        : h(KChart, {
+            sheet,
+            scale,
+            bands,
+            flat,
+            dash: dashOf(trace.flank),
+            ends: /** @type {[string, string]} */ (
+              kind === "profile" ? profileEnds : [flankText.shortI, flankText.shortII]
+            ),
+            name,
+            summary: t.chartSummary(
+              value.um(evaluated.slope_um),
+              value.um(evaluated.form_um),
+              value.um(evaluated.total_um),
+            ),
+          })
+    }
+    <figcaption>
+      <b>${t.tooth(trace.tooth)}</b>
+      ${h(Values, { kind, evaluated })}
+      ${bands.some((one) => one.required) && h(Bands, { found: evaluated.k_bands ?? [] })}
+      ${outside.length > 0 && html`<span class="k-count">${t.outside(outside.length)}</span>`}
+      ${!paper && html`<span>${button}</span>`}
+    </figcaption>
+  </figure>`;
 }
 
 /** The figures of a trace, as sheets print them below it. @param {{ kind: "profile" | "helix", evaluated: EvaluatedTrace }} props */

@@ -29,13 +29,14 @@ import { h, html } from "../../vendor/ui.js";
  *   hideCaption?: boolean,
  *   columns: readonly Column<Row>[],
  *   rows: readonly Row[],
+ *   fileRows?: () => readonly Row[],
  *   rowKey: (row: Row) => string | number,
  *   rowClass?: (row: Row) => string,
  *   csvName?: string | undefined,
  *   stacked?: boolean,
  *   tools?: Children,
  *   note?: Children,
- * }} props `csvName`: offers the table as a file of this name; `stacked`: on narrow screens a card for each row;
+ * }} props `csvName`: offers the table as a file of this name, `fileRows` instead of the rows; `stacked`: on narrow screens a card for each row;
  *   `note`: a sentence about the table, below it
  */
 export function table({
@@ -43,6 +44,7 @@ export function table({
   hideCaption = false,
   columns,
   rows,
+  fileRows = () => rows,
   rowKey,
   rowClass,
   csvName,
@@ -55,7 +57,7 @@ export function table({
     const told = columns.flatMap(({ header, unit, csv: value }) =>
       value ? [{ header, value, ...(unit ? { unit } : {}) }] : [],
     );
-    download(`${csvName}.csv`, csv(told, rows));
+    download(`${csvName}.csv`, csv(told, fileRows()));
   };
   const bar =
     csvName || tools || note

@@ -16,6 +16,7 @@ import { h, html, useMemo } from "../../vendor/ui.js";
 import { mapAxes } from "./axes.js";
 import { HeatMap, nodeText } from "./heat_map.js";
 import { Legend } from "./legend.js";
+import { MapTable } from "./map_table.js";
 import { pngOf } from "./png.js";
 import { scaleFor } from "./scale.js";
 import { Flank3d, hasWebgl } from "./view_3d.js";
@@ -97,7 +98,7 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
     html`<button type="button" class="button small" aria-pressed=${flag(key)} onClick=${() => setQuery({ [key]: flag(key) ? undefined : 1 })}>${label}</button>`;
   return html`<div class="flank-view">
     <div class="flank-tools">
-      <div class="actions">${toggle("space", t.inSpace)}${toggle("lines", t.toothGrid)}${toggle("contours", t.contours)}${toggle("percent", t.percent)}</div>
+      <div class="actions">${toggle("space", t.inSpace)}${toggle("lines", t.toothGrid)}${toggle("contours", t.contours)}${toggle("percent", t.percent)}${toggle("table", common.asTable)}</div>
       <div class="actions end">
         <button type="button" class="button small" aria-label=${t.zoomIn} onClick=${() => zoom(0.5)}>+</button>
         <button type="button" class="button small" aria-label=${t.zoomOut} disabled=${!window} onClick=${() => zoom(2)}>−</button>
@@ -113,25 +114,27 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
     <div class="flank-layout">
       <div class="flank-map">
         ${
-          inSpace && drawable
-            ? h(Flank3d, { surface, limit, unit, name, summary, flipU })
-            : h(HeatMap, {
-                name,
-                summary,
-                surface,
-                limit,
-                unit,
-                axes,
-                flipU,
-                range,
-                percent,
-                window,
-                lines: flag("lines"),
-                contours: flag("contours"),
-                at: given ? node : undefined,
-                onAt: (one) => setQuery({ at: `${one.u},${one.v}` }),
-                onWindow: (box) => setWindow(box, whole),
-              })
+          flag("table")
+            ? h(MapTable, { surface, title, name, unit, axes, csvName: file })
+            : inSpace && drawable
+              ? h(Flank3d, { surface, limit, unit, name, summary, flipU })
+              : h(HeatMap, {
+                  name,
+                  summary,
+                  surface,
+                  limit,
+                  unit,
+                  axes,
+                  flipU,
+                  range,
+                  percent,
+                  window,
+                  lines: flag("lines"),
+                  contours: flag("contours"),
+                  at: given ? node : undefined,
+                  onAt: (one) => setQuery({ at: `${one.u},${one.v}` }),
+                  onWindow: (box) => setWindow(box, whole),
+                })
         }
         ${inSpace && !drawable && html`<p class="hint" role="status">${t.noWebgl}</p>`}
         ${!drawable && html`<p class="chart-readout" aria-hidden="true" translate="no">${given ? says(node) : "\u00a0"}</p>`}

@@ -189,6 +189,32 @@ function pairs(label, of, unit, points, csvName) {
   };
 }
 
+/** @param {readonly { x: number, y: number }[]} rows */
+function weightTable(rows) {
+  return {
+    rows,
+    rowKey: (/** @type {{ x: number }} */ { x }) => x,
+    csvName: "weights",
+    columns: /** @type {import("../components/table.js").Column<{ x: number, y: number }>[]} */ ([
+      {
+        key: "node",
+        header: t.order,
+        numeric: true,
+        rowHeader: true,
+        cell: ({ x }) => fmt.value.count(x),
+        csv: ({ x }) => x,
+      },
+      {
+        key: "weight",
+        header: t.weight,
+        numeric: true,
+        cell: ({ y }) => html`<span translate="no">${fmt.value.fixed(y, 3)}</span>`,
+        csv: ({ y }) => y,
+      },
+    ]),
+  };
+}
+
 /** @param {{ robust: NonNullable<FitResult["robust"]>, index: (i: number) => number, nodes: Nodes | undefined, residuals: readonly number[] }} props */
 function Robust({ robust, index, nodes, residuals }) {
   const weights = (robust.weights ?? []).map((y, i) => ({ x: index(i) + 1, y }));
@@ -208,6 +234,7 @@ function Robust({ robust, index, nodes, residuals }) {
         y: { label: t.weight, domain: [0, 1.05] },
         height: 240,
         probes: thinned(weights).map(({ x, y }) => ({ x, y, text: `${x}: ${fmt.value.fixed(y, 3)}` })),
+        data: weightTable(thinned(weights)),
         children: (plot) => h(Dots, { plot, points: thinned(weights), small: true }),
       })
     }

@@ -35,6 +35,11 @@ export default {
     `Slope ${slope}, form ${form}, total ${total} µm`,
   outside: (/** @type {number} */ count) =>
     count === 1 ? "1 sample outside the band" : `${count} samples outside the band`,
+  design: "Design line",
+  inRange: "In the range",
+  yes: "yes",
+  no: "no",
+  beyondBand: "Beyond the band",
   symbol: (/** @type {string} */ symbol) => symbol,
   intervalOf: (/** @type {string} */ symbol) => `Interval ${symbol}`,
   intervalsBelow: (/** @type {string} */ percent) => `Below figures with errors: their ${percent} % intervals.`,

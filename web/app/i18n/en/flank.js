@@ -78,5 +78,7 @@ export default {
   view3: "3 From above",
   noWebgl: "This browser draws nothing in space (no WebGL); the map is shown instead.",
   turnHint: "Arrows or dragging turn, + and − zoom, 0 resets, 1, 2, 3 are views.",
+  firstNodes: (/** @type {string} */ shown, /** @type {string} */ all) =>
+    `The first ${shown} of ${all} nodes; the file has all.`,
   magnified: (/** @type {string} */ factor) => `Deviations are magnified ${factor} times.`,
 };
