@@ -1,11 +1,13 @@
 // One file of the queue: what is in it, its map, what the server said of it.
 
 import { ApiError } from "../api/problem.js";
+import { useAsTable } from "../components/as_table.js";
 import { Badge, Facts } from "../components/figure.js";
 import { Progress } from "../components/progress.js";
 import { Failure } from "../components/states.js";
 import { mapAxes } from "../flank/axes.js";
 import { HeatMap, nodeText } from "../flank/heat_map.js";
+import { MapTable } from "../flank/map_table.js";
 import { Legend } from "../flank/legend.js";
 import { boxOf, extremesOf } from "../flank/surface.js";
 import { scaleFor } from "../flank/scale.js";
@@ -14,10 +16,10 @@ import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/measure.js";
 import en from "../i18n/en/measure.js";
 import { fmt, texts } from "../i18n/i18n.js";
-import { gearInShort } from "../lib/gear.js";
 import { heightUnit } from "../lib/units.js";
 import { hrefIf } from "../router.js";
 import { h, html } from "../../vendor/ui.js";
+import { OfGears } from "./of_gears.js";
 import { nodeOfPointer } from "./request.js";
 
 const t = texts({ en, de });
@@ -69,7 +71,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
     ${content?.fault && html`<p class="fault">${t[/** @type {"fault_json"} */ (`fault_${content.fault}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
     ${file.size > most && html`<p class="fault">${t.tooLarge(`${fmt.value.count(Math.ceil(most / 1000))} kB`)}</p>`}
     ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}
-    ${gears && html`<ul class="gears">${gears.gears.map((gear, i) => html`<li key=${i} translate="no">${[gear.id, gear.name, gearInShort(gear.gear), gear.topographies?.join(", ")].filter(Boolean).join(" · ")}</li>`)}</ul>`}
+    ${gears && h(OfGears, { file: gears, name: file.name })}
     ${content && content.doubts.length > 0 && h(Doubts, { content })}
     ${error !== undefined && h(Failure, { error, except: fields })}
     ${error instanceof ApiError && h(NodeFaults, { error })}
@@ -108,6 +110,7 @@ function NodeFaults({ error }) {
 function Preview({ content, error, name }) {
   const { surface } = content;
   const extremes = surface && extremesOf(surface);
+  const { asTable, button } = useAsTable(t.previewOf(name));
   if (!surface || !extremes) return null;
   // scattered nodes that span no area have no map
   if (surface.kind === "scattered" && surface.triangles.length === 0) return null;
@@ -123,7 +126,8 @@ function Preview({ content, error, name }) {
   const at = bad && surface.kind === "grid" ? { u: surface.u[bad.row] ?? 0, v: surface.v[bad.column] ?? 0 } : undefined;
   const summary = flank.extremes(says(extremes.least), says(extremes.greatest));
   return html`<div class="measure-preview">
-    ${h(HeatMap, { name: t.previewOf(name), summary, surface, limit, unit, axes, height: 240, lines: surface.z.length < 2000, at })}
+    <div class="actions end">${button}</div>
+    ${asTable ? h(MapTable, { surface, title: flank.deviation, name: t.previewOf(name), unit, axes, csvName: name }) : h(HeatMap, { name: t.previewOf(name), summary, surface, limit, unit, axes, height: 240, lines: surface.z.length < 2000, at })}
     ${h(Legend, { limit, unit, clipped, missing: content.missing, small: true })}
     <p class="hint" translate="no">${summary}</p>
   </div>`;

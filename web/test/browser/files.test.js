@@ -26,6 +26,21 @@ browserTest("curves of a tester become an iteration with its charts", {}, async 
   await page.locator(".queue-entry", { hasText: "curves of a gear tester" }).waitFor();
   // the gear of the file is read before it is sent
   await page.locator(".queue-entry .gears", { hasText: "z 52" }).waitFor();
+  // and its traces: of each as many samples as the file has
+  const traces = page.locator(".queue-entry").getByRole("table", { name: "6 traces of 1 flank" });
+  const told = await traces
+    .locator("tbody tr")
+    .evaluateAll((rows) =>
+      rows.map((row) => [...row.querySelectorAll(".cell")].map((cell) => cell.textContent?.replaceAll("\u202f", " "))),
+    );
+  assert.deepEqual(told, [
+    ["1f", "left", "helix", "Roll length 7.303 mm", "60", "0"],
+    ["1", "left", "helix", "Roll length 8.742 mm", "60", "0"],
+    ["1k", "left", "helix", "Roll length 10.263 mm", "60", "0"],
+    ["1u", "left", "profile", "z 1.000 mm", "60", "0"],
+    ["1", "left", "profile", "z 7.500 mm", "60", "0"],
+    ["1o", "left", "profile", "z 14.000 mm", "60", "0"],
+  ]);
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
   await stands();
@@ -69,6 +84,16 @@ browserTest("a file of values shows its gear, and is no measurement", {}, async 
   const entry = page.locator(".queue-entry");
   await entry.getByText("printed values only").waitFor();
   await entry.locator(".gears", { hasText: "z 52" }).waitFor();
+  const values = entry.getByRole("table", { name: "2 printed values" });
+  const told = await values
+    .locator("tbody tr")
+    .evaluateAll((rows) =>
+      rows.map((row) => [...row.querySelectorAll(".cell")].map((cell) => cell.textContent?.replaceAll("\u202f", " "))),
+    );
+  assert.deepEqual(told, [
+    ["fHb links 1", "fHβ", "left", "Tooth 1", "−2.9 µm"],
+    ["Fr", "Fr", "–", "the gear", "30.1 µm"],
+  ]);
   assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
   assert.equal(await entry.getByRole("alert").count(), 0);
 });

@@ -89,7 +89,10 @@ browserTest("the list and its counts follow another client", { offline: true }, 
   await following(world, undefined, "/jobs");
   const row = (/** @type {string} */ name) => page.getByRole("row").filter({ hasText: name });
   const count = (/** @type {string} */ status, /** @type {number} */ of) =>
-    page.locator(`.status-count${status}`, { hasText: `${of}` }).first().waitFor();
+    page
+      .locator(`.status-count${status}`, { hasText: `${of}` })
+      .first()
+      .waitFor();
   await row("first of all").getByText("new", { exact: true }).waitFor();
   await job({ name: "made elsewhere" });
   await row("made elsewhere").waitFor();

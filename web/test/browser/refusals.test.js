@@ -50,7 +50,9 @@ browserTest(
     await page.getByLabel("Name", { exact: true }).fill("kept through it all");
     await page.getByLabel("Teeth z").fill("52");
     await page.getByLabel("Normal module").fill("1,25");
-    await page.route("**/v1/jobs", (route) => (route.request().method() === "POST" ? busy(route, 3) : route.continue()));
+    await page.route("**/v1/jobs", (route) =>
+      route.request().method() === "POST" ? busy(route, 3) : route.continue(),
+    );
     await page.getByRole("button", { name: "Create the job" }).click();
     await page.getByRole("button", { name: "Do not send it again" }).click();
     await page.getByRole("heading", { name: "The server has too much to do" }).waitFor();
