@@ -52,3 +52,56 @@ browserTest(
     assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "not mine to make");
   },
 );
+
+browserTest(
+  "a key is kept in the browser where that is asked for, until it is forgotten",
+  { serve, statuses: [401] },
+  async ({ page, open, call, server }) => {
+    await call("POST", "/v1/jobs", { name: "guarded" }, { "x-api-key": KEY });
+    await open("/jobs");
+    const dialog = page.getByRole("dialog", { name: "API key" });
+    await dialog.getByLabel("Key", { exact: true }).fill(KEY);
+    await dialog.getByLabel("Keep it in this browser").check();
+    await dialog.getByRole("button", { name: "Use this key" }).click();
+    await page.getByText("guarded").waitFor();
+    const places = () =>
+      page.evaluate(() => [sessionStorage, localStorage].map((place) => place.getItem("flankfit.key")));
+    assert.deepEqual(await places(), [null, KEY]);
+    // another tab has it too, which sessionStorage does not give it
+    const tab = await page.context().newPage();
+    await tab.goto(`${server.url}/jobs`);
+    await tab.getByText("guarded").waitFor();
+    assert.equal(await tab.getByRole("dialog").count(), 0);
+    await tab.close();
+    await open("/settings");
+    await page.getByRole("button", { name: "Forget the key" }).click();
+    await dialog.waitFor();
+    assert.deepEqual(await places(), [null, null]);
+  },
+);
+
+browserTest("a 403 that another key would not change asks for none", { statuses: [403] }, async ({ page, open }) => {
+  await page.route("**/v1/jobs", (route) =>
+    route.request().method() === "POST"
+      ? route.fulfill({
+          status: 403,
+          contentType: "application/problem+json",
+          body: JSON.stringify({
+            type: "urn:flankfit:problem:cross_site",
+            title: "Another site asks",
+            status: 403,
+            code: "cross_site",
+            detail: "A page of another site may not do this.",
+          }),
+        })
+      : route.continue(),
+  );
+  await open("/jobs/new");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByLabel("Name", { exact: true }).fill("from elsewhere");
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.getByRole("heading", { name: "Another site asks" }).waitFor();
+  await page.getByText("A page of another site may not do this.").waitFor();
+  assert.equal(await page.getByRole("dialog").count(), 0);
+  assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "from elsewhere");
+});

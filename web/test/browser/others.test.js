@@ -138,3 +138,38 @@ browserTest("the list waits while somebody types", {}, async (world) => {
   await page.getByLabel("Search").blur();
   await page.getByRole("link", { name: "made meanwhile" }).waitFor();
 });
+
+browserTest("who looks away for 30 s is not kept up to date, and is once they look again", {}, async (world) => {
+  const { page, job, iteration } = world;
+  const { id } = await job();
+  await page.clock.install();
+  await following(world, id, `/jobs/${id}`);
+  /** @type {string[]} */
+  const ended = [];
+  page.on("requestfailed", (request) => {
+    if (request.url().endsWith("/events")) ended.push(request.failure()?.errorText ?? "");
+  });
+  const look = (/** @type {"hidden" | "visible"} */ state) =>
+    page.evaluate((now) => {
+      Object.defineProperty(document, "visibilityState", { configurable: true, get: () => now });
+      document.dispatchEvent(new Event("visibilitychange"));
+    }, state);
+  // a glance elsewhere ends nothing
+  await look("hidden");
+  await page.clock.runFor(20_000);
+  await look("visible");
+  await page.clock.runFor(20_000);
+  assert.deepEqual(ended, []);
+  await look("hidden");
+  const closed = page.waitForEvent("requestfailed", (request) => request.url().endsWith("/events"));
+  await page.clock.runFor(31_000);
+  await closed;
+  assert.equal(ended.length, 1);
+  await iteration(id);
+  await page.clock.runFor(60_000);
+  await page.getByText("Measure the flank").waitFor();
+  const again = page.waitForRequest((request) => request.url().endsWith("/events"));
+  await look("visible");
+  await again;
+  await page.getByText("Decide on iteration 1").waitFor();
+});

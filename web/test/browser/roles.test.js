@@ -82,3 +82,25 @@ browserTest(
     await page.getByText("may not compute").waitFor();
   },
 );
+
+browserTest("the trace says by whom", { serve: as("engineer"), statuses: [401] }, async (world) => {
+  const { page, open, call } = world;
+  const headers = { "x-api-key": KEY };
+  const { id } = await call("POST", "/v1/jobs", { name: "guarded" }, headers);
+  const [u, v] = [
+    [1, 2, 3, 4],
+    [1, 2, 3, 4],
+  ];
+  const nodes = { type: "grid", u, v, z: u?.map((a) => v?.map((b) => a * b)) };
+  await call("POST", `/v1/jobs/${id}/iterations`, { nodes, model: { type: "polynomial", degree: 1 } }, headers);
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "accept", reason: "good" }, headers);
+  await withKey(world);
+  await open(`/jobs/${id}/trace`);
+  const { iterations } = await call("GET", `/v1/jobs/${id}/trace`, undefined, headers);
+  const { decisions, fits } = iterations[0];
+  assert.ok(decisions[0].by);
+  const said = (/** @type {import("playwright-core").Locator} */ entry, /** @type {string} */ by) =>
+    entry.getByText(`by ${by}`).waitFor();
+  await said(page.locator('[data-entry="decision-1-0"]'), decisions[0].by);
+  await said(page.locator(`[data-entry="${fits[0].id}"]`), fits[0].by);
+});
