@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
-import { browserTest } from "./harness.js";
+import { browserTest, example } from "./harness.js";
 
 browserTest("an empty list says what to do next", {}, async ({ page, open }) => {
   await open("/");
@@ -139,4 +139,31 @@ browserTest("a path that names nothing has a way back", { statuses: [404] }, asy
   const response = await page.goto(`${server.url}/nothing`);
   assert.equal(response?.status(), 404);
   assert.equal(response?.headers()["content-type"], "application/problem+json");
+});
+
+browserTest("the list is narrowed down to a class", { statuses: [422] }, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job({ name: "evaluated" });
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/evaluations`, await example("requests/gear_evaluate.json"));
+  await job({ name: "without a class" });
+  const { class: found } = (await call("GET", "/v1/jobs?q=evaluated")).items[0];
+  assert.ok(found >= 1 && found <= 11, `${found}`);
+  const narrow = async (/** @type {string} */ to) => {
+    await page.getByLabel("Class", { exact: true }).fill(to);
+    await page.getByRole("button", { name: "Apply" }).click();
+    await page.waitForURL(`**/jobs?class=${to}`);
+    await stands();
+  };
+  await open("/jobs");
+  await page.getByText("More filters").click();
+  await narrow(`${found}`);
+  await page.getByRole("link", { name: "without a class" }).waitFor({ state: "detached" });
+  await page.getByRole("link", { name: "evaluated" }).waitFor();
+  await narrow(`${found === 11 ? 1 : found + 1}`);
+  await page.getByRole("link", { name: "evaluated" }).waitFor({ state: "detached" });
+  // what is no class is told at the field
+  await narrow("12");
+  await page.locator('[aria-invalid="true"]').waitFor();
+  assert.equal(await page.getByLabel("Class", { exact: true }).getAttribute("aria-invalid"), "true");
 });

@@ -141,3 +141,16 @@ browserTest("ridge has its trace, truncation its ranks", {}, async ({ page, open
   });
   assert.equal(await page.locator(".lambda-shown dd").nth(1).textContent(), `${f.three(own.residuals.rms)} µm`);
 });
+
+browserTest("where nobody has said a unit, it is the caller's", {}, async ({ page, open, job, call }) => {
+  const { id } = await job();
+  const [u, v] = [
+    [1, 2, 3, 4],
+    [1, 2, 3, 4],
+  ];
+  const nodes = { type: "grid", u, v, z: u.map((a) => v.map((b) => a * b + Math.sin(3 * a + b))) };
+  await call("POST", `/v1/jobs/${id}/iterations`, { nodes, model: { type: "polynomial", degree: 1 } });
+  await open(`/jobs/${id}/iterations/1/lambda`);
+  await page.locator(".lambda-shown").getByText("caller’s unit").waitFor();
+  await page.getByRole("columnheader", { name: "caller’s unit" }).first().waitFor();
+});

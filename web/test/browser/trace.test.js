@@ -18,7 +18,17 @@ browserTest("the trace tells all that happened, in order, and compares two fits"
   await call("POST", `${at}/correction`, JSON.parse(await example("requests/iteration_correction.json")));
   await call("PATCH", at, { decision: "remachine", reason: "beyond class 5" });
   await iteration(id, "flank_z52_remachined.json");
+  /** @type {string[]} */
+  const asked = [];
+  page.on("request", (request) => {
+    asked.push(new URL(request.url()).pathname);
+  });
   await open(`/jobs/${id}/trace`);
+  // the trace is whole: no iteration is asked for beside it
+  assert.deepEqual(
+    asked.filter((path) => /iterations/.test(path)),
+    [],
+  );
   const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
   const [first, second] = iterations;
   const text = (await page.locator(".trace-entries").textContent()) ?? "";
