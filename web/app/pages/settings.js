@@ -114,7 +114,7 @@ function Program() {
       lines: 1,
       children: ({ engine }) => h(Fragment, null, h(Facts, { items: [{ name: t.engine, value: data(engine) }] })),
     })}
-    <p><a href="/docs/">${t.interface}</a></p>
+    <p class="link-alone"><a href="/docs/">${t.interface}</a></p>
   </section>`;
 }
 
