@@ -71,11 +71,11 @@ export function Dots({ plot, points, series = "blue", sign = "circle", small = f
   </g>`;
 }
 
-/** Errors as bars with ends. @param {{ plot: Plot, points: readonly { x: number, low: number, high: number }[], series?: Series }} props */
+/** Intervals as lines with ends, along x. @param {{ plot: Plot, points: readonly { y: number, low: number, high: number }[], series?: Series }} props */
 export function Whiskers({ plot, points, series = "blue" }) {
-  const paths = points.map(({ x, low, high }) => {
-    const [at, from, to] = [plot.x(x), plot.y(low), plot.y(high)];
-    return `M${at - 4} ${from}h8M${at} ${from}V${to}M${at - 4} ${to}h8`;
+  const paths = points.map(({ y, low, high }) => {
+    const [at, from, to] = [plot.y(y), plot.x(low), plot.x(high)];
+    return `M${from} ${at - 4}v8M${from} ${at}H${to}M${to} ${at - 4}v8`;
   });
   return html`<path class=${`mark-whiskers series-${series}`} d=${paths.join("")} />`;
 }

@@ -1,5 +1,6 @@
 // A correction: what to change at the machine, what it should bring, and what came of it.
 
+import { Strip, StripLegend } from "../charts/strip.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { unitSign } from "../lib/units.js";
@@ -13,6 +14,7 @@ import { table } from "./table.js";
 /** @typedef {import("../api/client.js").Schema<"SettingChange">} SettingChange */
 /** @typedef {import("../api/client.js").Schema<"MachineAnswer">} MachineAnswer */
 /** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
+/** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
 const NAMES = new Set([
@@ -65,9 +67,21 @@ function notesOf({ unit, limited, fixed, undetermined, rounded, unrounded, unlim
   </span>`;
 }
 
-/** @param {{ settings: readonly SettingChange[], csvName?: string | undefined, tools: Children, of?: string }} props `of`: says whose they are, where there are several */
-export function Changes({ settings, csvName, tools, of }) {
+/** A change as it is drawn; none where none was wanted. @param {SettingChange} setting */
+const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined }) =>
+  fixed || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
+
+/** From which settings one cannot be told apart. @param {KeptCorrection["result"]} result @param {string} name */
+function inseparableFrom({ indistinguishable }, name) {
+  const others = new Set(indistinguishable.flatMap(({ names }) => (names.includes(name) ? names : [])));
+  others.delete(name);
+  return [...others].map(settingName).join(", ");
+}
+
+/** @param {{ result: KeptCorrection["result"], csvName?: string | undefined, tools: Children, of?: string }} props `of`: says whose they are, where there are several */
+export function Changes({ result, csvName, tools, of }) {
   const { value } = fmt;
+  const { settings } = result;
   return table({
     caption: of ? `${t.changes}, ${of}` : t.changes,
     hideCaption: true,
@@ -76,13 +90,17 @@ export function Changes({ settings, csvName, tools, of }) {
     stacked: true,
     rows: settings,
     rowKey: ({ name }) => name,
+    note: h(StripLegend, { estimates: settings.flatMap(drawnOf) }),
     rowClass: ({ fixed, undetermined }) => (fixed || undetermined ? "idle" : ""),
     columns: [
       {
         key: "name",
         header: t.setting,
         rowHeader: true,
-        cell: ({ name }) => settingCell(name),
+        cell: ({ name }) => {
+          const others = inseparableFrom(result, name);
+          return html`${settingCell(name)}${others && html`<span class="inseparable">${t.inseparable(others)}</span>`}`;
+        },
         csv: ({ name }) => name,
       },
       {
@@ -110,6 +128,7 @@ export function Changes({ settings, csvName, tools, of }) {
           data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${behind(unit)}` : ABSENT),
         csv: ({ bias_bound }) => bias_bound,
       },
+      { key: "strip", header: t.drawn, cell: (row) => h(Strip, { estimates: drawnOf(row), unit: sign(row.unit) }) },
       { key: "notes", header: t.notes, cell: notesOf, csv: ({ limited }) => (limited ? t.atLimit : "") },
     ],
   });
@@ -176,8 +195,31 @@ function given(row) {
   return /** @type {FigureRow} */ (Object.fromEntries(Object.entries(row).filter(([, value]) => value !== undefined)));
 }
 
-/** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: as above */
-export function Figures({ kept, csvName, of }) {
+/** Before, predicted and measured as they are drawn below each other. */
+const SERIES = /** @type {const} */ ([
+  { key: "before", series: "blue", sign: "circle" },
+  { key: "predicted", series: "purple", sign: "square" },
+  { key: "measured", series: "vermilion", sign: "diamond" },
+]);
+
+/** @param {FigureRow} row */
+const drawnFigure = (row) =>
+  SERIES.flatMap(({ key, series, sign }) => {
+    const { predicted } = row;
+    /** @type {EstimatedFigure | undefined} */
+    const of = key !== "predicted" ? row[key] : predicted === undefined ? undefined : { value_um: predicted };
+    if (!of) return [];
+    return [{ name: t[key], value: of.value_um, error: of.std_error_um, interval: of.interval_um, series, sign }];
+  });
+
+/** The limits of a figure that were decided of. @param {Iteration | undefined} iteration @param {string} key */
+function limitsOf(iteration, key) {
+  const figures = iteration?.fits.find(({ chosen }) => chosen)?.figures;
+  return figures?.[/** @type {"twist_um"} */ (`${key}_um`)]?.conformity?.limits_um;
+}
+
+/** @param {{ kept: KeptCorrection, iteration?: Iteration | undefined, csvName?: string | undefined, of?: string }} props `iteration`: with its limits; `of`: as above */
+export function Figures({ kept, iteration, csvName, of }) {
   const { value } = fmt;
   const um = "µm";
   const estimated = (/** @type {EstimatedFigure | undefined} */ figure) =>
@@ -224,7 +266,26 @@ export function Figures({ kept, csvName, of }) {
     });
   }
   const rows = figureRows(kept);
+  const drawn = rows.filter(({ symbol }) => symbol);
+  if (drawn.length > 0)
+    columns.push({
+      key: "strip",
+      header: t.drawn,
+      cell: (row) =>
+        row.symbol && h(Strip, { estimates: drawnFigure(row), limits: limitsOf(iteration, row.key), unit: um }),
+    });
+  const named = SERIES.filter(({ key }) => drawn.some((row) => row[key] !== undefined)).map((one) => ({
+    ...one,
+    name: t[one.key],
+  }));
   return table({
+    note:
+      drawn.length > 0 &&
+      h(StripLegend, {
+        estimates: drawn.flatMap(drawnFigure),
+        limited: drawn.some(({ key }) => limitsOf(iteration, key)),
+        named,
+      }),
     caption: [kept.answer ? t.figures : t.figuresBefore, of].filter(Boolean).join(", "),
     hideCaption: true,
     columns,

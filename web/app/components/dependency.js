@@ -2,11 +2,14 @@
 
 import german from "../i18n/de/dependencies.js";
 import { fmt } from "../i18n/i18n.js";
+import { t } from "../i18n/flank.js";
 import { termSign } from "../lib/terms.js";
 import { shownLanguage } from "../settings.js";
-import { html } from "../../vendor/ui.js";
+import { h, html } from "../../vendor/ui.js";
 
-/** @param {{ of: import("../api/client.js").Schema<"NearDependency"> }} props */
+/** @typedef {import("../api/client.js").Schema<"NearDependency">} NearDependency */
+
+/** @param {{ of: NearDependency }} props */
 export function Dependency({ of }) {
   if (shownLanguage.value !== "de") return html`<span lang="en" translate="no">${termSign(of.sentence)}</span>`;
   const digits = (/** @type {number | undefined} */ value, /** @type {number} */ count) =>
@@ -17,4 +20,31 @@ export function Dependency({ of }) {
     index: digits(of.condition_index, 4),
   };
   return html`<span translate="no">${german(of.terms.map(termSign), figures)}</span>`;
+}
+
+/** Those that are named rather than counted. */
+const FEW = 2;
+
+/**
+ * From what a coefficient cannot be told apart, beside it: by name where these are few, else by the numbers of the
+ * sentences below.
+ * @param {{ term: string | null | undefined, dependent: readonly NearDependency[] }} props
+ */
+export function Inseparable({ term, dependent }) {
+  const numbers = dependent.flatMap(({ terms }, i) => (terms.includes(term ?? "") ? [i + 1] : []));
+  if (numbers.length === 0) return null;
+  const others = new Set(numbers.flatMap((number) => dependent[number - 1]?.terms ?? []));
+  others.delete(term ?? "");
+  const said =
+    others.size <= FEW ? t.inseparable([...others].map(termSign).join(", ")) : t.inseparableBy(numbers.join(", "));
+  return html`<span class="inseparable">${said}</span>`;
+}
+
+/** The same in whole sentences, below the coefficients. @param {{ dependent: readonly NearDependency[] }} props */
+export function Dependencies({ dependent }) {
+  if (dependent.length === 0) return null;
+  return html`<section class="dependencies">
+    <h3>${t.notApart}</h3>
+    <ol>${dependent.map((of, i) => html`<li key=${i}>${h(Dependency, { of })}</li>`)}</ol>
+  </section>`;
 }

@@ -1,9 +1,11 @@
 // Slopes, crownings and twist of fits: with errors, intervals, bounds, and against their limits.
 
+import { Strip, StripLegend } from "../charts/strip.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/requirements.js";
 import { ABSENT } from "../lib/format.js";
 import { SURFACE_FIGURES } from "../lib/requirements.js";
+import { estimateOf, stripDomain } from "../lib/strip.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge, WithError } from "./figure.js";
 import { GearSymbol } from "./symbol.js";
@@ -63,7 +65,7 @@ export function FlankFigures({ figures, level }) {
             rows,
             rowKey: ({ name }) => name,
             columns: columns(percent, limited),
-            note: html`${t.figuresHint}${limited && ` ${t.conformityHint}`}`,
+            note: html`${t.figuresHint}${limited && ` ${t.conformityHint}`} ${h(StripLegend, { estimates: rows.map(({ figure }) => estimateOf(figure)), limited })}`,
           })}`
     }
     ${(figures?.warnings.length ?? 0) > 0 && h(WarningList, { warnings: figures?.warnings ?? [] })}
@@ -120,6 +122,12 @@ function columns(percent, limited) {
         : undefined,
       csv: ({ figure }) => figure.conformity?.limits_um.join(" … "),
     },
+    {
+      key: "strip",
+      header: t.drawn,
+      cell: ({ figure }) =>
+        h(Strip, { estimates: [estimateOf(figure)], limits: figure.conformity?.limits_um, unit: "µm" }),
+    },
     { key: "conformity", header: t.conformity, csv: ({ figure }) => figure.conformity?.decision },
   ];
 }
@@ -140,6 +148,11 @@ export function FiguresOfIterations({ rows, required, csvName }) {
     const asked = of && required(name, of.flank);
     return asked && !sameLimits(asked, limits) ? asked : [];
   };
+  const drawnIn = (/** @type {Name} */ name) =>
+    rows.flatMap(({ figures }) => {
+      const figure = figureOf(figures, name);
+      return figure ? [estimateOf(figure)] : [];
+    });
   const limited = told.some(({ name }) => limitsOf(name).length > 0);
   const differs = told.some(({ name }) => askedOf(name).length > 0);
   if (told.length === 0) return html`<p class="quiet">${t.noFigures}</p>`;
@@ -161,7 +174,8 @@ export function FiguresOfIterations({ rows, required, csvName }) {
     rows: lines,
     rowKey: (line) => (typeof line === "string" ? line : line.number),
     rowClass: (line) => (typeof line === "string" ? "summary" : ""),
-    note: [t.figuresHint, ...(limited ? [t.conformityHint] : []), ...(differs ? [t.limitsShare] : [])].join(" "),
+    note: html`${[t.figuresHint, ...(limited ? [t.conformityHint] : []), ...(differs ? [t.limitsShare] : [])].join(" ")}
+      ${h(StripLegend, { estimates: told.flatMap(({ name }) => drawnIn(name)), limited, oneScale: true })}`,
     columns: [
       {
         key: "iteration",
@@ -171,6 +185,10 @@ export function FiguresOfIterations({ rows, required, csvName }) {
         csv: (line) => (typeof line === "string" ? heads[line] : line.number),
       },
       ...told.map(({ name, symbol }) => {
+        const domain = stripDomain(
+          drawnIn(name),
+          rows.map(({ figures }) => figureOf(figures, name)?.conformity?.limits_um),
+        );
         /** @type {import("./table.js").Column<Line>} */
         const column = {
           key: name,
@@ -185,7 +203,8 @@ export function FiguresOfIterations({ rows, required, csvName }) {
             }
             const figure = figureOf(line.figures, name);
             if (!figure) return ABSENT;
-            return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}`;
+            return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}
+              <div>${h(Strip, { estimates: [estimateOf(figure)], limits: figure.conformity?.limits_um, unit: "µm", domain })}</div>`;
           },
           csv: (line) =>
             typeof line === "string" ? ends(line, name).join(" … ") : figureOf(line.figures, name)?.value,

@@ -6,8 +6,10 @@ import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { termSign } from "../lib/terms.js";
+import { estimateOf } from "../lib/strip.js";
 import { heightUnit, unitSign } from "../lib/units.js";
-import { Dependency } from "../components/dependency.js";
+import { Dependencies, Inseparable } from "../components/dependency.js";
+import { Strip, StripLegend } from "../charts/strip.js";
 import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -25,7 +27,7 @@ export function FitFigures({ result, axes }) {
 
 /** @param {{ result: FitResult, axes: Axes | null | undefined }} props */
 export function FitCoefficients({ result, axes }) {
-  return html`<section class="panel" aria-labelledby="coefficients">
+  return html`<section class="panel figures-panel" aria-labelledby="coefficients">
     <h2 id="coefficients">${t.coefficients}</h2>
     ${h(CoefficientTable, { result, axes, hideCaption: true })}
   </section>`;
@@ -57,13 +59,15 @@ export function FitFacts({ result, axes }) {
  *   the intervals, which are shown where they were answered
  */
 export function CoefficientTable({ result, axes, level = 0.95, hideCaption = false }) {
+  const dependent = result.collinearity.near_dependencies ?? [];
   /** @type {readonly import("../components/table.js").Column<Coefficient>[]} */
   const columns = [
     {
       key: "term",
       header: t.term,
       rowHeader: true,
-      cell: (one) => html`<span translate="no">${termSign(one.term)}</span>`,
+      cell: (one) => html`<span class="term" translate="no">${termSign(one.term)}</span>
+        ${h(Inseparable, { term: one.term, dependent })}`,
       csv: (one) => one.term,
     },
     {
@@ -81,8 +85,9 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
       csv: (one) => one.bias_bound,
     },
     ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level, axes) : []),
+    stripColumn(axes),
   ];
-  return table({
+  return html`${table({
     caption: t.coefficients,
     hideCaption,
     columns,
@@ -90,8 +95,16 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
     rowKey: (one) => one.term ?? one.value,
     csvName: "coefficients",
     stacked: true,
-  });
+    note: h(StripLegend, { estimates: result.coefficients.map(estimateOf) }),
+  })}${h(Dependencies, { dependent })}`;
 }
+
+/** Coefficients as they are drawn, each on a scale of its own. @param {Axes | null | undefined} axes @returns {import("../components/table.js").Column<Coefficient>} */
+export const stripColumn = (axes) => ({
+  key: "strip",
+  header: t.drawn,
+  cell: (one) => h(Strip, { estimates: [estimateOf(one)], unit: unitOf(one, axes) }),
+});
 
 /** @param {number} level @param {Axes | null | undefined} axes @returns {import("../components/table.js").Column<Coefficient>[]} */
 function intervalColumns(level, axes) {
@@ -132,19 +145,13 @@ export function unitOf({ powers, term }, axes) {
   return `${top}/${below.includes("·") ? `(${below})` : below}`;
 }
 
-/** Warnings, and what cannot be told apart. @param {{ result: FitResult, half?: boolean }} props `half`: beside another panel */
+/** Warnings, and what is known in spite of them. @param {{ result: FitResult, half?: boolean }} props `half`: beside another panel */
 export function Warnings({ result, half = false }) {
-  const dependent = result.collinearity.near_dependencies ?? [];
   const known = result.estimable ?? [];
-  if (result.warnings.length === 0 && dependent.length === 0) return null;
+  if (result.warnings.length === 0 && known.length === 0) return null;
   return html`<section class=${half ? "panel half" : "panel"} aria-labelledby="warnings">
     <h2 id="warnings">${t.toKnow}</h2>
     ${result.warnings.length > 0 && h(WarningList, { warnings: result.warnings })}
-    ${
-      dependent.length > 0 &&
-      html`<details><summary>${t.notApart(dependent.length)}</summary>
-        <ul class="warnings">${dependent.map((of, i) => html`<li key=${i}>${h(Dependency, { of })}</li>`)}</ul></details>`
-    }
     ${
       known.length > 0 &&
       html`<details><summary>${t.estimable(known.length)}</summary>

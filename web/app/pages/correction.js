@@ -106,7 +106,7 @@ function Kept({ job, iteration, kept, earlier }) {
       <header><h2 id="changes">${t.changes}</h2></header>
       ${h(Facts, { items: factsOf(kept, iteration) })}
       <p class="quiet">${t.changesAbout} ${t.errorAbout}${earlier > 0 && html` ${t.earlier(earlier)}`}</p>
-      ${h(Changes, { settings: result.settings, csvName: `${name} ${t.changes}`, tools })}
+      ${h(Changes, { result, csvName: `${name} ${t.changes}`, tools })}
     </section>
     <section class="panel" aria-labelledby="apart"><h2 id="apart">${t.apart}</h2>${h(Apart, { result })}</section>
     <section class="panel" aria-labelledby="answered">
@@ -126,7 +126,7 @@ function Kept({ job, iteration, kept, earlier }) {
     <section class="panel" aria-labelledby="figures">
       <h2 id="figures">${measured ? t.figures : t.figuresBefore}</h2>
       <p class="quiet">${result.predicted.figures ? t.figuresAbout : t.noFigures}</p>
-      ${h(Figures, { kept, csvName: `${name} ${t.figures}` })}
+      ${h(Figures, { kept, iteration, csvName: `${name} ${t.figures}` })}
     </section>
     <section class="panel" aria-labelledby="maps">
       <h2 id="maps">${t.maps}</h2>

@@ -4,10 +4,14 @@ import { Chart } from "../charts/chart.js";
 import { Dots, Rule } from "../charts/marks.js";
 import { estimateColumn, numberColumn, termColumn } from "../components/columns.js";
 import { table } from "../components/table.js";
-import { inUnit, unitOf } from "../flank/figures.js";
+import { StripLegend } from "../charts/strip.js";
+import { Dependencies, Inseparable } from "../components/dependency.js";
+import { inUnit, stripColumn, unitOf } from "../flank/figures.js";
 import de from "../i18n/de/lambda.js";
 import en from "../i18n/en/lambda.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { estimateOf } from "../lib/strip.js";
+import { termSign } from "../lib/terms.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"FitResult">} FitResult */
@@ -22,10 +26,15 @@ const t = texts({ en, de });
 export function Coefficients({ before, after, axes, afterName, names }) {
   const unit = (/** @type {Coefficient} */ one) => unitOf(one, axes);
   const same = before === after;
+  const dependent = after.collinearity.near_dependencies ?? [];
   const standing = new Map(before.coefficients.map((one) => [one.term, one]));
   /** @type {import("../components/table.js").Column<Coefficient>[]} */
   const columns = [
-    termColumn(t.term),
+    {
+      ...termColumn(t.term),
+      cell: ({ term }) =>
+        html`<span class="term" translate="no">${termSign(term)}</span> ${h(Inseparable, { term, dependent })}`,
+    },
     estimateColumn(
       "ls",
       t.leastSquares,
@@ -40,6 +49,7 @@ export function Coefficients({ before, after, axes, afterName, names }) {
       ...numberColumn("bound", t.biasBound, (/** @type {Coefficient} */ one) => one.bias_bound),
       cell: (one) => html`<span translate="no">${inUnit(fmt.value.three(one.bias_bound), one, axes)}</span>`,
     },
+    stripColumn(axes),
   ];
   return html`<section class="panel">
     <h2>${t.coefficients}</h2>
@@ -51,7 +61,9 @@ export function Coefficients({ before, after, axes, afterName, names }) {
       rows: after.coefficients,
       rowKey: ({ term }) => term,
       csvName: names,
+      note: h(StripLegend, { estimates: after.coefficients.map(estimateOf) }),
     })}
+    ${h(Dependencies, { dependent })}
   </section>`;
 }
 

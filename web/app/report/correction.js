@@ -18,13 +18,13 @@ export function Corrections({ told }) {
     return html`<div key=${kept.id} class="report-of">
       <div class="keep"><h3>${t.correctionOf(iteration.number)}</h3>
         <p class="quiet">${words.changesAbout} ${words.errorAbout}</p>
-        ${h(Changes, { settings: result.settings, tools: null, of: common.iteration(iteration.number) })}</div>
+        ${h(Changes, { result, tools: null, of: common.iteration(iteration.number) })}</div>
       ${h(Apart, { result })}
       <div class="keep"><h3>${answer ? t.answeredBy(answer.iteration) : words.answered}</h3>
         ${answer ? h(Answer, { answer }) : refused ? html`<p>${words.notCompared} <span lang="en">${refused}</span></p>` : html`<p>${t.notAnswered}</p>`}</div>
       <div class="keep"><h3>${answer ? t.figuresOfCorrection : words.figuresBefore}</h3>
         <p class="quiet">${result.predicted.figures ? words.figuresAbout : words.noFigures}</p>
-        ${h(Figures, { kept, of: common.iteration(iteration.number) })}</div>
+        ${h(Figures, { kept, iteration, of: common.iteration(iteration.number) })}</div>
       <div class="keep"><h3>${t.mapsOfCorrection}</h3>${h(CorrectionMaps, { nodes, axes: iteration.axes, kept, paper: true })}</div>
     </div>`;
   })}`;

@@ -1,6 +1,8 @@
 // The figures of the first page, before and after; what is absent says why.
 
+import { Strip, StripLegend } from "../charts/strip.js";
 import { GearSymbol } from "../components/symbol.js";
+import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
 import { ABSENT } from "../lib/format.js";
@@ -27,18 +29,20 @@ export function CoverFigures({ told }) {
   const whyLimits = listed.some(({ limits }) => !limits) ? notes.mark(t.whyLimits) : null;
   const decided = listed.some(({ cells }) => cells.at(-1)?.decision);
   const dense = listed.length > 9 ? " dense" : "";
+  const drawn = listed.some(({ cells }) => cells.some((cell) => cell?.error));
   const changes = flank.some(({ change }) => change);
   const row = (/** @type {Row} */ one, /** @type {Children} */ why) => html`<tr key=${one.key}>
     <th scope="row">${h(GearSymbol, { name: one.symbol })} ${t[one.name]}${one.flank && `, ${t[one.flank]}`}</th>
     ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
     ${changes && html`<td class="numeric">${one.change ? data(fmt.value.withError(one.change.value_um, one.change.std_error_um)) : ""}</td>`}
+    ${drawn && html`<td>${h(Strip, { estimates: drawnOf(one), limits: one.limits && [one.limits.low, one.limits.high], unit: "µm", paper: true })}</td>`}
     <td class="numeric">${one.limits ? limitsOf(one.limits, one.cells) : absent(whyLimits)}</td>
     <td class="numeric">${classesOf(one.cells)}</td>
   </tr>`;
   const fact = (/** @type {string} */ name, /** @type {(one: Told) => Children} */ of) => html`<tr key=${name}>
     <th scope="row">${name}</th>
     ${told.map((one) => html`<td key=${one.iteration.number} class="numeric">${of(one)}</td>`)}
-    ${changes && html`<td></td>`}<td></td><td></td>
+    ${changes && html`<td></td>`}${drawn && html`<td></td>`}<td></td><td></td>
   </tr>`;
   const [first, last] = told;
   return html`<div class="report-figures">
@@ -49,6 +53,7 @@ export function CoverFigures({ told }) {
         ${first && html`<th scope="col" class="numeric">${last ? t.before(first.iteration.number) : t.mapsOf(first.iteration.number)}</th>`}
         ${last && html`<th scope="col" class="numeric">${t.after(last.iteration.number)}</th>`}
         ${changes && html`<th scope="col" class="numeric">${t.change}</th>`}
+        ${drawn && html`<th scope="col">${t.drawn}</th>`}
         <th scope="col" class="numeric">${t.limits}</th><th scope="col" class="numeric">${t.class}</th>
       </tr></thead>
       <tbody>
@@ -71,6 +76,14 @@ export function CoverFigures({ told }) {
     </table>
     <div class="report-notes">
       <p>${notes.all().map(({ sign, text }) => html`<span key=${sign}><sup translate="no">${sign}</sup> ${text} </span>`)}</p>
+      ${
+        drawn &&
+        html`<p>${h(StripLegend, {
+          estimates: listed.flatMap(drawnOf),
+          limited: listed.some(({ limits }) => limits),
+          named: told.map((one, i) => ({ ...ENDS[i], name: common.iteration(one.iteration.number) })),
+        })}</p>`
+      }
       <p>${without.length < told.length && html`${{ fits: t.ofFits, nodes: t.ofNodes, traces: t.ofTraces }[source]} `}${t.errors}${changes && html` ${t.changeAbout}`}
         ${decided && DECISIONS.map((one) => html` <span key=${one} class="sign"><b aria-hidden="true">${SIGNS[one]}</b> ${t[one]}</span>`)}</p>
     </div>
@@ -91,6 +104,15 @@ function notesOf() {
     all: () => texts.map((text, i) => ({ sign: sign(i), text })),
   };
 }
+
+/** The first and the last iteration, by colour and shape. @type {readonly Pick<import("../charts/strip.js").Drawn, "series" | "sign">[]} */
+const ENDS = [
+  { series: "blue", sign: "circle" },
+  { series: "vermilion", sign: "diamond" },
+];
+
+/** @param {Row} row @returns {import("../charts/strip.js").Drawn[]} */
+const drawnOf = ({ cells }) => cells.flatMap((cell, i) => (cell ? [{ ...ENDS[i], ...cell }] : []));
 
 /** @param {string} text */
 const data = (text) => html`<span translate="no">${text}</span>`;

@@ -1,5 +1,6 @@
 // Evaluated traces in a report: K-charts upright, and their figures.
 
+import { Strip, StripLegend } from "../charts/strip.js";
 import { EvaluationSheet } from "../components/evaluation_sheet.js";
 import { EvaluationTable, symbolsOf } from "../components/evaluation_table.js";
 import { Badge } from "../components/figure.js";
@@ -9,6 +10,7 @@ import { fmt } from "../i18n/i18n.js";
 import { t as words } from "../i18n/evaluation.js";
 import { t } from "../i18n/report.js";
 import { ABSENT } from "../lib/format.js";
+import { estimateOf } from "../lib/strip.js";
 import { Fragment, h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
@@ -85,7 +87,7 @@ function Surfaces({ result, number }) {
     <table class="report-table long">
       <caption class="visually-hidden">${`${t.surfaces}, ${common.iteration(number)}`}</caption>
       <thead><tr><th scope="col">${t.tooth}</th><th scope="col">${t.flank}</th><th scope="col">${t.figure}</th>
-        <th scope="col" class="numeric" translate="no">µm</th><th scope="col" class="numeric">${t.bound}</th>
+        <th scope="col" class="numeric" translate="no">µm</th><th scope="col" class="numeric">${t.bound}</th><th scope="col">${t.drawn}</th>
         <th scope="col" class="numeric">${t.limits}</th><th scope="col">${t.conformity}</th></tr></thead>
       <tbody>${rows.map(
         ({
@@ -94,16 +96,19 @@ function Surfaces({ result, number }) {
           flank,
           name,
           symbol,
+          figure,
           figure: { value: of, std_error, bias_bound, conformity },
         }) => html`<tr key=${key}>
           <th scope="row" translate="no">${tooth}</th><td>${t[flank]}</td>
           <td>${h(GearSymbol, { name: symbol })} ${t[name]}</td>
           <td class="numeric" translate="no">${value.withError(of, std_error)}</td>
           <td class="numeric" translate="no">${value.significant(bias_bound, 2)}</td>
+          <td>${h(Strip, { estimates: [estimateOf(figure)], limits: conformity?.limits_um, unit: "µm", paper: true })}</td>
           <td class="numeric" translate="no">${value.interval(conformity?.limits_um, 1)}</td>
           <td>${conformity ? h(Badge, { kind: kinds[conformity.decision], children: t[conformity.decision] }) : ABSENT}</td>
         </tr>`,
       )}</tbody>
     </table>
+    <p class="quiet">${h(StripLegend, { estimates: rows.map(({ figure }) => estimateOf(figure)), limited: rows.some(({ figure }) => figure.conformity) })}</p>
   </div>`;
 }

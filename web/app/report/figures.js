@@ -14,6 +14,8 @@ import { extremesOf } from "../flank/surface.js";
  * @typedef {object} Cell
  * @property {number} value µm
  * @property {number | undefined} error
+ * @property {readonly number[] | undefined} [interval]
+ * @property {number | undefined} [bias] the most that it can be
  * @property {number | undefined} [class] the coarsest of its traces
  * @property {Decision | undefined} [decision]
  */
@@ -74,8 +76,17 @@ export function flankRows(told) {
 /** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
 function ofFits(told, name) {
   const figure = fittedFigure(told, name);
-  return figure && { value: figure.value, error: figure.std_error, decision: figure.conformity?.decision };
+  return figure && cellOf(figure);
 }
+
+/** @param {import("../api/client.js").Schema<"FlankFigure">} figure @returns {Cell} */
+const cellOf = ({ value, std_error, interval, bias_bound, conformity }) => ({
+  value,
+  error: std_error,
+  interval,
+  bias: bias_bound,
+  decision: conformity?.decision,
+});
 
 /** @param {Told} told @param {FlankFigureName} name */
 function fittedFigure({ iteration: { fits } }, name) {
@@ -91,7 +102,7 @@ function covered(rows) {
 function ofNodes({ correction, answers }, name) {
   const estimated =
     answers?.answer?.figure_changes?.[name]?.measured ?? correction?.answer?.figure_changes?.[name]?.before;
-  if (estimated) return { value: estimated.value_um, error: estimated.std_error_um };
+  if (estimated) return { value: estimated.value_um, error: estimated.std_error_um, interval: estimated.interval_um };
   const own = /** @type {const} */ (`${name}_um`);
   const value = answers?.answer?.figures?.[own] ?? correction?.result.predicted.figures?.before?.[own];
   return typeof value === "number" ? { value, error: undefined } : undefined;
@@ -100,7 +111,7 @@ function ofNodes({ correction, answers }, name) {
 /** @param {Told} told @param {FlankFigureName} name @returns {Cell | undefined} */
 function ofTraces(told, name) {
   const figure = tracedFigure(told, name);
-  return figure && { value: figure.value, error: figure.std_error, decision: figure.conformity?.decision };
+  return figure && cellOf(figure);
 }
 
 /** Of the surface through the traces of the tooth flank that was measured. @param {Told} told @param {FlankFigureName} name */

@@ -34,6 +34,8 @@ export default {
   right: "rechts",
   tooth: "Zahn",
   csvForMachine: "CSV für die Steuerung",
+  drawn: "Im Bild",
+  inseparable: (/** @type {string} */ names) => `nicht zu unterscheiden von ${names}`,
   apart: "Was sich nicht unterscheiden lässt",
   apartSentence: (names, index) =>
     `Die Wirkungen von ${names} heben sich an diesen Messpunkten fast auf${index ? ` (Konditionsindex ${index})` : ""}: Die Messung bestimmt ihre Summe, nicht jede für sich.`,

@@ -75,6 +75,7 @@ export default {
   limitsRequired: "Grenzen, die verlangt sind",
   limitsShare:
     "Grenzen von Winkelabweichungen gelten über die ganze Zahnbreite: Der Bereich der Messpunkte hat seinen Anteil daran, und der entschied. Was vor einer Änderung der Anforderungen beantwortet ist, behält die Grenzen seiner Zeit.",
+  drawn: "Im Bild",
   conformity: "Konformität",
   within: "innerhalb der Grenzen",
   outside: "außerhalb der Grenzen",

@@ -33,6 +33,8 @@ export default {
   right: "right",
   tooth: "Tooth",
   csvForMachine: "CSV for the control",
+  drawn: "Drawn",
+  inseparable: (/** @type {string} */ names) => `cannot be told apart from ${names}`,
   apart: "What cannot be told apart",
   apartSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>
     `The effects of ${names} nearly cancel on these nodes${index ? ` (condition index ${index})` : ""}: the measurement tells their sum, not each of them.`,

@@ -73,6 +73,7 @@ export default {
   limitsRequired: "Limits asked for",
   limitsShare:
     "Limits of slopes hold over the whole face width: what the nodes span has its share of them, and that decided. What was answered before a change of the requirements keeps the limits of its time.",
+  drawn: "Drawn",
   conformity: "Conformity",
   within: "within the limits",
   outside: "outside the limits",

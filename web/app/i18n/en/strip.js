@@ -1,0 +1,15 @@
+export default {
+  estimate: "estimate",
+  error: "± standard error",
+  interval: "interval",
+  bias: "± bound of the bias",
+  leastSquares: "least squares",
+  limits: "within the limits",
+  zero: "zero, where it is near",
+  rowScale: "Each row is drawn on a scale of its own.",
+  columnScale: "All of a column are drawn on one scale.",
+  intervalFrom: (/** @type {string} */ ends) => `interval ${ends}`,
+  biasOf: (/** @type {string} */ most) => `bias at most ${most}`,
+  leastSquaresOf: (/** @type {string} */ value) => `least squares ${value}`,
+  limitsOf: (/** @type {string} */ ends) => `limits ${ends}`,
+};

@@ -1,0 +1,49 @@
+// Over which values an estimate is drawn with all that is known of it. Pure.
+
+/** @typedef {number | null | undefined} Maybe */
+/**
+ * @typedef {object} Estimate
+ * @property {Maybe} value
+ * @property {Maybe} [error] standard error
+ * @property {readonly number[] | null | undefined} [interval]
+ * @property {Maybe} [bias] the most that the bias can be
+ * @property {Maybe} [leastSquares]
+ */
+
+/** @param {Maybe} value @returns {value is number} */
+export const finite = (value) => typeof value === "number" && Number.isFinite(value);
+
+/** All that is drawn of an estimate. @param {Estimate} estimate */
+function reach({ value, error, interval, bias, leastSquares }) {
+  const about = (/** @type {Maybe} */ by) => (finite(value) && finite(by) ? [value - by, value + by] : []);
+  return [value, leastSquares, ...(interval ?? []), ...about(error), ...about(bias)].filter(finite);
+}
+
+/**
+ * From the least to the greatest that is drawn, and 0 where it is near.
+ * @param {readonly Estimate[]} estimates @param {readonly (readonly number[] | null | undefined)[]} [limits]
+ * @returns {[number, number]}
+ */
+export function stripDomain(estimates, limits = []) {
+  const all = [...estimates.flatMap(reach), ...limits.flatMap((ends) => ends ?? []).filter(finite)];
+  if (all.length === 0) return [-1, 1];
+  let [low, high] = [Math.min(...all), Math.max(...all)];
+  const size = high - low;
+  if (low > 0 && low <= size) low = 0;
+  else if (high < 0 && -high <= size) high = 0;
+  if (low === high) return low === 0 ? [-1, 1] : [low - Math.abs(low) / 2, low + Math.abs(low) / 2];
+  return [low, high];
+}
+
+/**
+ * A coefficient or a figure as the interface tells it.
+ * @param {{ value: number, std_error?: Maybe, interval?: readonly number[] | null, bias_bound?: Maybe, least_squares?: Maybe }} told
+ * @returns {Estimate}
+ */
+export const estimateOf = ({ value, std_error, interval, bias_bound, least_squares }) => ({
+  value,
+  error: std_error,
+  interval,
+  bias: bias_bound,
+  leastSquares: least_squares,
+});
