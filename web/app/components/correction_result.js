@@ -5,6 +5,7 @@ import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
 import { unitSign } from "../lib/units.js";
 import { ABSENT } from "../lib/format.js";
+import { stripDomain } from "../lib/strip.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge, Facts, WithError } from "./figure.js";
 import { GearSymbol } from "./symbol.js";
@@ -128,7 +129,12 @@ export function Changes({ result, csvName, tools, of }) {
           data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${behind(unit)}` : ABSENT),
         csv: ({ bias_bound }) => bias_bound,
       },
-      { key: "strip", header: t.drawn, cell: (row) => h(Strip, { estimates: drawnOf(row), unit: sign(row.unit) }) },
+      { key: "strip", header: t.drawn, cell: (row) => {
+        const estimates = drawnOf(row);
+        // how far from no change at all
+        const domain = stripDomain([...estimates, { value: 0 }]);
+        return h(Strip, { estimates, unit: sign(row.unit), domain });
+      } },
       { key: "notes", header: t.notes, cell: notesOf, csv: ({ limited }) => (limited ? t.atLimit : "") },
     ],
   });

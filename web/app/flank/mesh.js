@@ -1,7 +1,7 @@
 // A flank as triangles in space: x along the width, y from root to tip, z out of the material. Pure.
 
 import { deviationColour } from "../lib/colour.js";
-import { gridOf } from "./surface.js";
+import { boxOf, gridOf } from "./surface.js";
 
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
 /** @typedef {import("./surface.js").Box} Box */
@@ -95,3 +95,66 @@ export function linesOf(surface, scale, flipU, box) {
   }
   return Float32Array.from(found);
 }
+
+/** @typedef {{ yaw: number, pitch: number, zoom: number }} Camera angles in degrees */
+/** @typedef {{ width: number, height: number, radius: number }} Frame pixels, and how far from the middle is seen at zoom 1 */
+
+const RADIANS = Math.PI / 180;
+/** The flank fills so much more of the picture than a ball around it would. */
+export const CLOSER = 1.6;
+
+/**
+ * Where a point in space stands in the picture, in pixels from its upper left corner, and how near it is.
+ * @param {Camera} camera @param {Frame} frame
+ * @returns {(x: number, y: number, z: number) => [number, number, number]}
+ */
+export function projection({ yaw, pitch, zoom }, { width, height, radius }) {
+  const [a, b] = [RADIANS * (yaw - 90), RADIANS * pitch];
+  const [cosA, sinA, cosB, sinB] = [Math.cos(a), Math.sin(a), Math.cos(b), Math.sin(b)];
+  const scale = (Math.min(width, height) * zoom * CLOSER) / (2 * radius);
+  return (x, y, z) => [
+    width / 2 + scale * (cosA * y - sinA * x),
+    height / 2 - scale * (cosB * z - sinB * (cosA * x + sinA * y)),
+    cosB * (cosA * x + sinA * y) + sinB * z,
+  ];
+}
+
+/** A node in the picture. @param {FlankSurface} surface @param {number} index @param {number} scale @param {boolean} flipU @param {ReturnType<typeof projection>} project */
+export function nodeInPicture(surface, index, scale, flipU, project) {
+  const [x, y, z] = placeOf(surface, index, scale, flipU, boxOf(surface));
+  return project(x, y, z);
+}
+
+/**
+ * The node that is seen nearest to a place of the picture: of the foremost triangle there; none beside the flank.
+ * @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {ReturnType<typeof projection>} project
+ * @param {readonly [number, number]} at
+ */
+export function nodeSeenAt(surface, scale, flipU, project, [px, py]) {
+  const count = surface.z.length;
+  const box = boxOf(surface);
+  const seen = new Float64Array(3 * count);
+  for (let i = 0; i < count; i += 1) seen.set(project(...placeOf(surface, i, scale, flipU, box)), 3 * i);
+  const triangles = indicesOf(surface);
+  let [best, nearest] = [-1, Number.NEGATIVE_INFINITY];
+  for (let k = 0; k + 2 < triangles.length; k += 3) {
+    const [a, b, c] = [triangles[k] ?? 0, triangles[k + 1] ?? 0, triangles[k + 2] ?? 0];
+    const [ax, ay] = [seen[3 * a] ?? 0, seen[3 * a + 1] ?? 0];
+    const [bx, by] = [seen[3 * b] ?? 0, seen[3 * b + 1] ?? 0];
+    const [cx, cy] = [seen[3 * c] ?? 0, seen[3 * c + 1] ?? 0];
+    const whole = cross(bx - ax, by - ay, cx - ax, cy - ay);
+    if (whole === 0) continue;
+    const p = cross(px - ax, py - ay, cx - ax, cy - ay) / whole;
+    const q = cross(bx - ax, by - ay, px - ax, py - ay) / whole;
+    if (p < 0 || q < 0 || p + q > 1) continue;
+    const [near, onB, onC] = [seen[3 * a + 2] ?? 0, seen[3 * b + 2] ?? 0, seen[3 * c + 2] ?? 0];
+    const depth = near + p * (onB - near) + q * (onC - near);
+    if (depth <= nearest) continue;
+    nearest = depth;
+    best = p >= q && p >= 1 - p - q ? b : q >= 1 - p - q ? c : a;
+  }
+  return best < 0 ? undefined : best;
+}
+
+/** @param {number} ax @param {number} ay @param {number} bx @param {number} by */
+const cross = (ax, ay, bx, by) => ax * by - ay * bx;

@@ -117,7 +117,17 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
           flag("table")
             ? h(MapTable, { surface, title, name, unit, axes, csvName: file })
             : inSpace && drawable
-              ? h(Flank3d, { surface, limit, unit, name, summary, flipU })
+              ? h(Flank3d, {
+                  surface,
+                  limit,
+                  unit,
+                  name,
+                  summary,
+                  flipU,
+                  at: given ? node : undefined,
+                  onAt: (one) => setQuery({ at: `${one.u},${one.v}` }),
+                  says,
+                })
               : h(HeatMap, {
                   name,
                   summary,

@@ -8,13 +8,16 @@ import { niceAbove } from "../lib/colour.js";
 import { query, setQuery } from "../navigation.js";
 import { html, useLayoutEffect, useMemo, useRef, useState } from "../../vendor/ui.js";
 import { useWidth } from "../charts/chart.js";
-import { indicesOf, linesOf, thinnedTo, verticesOf } from "./mesh.js";
-import { boxOf } from "./surface.js";
+import { CLOSER, indicesOf, linesOf, nodeInPicture, nodeSeenAt, projection, thinnedTo, verticesOf } from "./mesh.js";
+import { boxOf, nodeOf } from "./surface.js";
 
 /** @typedef {import("./surface.js").FlankSurface} FlankSurface */
-/** @typedef {{ yaw: number, pitch: number, zoom: number }} Camera angles in degrees */
+/** @typedef {import("./surface.js").FlankNode} FlankNode */
+/** @typedef {import("./mesh.js").Camera} Camera */
 
 const HEIGHT = 420;
+/** A pointer that moves less has clicked. */
+const CLICK = 4;
 // what is drawn while it turns: so many nodes, and so many pixels for each of the page
 const COARSE = 3000;
 const COARSE_PIXELS = 0.7;
@@ -40,15 +43,19 @@ export function magnificationOf(surface, limit, unit) {
 }
 
 /**
- * @param {{ surface: FlankSurface, limit: number, unit: string | undefined, name: string, summary: string, flipU: boolean }} props
+ * @param {{ surface: FlankSurface, limit: number, unit: string | undefined, name: string, summary: string, flipU: boolean,
+ *   at: FlankNode | undefined, onAt: (node: FlankNode) => void, says: (node: FlankNode) => string }} props `at`: the node that
+ *   is read out; a click chooses another
  */
-export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
+export function Flank3d({ surface, limit, unit, name, summary, flipU, at, onAt, says }) {
   const [holder, width] = useWidth();
   const canvas = useRef(/** @type {HTMLCanvasElement | null} */ (null));
   const scene = useRef(/** @type {Awaited<ReturnType<typeof built>> | null} */ (null));
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [ready, setReady] = useState(false);
+  const [turning, setTurning] = useState(false);
   const magnification = useMemo(() => magnificationOf(surface, limit, unit), [surface, limit, unit]);
+  const scaled = magnification * (unit === "µm" ? 1e-3 : 1);
   const text = query.value.get("camera");
   const camera = useMemo(() => cameraOf(text), [text]);
   const dragged = useRef(/** @type {{ x: number, y: number, from: Camera, now: Camera } | null} */ (null));
@@ -56,7 +63,6 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
   useLayoutEffect(() => {
     let wanted = true;
     setReady(false);
-    const scaled = magnification * (unit === "µm" ? 1e-3 : 1);
     if (canvas.current) {
       underway.value += 1;
       built(canvas.current, surface, limit, scaled, flipU)
@@ -104,13 +110,25 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
   const move = (/** @type {PointerEvent} */ event) => {
     const drag = dragged.current;
     if (!drag) return;
+    if (drag.now === drag.from && Math.hypot(event.clientX - drag.x, event.clientY - drag.y) < CLICK) return;
+    setTurning(true);
     drag.now = turned(drag.from, (event.clientX - drag.x) / 3, (event.clientY - drag.y) / 3);
     scene.current?.draw(drag.now, width, HEIGHT, true);
   };
-  const release = () => {
-    if (dragged.current) settle(dragged.current.now);
+  const project = projection(camera, { width, height: HEIGHT, radius: radiusOf(surface) });
+  const release = (/** @type {PointerEvent & { currentTarget: Element }} */ event) => {
+    const drag = dragged.current;
     dragged.current = null;
+    setTurning(false);
+    if (!drag) return;
+    if (drag.now !== drag.from) return settle(drag.now);
+    if (event.type === "pointercancel") return;
+    const box = event.currentTarget.getBoundingClientRect();
+    const place = /** @type {const} */ ([event.clientX - box.left, event.clientY - box.top]);
+    const index = nodeSeenAt(surface, scaled, flipU, project, place);
+    if (index !== undefined) onAt(nodeOf(surface, index));
   };
+  const mark = at && !turning ? nodeInPicture(surface, at.index, scaled, flipU, project) : undefined;
   if (error !== undefined) return html`<p class="hint" role="status">${t.noWebgl}</p>`;
   return html`<div class="flank-3d">
     <div class="actions" role="group" aria-label=${t.views}>
@@ -124,9 +142,22 @@ export function Flank3d({ surface, limit, unit, name, summary, flipU }) {
       }}
       onPointerMove=${move} onPointerUp=${release} onPointerCancel=${release}>
       <canvas ref=${canvas} width=${width} height=${HEIGHT}></canvas>
+      ${
+        mark &&
+        html`<svg class="chart chart-crosshair" width=${width} height=${HEIGHT} aria-hidden="true">
+          <circle cx=${mark[0]} cy=${mark[1]} r="6" />
+        </svg>`
+      }
     </div>
+    <p class="picked" role="status" translate="no">${at ? says(at) : ""}</p>
     <p class="hint">${t.magnified(fmt.value.count(magnification))} ${t.turnHint}</p>
   </div>`;
+}
+
+/** How far from its middle a flank is seen. @param {FlankSurface} surface */
+function radiusOf(surface) {
+  const { u, v } = boxOf(surface);
+  return 0.62 * Math.hypot(u[1] - u[0], v[1] - v[0]);
 }
 
 /** @param {Camera} camera @param {number} yaw @param {number} pitch @returns {Camera} */
@@ -181,8 +212,7 @@ async function built(canvas, surface, limit, scale, flipU) {
     grid(linesOf(few, 0, flipU, boxOf(surface)), 0x8a949e),
     grid(linesOf(few, scale, flipU, boxOf(surface)), 0x1c242c),
   ];
-  const { u, v } = boxOf(surface);
-  const radius = 0.62 * Math.hypot(u[1] - u[0], v[1] - v[0]);
+  const radius = radiusOf(surface);
   const eye = new three.OrthographicCamera(-1, 1, 1, -1, -50 * radius, 50 * radius);
   eye.up.set(0, 0, 1);
   return {
@@ -203,7 +233,7 @@ async function built(canvas, surface, limit, scale, flipU) {
         -radius,
       ];
       if (aspect < 1) [eye.top, eye.bottom] = [radius / aspect, -radius / aspect];
-      eye.zoom = zoom * 1.6;
+      eye.zoom = zoom * CLOSER;
       eye.updateProjectionMatrix();
       renderer.render(scene, eye);
     },

@@ -80,7 +80,7 @@ export function CoverFigures({ told }) {
         drawn &&
         html`<p>${h(StripLegend, {
           estimates: listed.flatMap(drawnOf),
-          limited: listed.some(({ limits }) => limits),
+          limited: listed.some((one) => one.limits && drawnOf(one).length > 0),
           named: told.map((one, i) => ({ ...ENDS[i], name: common.iteration(one.iteration.number) })),
         })}</p>`
       }
@@ -112,7 +112,8 @@ const ENDS = [
 ];
 
 /** @param {Row} row @returns {import("../charts/strip.js").Drawn[]} */
-const drawnOf = ({ cells }) => cells.flatMap((cell, i) => (cell ? [{ ...ENDS[i], ...cell }] : []));
+const drawnOf = ({ cells }) =>
+  cells.some((cell) => cell?.error) ? cells.flatMap((cell, i) => (cell ? [{ ...ENDS[i], ...cell }] : [])) : [];
 
 /** @param {string} text */
 const data = (text) => html`<span translate="no">${text}</span>`;

@@ -114,6 +114,7 @@ function Spectrum({ number, fit: { result, spec } }) {
   const positive = [...before, ...(after ?? [])].filter((value) => value > 0);
   const points = (/** @type {readonly number[]} */ values) => values.map((y, i) => ({ x: i + 1, y: y > 0 ? y : null }));
   const { value } = fmt;
+  const { count } = result.regularization;
   const summary = spectral.spectrumSummary(
     value.condition(result.spectrum.condition),
     value.condition(result.spectrum.regularized.condition),
@@ -131,6 +132,7 @@ function Spectrum({ number, fit: { result, spec } }) {
     height: 230,
     children: (plot) => html`
       ${bound !== undefined && h(Rule, { plot, y: bound, label: spectral.conditionLimit(value.count(limit)), kind: "limit" })}
+      ${count !== undefined && count > 0 && count < before.length && h(Rule, { plot, x: count + 0.5, label: spectral.regularisedTo(value.count(count)) })}
       ${after && h(Dots, { plot, points: points(after), series: "vermilion", sign: "square" })}
       ${h(Dots, { plot, points: points(before) })}`,
   });

@@ -82,6 +82,7 @@ export function Spectrum({ fit: { result, spec } }) {
       },
       children: (plot) => html`
         ${bound !== undefined && h(Rule, { plot, y: bound, label: t.conditionLimit(fmt.value.count(limit)), kind: "limit" })}
+        ${count !== undefined && count > 0 && count < before.length && h(Rule, { plot, x: count + 0.5, label: t.regularisedTo(fmt.value.count(count)) })}
         ${after && h(Dots, { plot, points: rows.map((row) => ({ x: row.i + 1, y: row.after })), series: "vermilion", sign: "square" })}
         ${h(Dots, { plot, points: rows.map((row) => ({ x: row.i + 1, y: row.before > 0 ? row.before : null })) })}`,
     })}

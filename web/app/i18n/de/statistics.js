@@ -2,6 +2,7 @@
 export default {
   data: (name) => name,
   spectrum: "Eigenwerte",
+  regularisedTo: (/** @type {string} */ count) => `L = ${count} regularisiert`,
   spectrumSummary: (before, after, count) =>
     `Kondition vorher ${before}, nachher ${after}; regularisierte Eigenwerte L: ${count}.`,
   direction: "Richtung",

@@ -80,7 +80,7 @@ export default {
   view2: "2 From face I",
   view3: "3 From above",
   noWebgl: "This browser draws nothing in space (no WebGL); the map is shown instead.",
-  turnHint: "Arrows or dragging turn, + and − zoom, 0 resets, 1, 2, 3 are views.",
+  turnHint: "Arrows or dragging turn, a click reads a node out, + and − zoom, 0 resets, 1, 2, 3 are views.",
   firstNodes: (/** @type {string} */ shown, /** @type {string} */ all) =>
     `The first ${shown} of ${all} nodes; the file has all.`,
   magnified: (/** @type {string} */ factor) => `Deviations are magnified ${factor} times.`,

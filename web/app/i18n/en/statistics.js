@@ -1,6 +1,7 @@
 export default {
   data: (/** @type {string} */ name) => name,
   spectrum: "Eigenvalues",
+  regularisedTo: (/** @type {string} */ count) => `L = ${count} regularised`,
   spectrumSummary: (/** @type {string} */ before, /** @type {string} */ after, /** @type {string} */ count) =>
     `Condition ${before} before, ${after} after; regularised eigenvalues L: ${count}.`,
   direction: "Direction",

@@ -1,0 +1,44 @@
+// Something that takes long and is waited for: how far it is, and a way to stop it.
+
+import { useRef, useState } from "../../vendor/ui.js";
+import { answerLater } from "./later.js";
+
+/** @typedef {{ done: number, seconds: number | undefined } | undefined} Progress */
+/**
+ * @typedef {object} Watched
+ * @property {boolean} running
+ * @property {Progress} progress not known before the server has told
+ * @property {() => void} stop
+ * @property {<Data>(send: Parameters<typeof answerLater<Data>>[0], signal?: AbortSignal) => ReturnType<typeof answerLater<Data>>} run
+ *   the answer; `signal` stops it too, as a page does that is left
+ */
+
+/** @returns {Watched} */
+export function useWatched() {
+  const [state, setState] = useState({ running: false, progress: /** @type {Progress} */ (undefined) });
+  const abort = useRef(/** @type {AbortController | null} */ (null));
+  return {
+    ...state,
+    stop: () => abort.current?.abort(),
+    run: async (send, signal) => {
+      const own = new AbortController();
+      abort.current = own;
+      const stop = () => own.abort();
+      signal?.addEventListener("abort", stop, { once: true });
+      // of two that overlap only the later is told of
+      const tell = (/** @type {typeof state} */ next) => {
+        if (abort.current === own) setState(next);
+      };
+      tell({ running: true, progress: undefined });
+      try {
+        return await answerLater(send, {
+          signal: own.signal,
+          tell: (progress) => tell({ running: true, progress }),
+        });
+      } finally {
+        signal?.removeEventListener("abort", stop);
+        tell({ running: false, progress: undefined });
+      }
+    },
+  };
+}
