@@ -16,6 +16,10 @@ const MOST_KEPT = 2000;
 /** @type {Map<string, Estimate[]>} */
 const histories = new Map();
 
+/** @typedef {{ after: number, u: number[], v: number[], z: number[] }} Gathered */
+/** The nodes of streams as far as they have been asked for. @type {Map<string, Gathered>} */
+const gathered = new Map();
+
 /** @param {string} streamId */
 export function useStream(streamId) {
   const resource = useResource(`stream ${streamId}`, async (signal) => {
@@ -32,4 +36,52 @@ function remember({ id, node_count: nodes, result }) {
   const history = histories.get(id) ?? [];
   if (!result || (history.at(-1)?.nodes ?? -1) >= nodes) return;
   histories.set(id, [...history.slice(1 - MOST_KEPT), { nodes, result }]);
+}
+
+/**
+ * The nodes so far, of which only the blocks are asked for that have not come yet; none of curves.
+ * @param {Stream} stream
+ */
+export function useStreamNodes({ id, sequence, state }) {
+  const open = state === "open" && sequence > 0;
+  const resource = useResource(open ? `nodes of stream ${id} up to ${sequence}` : null, async (signal) => {
+    for (;;) {
+      const { after } = gathered.get(id) ?? { after: 0 };
+      const params = { path: { stream_id: id }, query: { after } };
+      const { data } = await answer(api.GET("/v1/streams/{stream_id}/nodes", { signal, params }));
+      const { items, sequence: there } = data;
+      gather(id, items);
+      const last = items.at(-1);
+      if (!last || last.sequence >= there) break;
+    }
+    const { u, v, z } = gathered.get(id) ?? { u: [], v: [], z: [] };
+    return { data: { u: [...u], v: [...v], z: [...z] } };
+  });
+  // what came last stays until the next is there
+  const last = useRef(resource.data);
+  if (resource.data) last.current = resource.data;
+  return { ...resource, data: resource.data ?? last.current };
+}
+
+/** Each block once, whichever of two answers brings it. @param {string} id @param {readonly import("./client.js").Schema<"PostedStreamBlock">[]} blocks */
+function gather(id, blocks) {
+  const all = gathered.get(id) ?? { after: 0, u: [], v: [], z: [] };
+  for (const { sequence, nodes } of blocks) {
+    if (sequence <= all.after) continue;
+    all.after = sequence;
+    if (nodes.type === "scattered") for (const [i, u] of nodes.u.entries()) add(all, u, nodes.v[i] ?? 0, nodes.z[i]);
+    if (nodes.type === "grid")
+      for (const [i, u] of nodes.u.entries())
+        for (const [j, v] of nodes.v.entries())
+          add(all, u, v, nodes.valid?.[i]?.[j] === false ? null : nodes.z[i]?.[j]);
+  }
+  gathered.set(id, all);
+}
+
+/** @param {Gathered} all @param {number} u @param {number} v @param {number | null | undefined} z */
+function add(all, u, v, z) {
+  if (z === null || z === undefined) return;
+  all.u.push(u);
+  all.v.push(v);
+  all.z.push(z);
 }

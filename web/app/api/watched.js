@@ -1,7 +1,10 @@
 // Something that takes long and is waited for: how far it is, and a way to stop it.
 
 import { useRef, useState } from "../../vendor/ui.js";
-import { answerLater } from "./later.js";
+import { answerLater, StoppedError } from "./later.js";
+
+/** It was stopped, but what had arrived by then may have been stored. */
+export class CancelledError extends Error {}
 
 /** @typedef {{ done: number, seconds: number | undefined } | undefined} Progress */
 /**
@@ -35,6 +38,10 @@ export function useWatched() {
           signal: own.signal,
           tell: (progress) => tell({ running: true, progress }),
         });
+      } catch (error) {
+        if (own.signal.aborted && !(error instanceof StoppedError))
+          throw new CancelledError("cancelled", { cause: error });
+        throw error;
       } finally {
         signal?.removeEventListener("abort", stop);
         tell({ running: false, progress: undefined });

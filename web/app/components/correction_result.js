@@ -129,12 +129,16 @@ export function Changes({ result, csvName, tools, of }) {
           data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${behind(unit)}` : ABSENT),
         csv: ({ bias_bound }) => bias_bound,
       },
-      { key: "strip", header: t.drawn, cell: (row) => {
-        const estimates = drawnOf(row);
-        // how far from no change at all
-        const domain = stripDomain([...estimates, { value: 0 }]);
-        return h(Strip, { estimates, unit: sign(row.unit), domain });
-      } },
+      {
+        key: "strip",
+        header: t.drawn,
+        cell: (row) => {
+          const estimates = drawnOf(row);
+          // how far from no change at all
+          const domain = stripDomain([...estimates, { value: 0 }]);
+          return h(Strip, { estimates, unit: sign(row.unit), domain });
+        },
+      },
       { key: "notes", header: t.notes, cell: notesOf, csv: ({ limited }) => (limited ? t.atLimit : "") },
     ],
   });

@@ -7,18 +7,31 @@ import { h, html, useState } from "../../vendor/ui.js";
 import { Dialog } from "./dialog.js";
 import { TextField } from "./form.js";
 import { Failure } from "./states.js";
-import { announce } from "./toast.js";
+import { Progress } from "./progress.js";
+import { announce, notify } from "./toast.js";
+import { stopNote } from "./underway.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
 /**
  * @param {{
  *   title: string, text?: string, label: string, action: string, required?: boolean, draft: string,
- *   versions?: () => Children, send: (reason: string) => Promise<void>, onClose: () => void,
+ *   watched?: import("../api/watched.js").Watched | undefined, versions?: () => Children, send: (reason: string) => Promise<void>, onClose: () => void,
  * }} props `draft`: under which name the reason is kept; `versions`: both, where somebody else was first; sending once
- *   more is then meant all the same; `send` is done when it has been stored
+ *   more is then meant all the same; `watched`: what takes long, which cancelling stops; `send` is done when it has been stored
  */
-export function ReasonDialog({ title, text, label, action, required = false, draft, versions, send, onClose }) {
+export function ReasonDialog({
+  title,
+  text,
+  label,
+  action,
+  required = false,
+  draft,
+  watched,
+  versions,
+  send,
+  onClose,
+}) {
   const [reason, setReason, forget] = useDraft(draft, () => "");
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
@@ -32,8 +45,10 @@ export function ReasonDialog({ title, text, label, action, required = false, dra
       forget();
       onClose();
     } catch (failed) {
-      setError(failed);
       setSending(false);
+      const stopped = stopNote(failed);
+      setError(stopped ? undefined : failed);
+      if (stopped) notify(stopped, "news");
       if (failed instanceof ApiError && failed.status === 412) announce(common.changedMeanwhile);
     }
   };
@@ -45,8 +60,9 @@ export function ReasonDialog({ title, text, label, action, required = false, dra
       ${overtaken && html`<div class="failure" role="alert"><h3>${common.changedMeanwhile}</h3>${versions()}</div>`}
       ${h(TextField, { label, value: reason, onInput: setReason, lines: 3, maxLength: 4000, required, error, pointer: "/reason" })}
       ${error !== undefined && !overtaken && h(Failure, { error, except: ["/reason"] })}
+      ${watched?.running && h(Progress, { label: action, progress: watched.progress })}
       <div class="actions end">
-        <button type="button" class="button" onClick=${onClose}>${common.cancel}</button>
+        <button type="button" class="button" onClick=${watched?.running ? watched.stop : onClose}>${common.cancel}</button>
         <button type="submit" class="button primary" disabled=${sending || (required && reason.trim() === "")}>${overtaken ? common.allTheSame(action) : action}</button>
       </div>
     </form>`,

@@ -2,7 +2,9 @@
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
+import { StoppedError } from "../api/later.js";
 import { useResource } from "../api/resource.js";
+import { useWatched } from "../api/watched.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
@@ -15,6 +17,7 @@ import { h, html, useRef, useState } from "../../vendor/ui.js";
 import { SelectField, TextField } from "./form.js";
 import { Empty, Failure, loaded } from "./states.js";
 import { notify } from "./toast.js";
+import { stopNote, Underway } from "./underway.js";
 
 /** @typedef {import("../api/client.js").Schema<"Job">} Job */
 /** @typedef {import("../lib/nodes_file.js").NodesFile} NodesFile */
@@ -65,6 +68,7 @@ function Save({ jobs, find, setFind, file, spec }) {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
   const attempt = useAttempt("save of /fit");
+  const watched = useWatched();
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
     if (sending || jobId === "") return;
@@ -77,9 +81,10 @@ function Save({ jobs, find, setFind, file, spec }) {
     }
     try {
       const header = attempt.headers([jobId, spec, measurement, file.text]);
-      const { data } = await answer(
+      const { data } = await watched.run(({ header: more, signal }) =>
         api.POST("/v1/jobs/{job_id}/iterations", {
-          params: { path: { job_id: jobId }, header },
+          signal,
+          params: { path: { job_id: jobId }, header: { ...header, ...more } },
           ...bodyOf(file, { ...spec, ...measurement }),
         }),
       );
@@ -89,8 +94,11 @@ function Save({ jobs, find, setFind, file, spec }) {
       const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: data.number });
       navigate(to ?? href("/jobs/{job_id}", { job_id: jobId }));
     } catch (failed) {
-      setError(failed);
       setSending(false);
+      if (failed instanceof StoppedError) attempt.done();
+      const stopped = stopNote(failed);
+      if (stopped) notify(stopped, "news");
+      else setError(failed);
     }
   };
   const line = (/** @type {(typeof FIELDS)[number]} */ name) =>
@@ -118,6 +126,7 @@ function Save({ jobs, find, setFind, file, spec }) {
       ${FIELDS.map(line)}
     </div>
     ${error !== undefined && h(Failure, { error, except: FIELDS.map((name) => `/${name}`) })}
+    ${h(Underway, { watched, label: t.save })}
     <div class="actions"><button type="submit" class="button primary" disabled=${sending || jobId === ""}>${t.saveNow}</button></div>
   </form>`;
 }

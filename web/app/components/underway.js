@@ -1,5 +1,7 @@
 // How far something is that is waited for, and the way to stop it.
 
+import { StoppedError } from "../api/later.js";
+import { CancelledError } from "../api/watched.js";
 import { t } from "../i18n/common.js";
 import { h, html } from "../../vendor/ui.js";
 import { Progress } from "./progress.js";
@@ -9,6 +11,12 @@ export function Underway({ watched: { running, progress, stop }, label }) {
   if (!running) return null;
   return html`<div class="underway">
     ${h(Progress, { label, progress })}
-    <button type="button" class="button small" onClick=${stop}>${t.stop}</button>
+    <button type="button" class="button small" onClick=${stop}>${t.cancel}</button>
   </div>`;
+}
+
+/** What is said of something that was stopped; nothing of another error. @param {unknown} error */
+export function stopNote(error) {
+  if (error instanceof StoppedError) return t.stopped;
+  return error instanceof CancelledError ? t.cancelled : undefined;
 }

@@ -26,8 +26,8 @@ export const LAYERS = /** @type {const} */ ([
 /** What was made of nodes. @type {WeakMap<Nodes, FlankSurface | undefined>} */
 const surfaces = new WeakMap();
 
-/** @param {Nodes} nodes */
-function kept(nodes) {
+/** The surface of nodes that were asked for here. @param {Nodes} nodes */
+export function kept(nodes) {
   return surfaces.has(nodes) ? surfaces.get(nodes) : surfaceOf(nodes);
 }
 

@@ -1,8 +1,9 @@
 // Fits nodes of a file, or that are pasted, and stores nothing until it is asked to.
 
-import { answer, api } from "../api/client.js";
+import { api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
+import { useWatched } from "../api/watched.js";
 import { Allowed } from "../components/allowed.js";
 import { Facts } from "../components/figure.js";
 import { SelectField } from "../components/form.js";
@@ -10,6 +11,7 @@ import { NodesInput } from "../components/nodes_input.js";
 import { Page } from "../components/page.js";
 import { bodyOf, SaveIteration } from "../components/save_iteration.js";
 import { Empty, loaded } from "../components/states.js";
+import { stopNote, Underway } from "../components/underway.js";
 import { criterionLabel } from "../components/criterion.js";
 import { FlankCurve } from "../flank/curve.js";
 import { CoefficientTable, FitFacts, Warnings } from "../flank/figures.js";
@@ -42,9 +44,19 @@ export default function FitPage() {
   const degree = query.value.get("degree") ?? undefined;
   const by = query.value.get("by") ?? undefined;
   const spec = useMemo(() => given && specOf(given.file, { degree, by }), [given, degree, by]);
+  const watched = useWatched();
   const fit = useResource(given && spec ? `fit of ${given.turn} ${degree ?? ""} ${by ?? ""}` : null, (signal) =>
-    answer(api.POST("/v1/fits", { signal, ...(given && spec ? bodyOf(given.file, spec) : neverSent()) })),
+    watched.run(
+      ({ header, signal: own }) =>
+        api.POST("/v1/fits", {
+          signal: own,
+          params: { header },
+          ...(given && spec ? bodyOf(given.file, spec) : neverSent()),
+        }),
+      signal,
+    ),
   );
+  const stopped = stopNote(fit.error);
   const take = (/** @type {NodesFile} */ file, /** @type {string} */ name) => {
     turns += 1;
     setQuery({ at: undefined, zoom: undefined, limit: undefined, layer: undefined });
@@ -60,8 +72,14 @@ export default function FitPage() {
         ${h(NodesInput, { onNodes: take })}
         ${h(Choices, { file: given?.file, degree, by })}
       </div>
+      ${h(Underway, { watched, label: t.fitting })}
       ${
-        given && spec
+        stopped
+          ? h(Empty, {
+              children: stopped,
+              action: html`<button type="button" class="button" onClick=${fit.reload}>${common.tryAgain}</button>`,
+            })
+          : given && spec
           ? loaded({
               resource: fit,
               lines: 12,

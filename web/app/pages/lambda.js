@@ -5,6 +5,7 @@ import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
 import { useLatest } from "../api/latest.js";
 import { useResource } from "../api/resource.js";
+import { useWatched } from "../api/watched.js";
 import { Badge, Facts } from "../components/figure.js";
 import { JobPage } from "../components/job_page.js";
 import { ReasonDialog } from "../components/reason_dialog.js";
@@ -14,6 +15,8 @@ import de from "../i18n/de/lambda.js";
 import en from "../i18n/en/lambda.js";
 import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
+import { kept, useFit, useNodes } from "../flank/use_layers.js";
+import { StoppedError } from "../api/later.js";
 import { heightUnit } from "../lib/units.js";
 import { query, setQuery } from "../navigation.js";
 import { Choices } from "../regularization/choices.js";
@@ -22,6 +25,7 @@ import { Curves } from "../regularization/curves.js";
 import { Fits } from "../regularization/fits.js";
 import { RidgeTrace } from "../regularization/ridge_trace.js";
 import { countsRank, movable, queryOf, rangeOf, refitOf, selectionOf, symbolOf } from "../regularization/selection.js";
+import { FOLLOWED, includedFor, RefitMap, shownLayer } from "../regularization/map.js";
 import { LambdaSlider } from "../regularization/slider.js";
 import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
 
@@ -43,7 +47,7 @@ export default function Lambda({ params }) {
     view: `${common.lambda} ${common.iteration(path.number)}`,
     number: path.number,
     onEvents: iteration.reload,
-    children: () =>
+    children: (job) =>
       loaded({
         resource: iteration,
         lines: 14,
@@ -51,6 +55,7 @@ export default function Lambda({ params }) {
           h(OfFit, {
             key: `${path.job_id} ${path.number}`,
             iteration: data,
+            flipU: job.gear?.internal === true,
             etag: iteration.etag,
             onChosen: iteration.put,
             reload: iteration.reload,
@@ -60,9 +65,9 @@ export default function Lambda({ params }) {
 }
 
 /**
- * @param {{ iteration: Iteration, etag: string | undefined, onChosen: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
+ * @param {{ iteration: Iteration, flipU: boolean, etag: string | undefined, onChosen: (iteration: Iteration, etag: string | undefined) => void, reload: () => void }} props
  */
-function OfFit({ iteration, etag, onChosen, reload }) {
+function OfFit({ iteration, flipU, etag, onChosen, reload }) {
   const standing = iteration.fits.find(({ chosen }) => chosen);
   const id = query.value.get("fit") ?? standing?.id ?? "";
   const path = { job_id: iteration.job_id, number: iteration.number };
@@ -83,30 +88,43 @@ function OfFit({ iteration, etag, onChosen, reload }) {
     ${loaded({
       resource: fit,
       lines: 14,
-      children: (data) => h(Choosing, { key: id, iteration, fit: data, unit, standing: standing?.lambda_star, reload }),
+      children: (data) => h(Choosing, { key: id, iteration, flipU, fit: data, unit, standing: standing?.lambda_star, reload }),
     })}
     ${stood.current && h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
   </div>`;
 }
 
-/** @param {{ iteration: Iteration, fit: IterationFit, unit: string | undefined, standing: number | undefined, reload: () => void }} props */
-function Choosing({ iteration, fit, unit, standing, reload }) {
+/** @param {{ iteration: Iteration, flipU: boolean, fit: IterationFit, unit: string | undefined, standing: number | undefined, reload: () => void }} props */
+function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
   const { spec, result } = fit;
   const path = { job_id: iteration.job_id, number: iteration.number };
   const [selection, setSelection] = useState(() => selectionOf(query.value));
+  const [settled, setSettled] = useState(selection);
+  const show = (/** @type {Selection | undefined} */ next, rests = true) => {
+    setSelection(next);
+    if (rests) setSettled(next);
+  };
   const [keeping, setKeeping] = useState(false);
+  const watched = useWatched();
   const attempt = useAttempt(`fit ${path.job_id} ${path.number}`);
-  const wanted = selection && refitOf(spec, selection, []);
-  const preview = useLatest(wanted, async (body, signal) => {
+  const nodes = useNodes(path.job_id, path.number);
+  const measured = nodes.data && kept(nodes.data);
+  const many = iteration.node_count > FOLLOWED;
+  const include = measured ? includedFor(shownLayer()) : [];
+  const ask = async (/** @type {import("../regularization/selection.js").PreviewRequest} */ body, /** @type {AbortSignal} */ signal) => {
     const pending = api.POST("/v1/jobs/{job_id}/iterations/{number}/preview", { signal, params: { path }, body });
     return (await answer(pending)).data;
-  });
+  };
+  const preview = useLatest(selection && refitOf(spec, selection, many ? [] : include), ask);
+  const followed = useLatest(many && measured && settled ? refitOf(spec, settled, include) : undefined, ask);
+  const stored = useFit(path.job_id, path.number, measured && !selection ? fit.id : undefined, include);
   // the address follows once the answer is there: moves are many
   useEffect(() => {
     if (preview.current) setQuery(queryOf(selection));
   }, [preview.current, selection]);
   const refit = selection ? preview.data : undefined;
   const shown = refit ?? result;
+  const drawn = selection ? (many ? followed.data : refit) : stored.data?.result;
   const symbol = symbolOf(spec);
   const range = rangeOf(spec, result);
   const ranks = countsRank(spec);
@@ -119,12 +137,17 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
   const keep = async (/** @type {string} */ reason) => {
     if (!selection) return;
     const body = { ...refitOf(spec, selection), ...(reason ? { reason } : {}) };
-    const { data } = await answer(
+    const key = attempt.headers(body);
+    const { data } = await watched.run(({ header, signal }) =>
       api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
-        params: { path, header: attempt.headers(body) },
+        signal,
+        params: { path, header: { ...key, ...header } },
         body,
       }),
-    );
+    ).catch((/** @type {unknown} */ error) => {
+      if (error instanceof StoppedError) attempt.done();
+      throw error;
+    });
     attempt.done();
     setQuery({ fit: data.id, by: undefined, lambda: undefined }, { step: true });
     notify(t.kept);
@@ -138,19 +161,20 @@ function Choosing({ iteration, fit, unit, standing, reload }) {
           ${selection ? h(Badge, { kind: "warn", children: t.notStored }) : fit.chosen ? h(Badge, { kind: "good", children: t.standsNow }) : null}</header>
         ${h(Facts, { items: factsOf(shown, symbol, unit) })}
         ${preview.error !== undefined && selection && preview.current && h(Failure, { error: preview.error })}
-        ${!may("compute") ? null : range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value) => setSelection({ value }) }) : html`<p class="note">${t.nothingToMove}</p>`}
+        ${!may("compute") ? null : range && movable(spec) ? h(LambdaSlider, { range, value: chosen, symbol, ranks, onMove: (value, rests) => show({ value }, rests) }) : html`<p class="note">${t.nothingToMove}</p>`}
         <div class="actions">
           ${may("judge") && html`<button type="button" class="button primary" disabled=${!selection || !preview.current || preview.error !== undefined} onClick=${() => setKeeping(true)}>${t.keep}</button>`}
-          <button type="button" class="button" disabled=${!selection} onClick=${() => setSelection(undefined)}>${t.back}</button>
+          <button type="button" class="button" disabled=${!selection} onClick=${() => show(undefined)}>${t.back}</button>
         </div>
       </section>
       ${h(FilterFactors, { result: shown, symbol })}
     </div>
-    ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, standing, shown: selection && chosen, symbol, unit, onPick: (value) => setSelection({ value }) })}
+    ${measured && h(RefitMap, { measured, residuals: drawn?.residuals, axes: iteration.axes, flipU, refit: selection !== undefined, many })}
+    ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, standing, shown: selection && chosen, symbol, unit, onPick: (value) => show({ value }) })}
     ${result.ridge_trace && h(RidgeTrace, { points: result.ridge_trace, result, at: chosen })}
-    ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => setSelection({ by }) })}
+    ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => show({ by }) })}
     ${h(Coefficients, { before: result, after: shown, axes: iteration.axes, afterName: t.refit, names: "coefficients" })}
-    ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, draft: `keep ${path.job_id} ${path.number}`, send: keep, onClose: () => setKeeping(false) })}
+    ${keeping && h(ReasonDialog, { title: t.keepTitle, text: t.keepText, label: t.reason, action: t.keep, required: true, draft: `keep ${path.job_id} ${path.number}`, watched, send: keep, onClose: () => setKeeping(false) })}
   `;
 }
 

@@ -120,7 +120,7 @@ function Measure({ jobId, reread }) {
           const stopped = error instanceof StoppedError;
           if (stopped) attempt.done();
           update(id, { state: "waiting" });
-          notify(stopped ? t.stopped : t.cancelled, "news");
+          notify(stopped ? common.stopped : common.cancelled, "news");
           break;
         }
         update(id, { state: "failed", error });

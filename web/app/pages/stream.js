@@ -1,14 +1,19 @@
 // A measurement whose nodes come as a stream: the estimate as it grows.
 
 import { may } from "../api/key.js";
-import { useStream } from "../api/stream.js";
+import { useStream, useStreamNodes } from "../api/stream.js";
 import { Badge, Facts } from "../components/figure.js";
 import { FinishStream } from "../components/finish_stream.js";
 import { JobPage } from "../components/job_page.js";
-import { Empty, loaded } from "../components/states.js";
+import { Empty, Failure, loaded } from "../components/states.js";
 import { CoefficientChart, FigureChart } from "../components/stream_charts.js";
 import { notify } from "../components/toast.js";
 import { CoefficientTable, FitFacts, Warnings } from "../flank/figures.js";
+import { surfaceOf } from "../flank/layers.js";
+import { kept, useNodes } from "../flank/use_layers.js";
+import { FlankView } from "../flank/view.js";
+import { t as common } from "../i18n/common.js";
+import { heightUnit } from "../lib/units.js";
 import { termSign } from "../lib/terms.js";
 import de from "../i18n/de/stream.js";
 import en from "../i18n/en/stream.js";
@@ -16,7 +21,7 @@ import { fmt, texts } from "../i18n/i18n.js";
 import { navigate, query, setQuery } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
 import { WarningList } from "../components/warnings.js";
-import { Fragment, h, html, useState } from "../../vendor/ui.js";
+import { Fragment, h, html, useMemo, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/stream.js").Stream} Stream */
 /** @typedef {import("../api/stream.js").Estimate} Estimate */
@@ -35,23 +40,24 @@ export default function StreamPage({ params }) {
     onEvents: (events) => {
       if (events.length === 0 || events.some(({ stream_id: id }) => id === streamId)) wake();
     },
-    children: () =>
+    children: (job) =>
       loaded({
         resource,
         lines: 10,
         back: html`<a class="button" href=${href("/jobs/{job_id}", { job_id: jobId })}>${t.toJob}</a>`,
-        children: (stream) => h(Whole, { stream, history, reload: resource.reload }),
+        children: (stream) => h(Whole, { stream, history, flipU: job.gear?.internal === true, reload: resource.reload }),
       }),
   });
 }
 
-/** @param {{ stream: Stream, history: readonly Estimate[], reload: () => void }} props */
-function Whole({ stream, history, reload }) {
+/** @param {{ stream: Stream, history: readonly Estimate[], flipU: boolean, reload: () => void }} props */
+function Whole({ stream, history, flipU, reload }) {
   const result = stream.result ?? history.at(-1)?.result;
   return html`<div class="flank-page" data-sequence=${stream.sequence}>
     <div class="flank-main">
       ${stream.warnings && stream.warnings.length > 0 && h(NoResult, { warnings: stream.warnings })}
       ${history.length > 0 && h(Charts, { history, stream })}
+      ${h(NodesMap, { stream, domain: result?.domain, flipU })}
       ${history.length === 0 && stream.state === "finished" && h(Empty, { children: t.nothingKept })}
       ${
         result &&
@@ -76,6 +82,38 @@ function Whole({ stream, history, reload }) {
       }
     </div>
   </div>`;
+}
+
+/**
+ * The nodes of the blocks; of a finished stream those of its iteration.
+ * @param {{ stream: Stream, domain: import("../api/client.js").Schema<"Domain"> | null | undefined, flipU: boolean }} props
+ */
+function NodesMap({ stream, domain, flipU }) {
+  const blocks = useStreamNodes(stream);
+  const finished = useNodes(stream.job_id, stream.iteration_number ?? null);
+  const surface = useMemo(() => {
+    if (finished.data) return kept(finished.data);
+    // a surface needs places that are not all on one line
+    const { u, v } = blocks.data ?? { u: [], v: [] };
+    if (!blocks.data || new Set(u).size < 2 || new Set(v).size < 2) return undefined;
+    return surfaceOf({ type: "scattered", ...blocks.data });
+  }, [finished.data, blocks.data]);
+  const error = blocks.error ?? finished.error;
+  if (error !== undefined) return h(Failure, { error, retry: stream.iteration_number ? finished.reload : blocks.reload });
+  if (!surface) return null;
+  return html`<section class="panel" aria-labelledby="map">
+    <h2 id="map">${t.map}</h2>
+    ${h(FlankView, {
+      surface,
+      title: t.measured,
+      name: t.map,
+      unit: heightUnit(stream.axes) ?? common.callersUnit,
+      axes: stream.axes,
+      range: domain,
+      flipU,
+      file: `stream-${stream.id}`,
+    })}
+  </section>`;
 }
 
 /** @param {{ warnings: readonly { code: string, message: string }[] }} props */

@@ -12,7 +12,8 @@ const t = texts({ en, de });
 const STEPS = 500;
 
 /**
- * @param {{ range: readonly [number, number], value: number | undefined, symbol: string, ranks: boolean, onMove: (value: number) => void }} props
+ * @param {{ range: readonly [number, number], value: number | undefined, symbol: string, ranks: boolean, onMove: (value: number, settled: boolean) => void }} props
+ *   `settled`: it was let go, or a value was entered
  */
 export function LambdaSlider({ range, value, symbol, ranks, onMove }) {
   const id = useId();
@@ -24,18 +25,20 @@ export function LambdaSlider({ range, value, symbol, ranks, onMove }) {
     entered !== undefined && !(entered >= range[0] * (1 - 1e-9) && entered <= range[1] * (1 + 1e-9) && entered > 0);
   const take = (/** @type {Event} */ event) => {
     event.preventDefault();
-    if (entered !== undefined && !wrong) onMove(ranks ? Math.round(entered) : entered);
+    if (entered !== undefined && !wrong) onMove(ranks ? Math.round(entered) : entered, true);
   };
-  const move = (/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} */ event) => {
-    const at = Number(event.currentTarget.value);
-    onMove(ranks ? at : valueAt(range, at / STEPS));
-  };
+  const move =
+    (/** @type {boolean} */ settled) =>
+    (/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} */ event) => {
+      const at = Number(event.currentTarget.value);
+      onMove(ranks ? at : valueAt(range, at / STEPS), settled);
+    };
   const [least, most] = ranks ? [range[0], range[1]] : [0, STEPS];
   const at = ranks ? (value ?? range[1]) : Math.round(STEPS * partOf(range, value));
   const name = ranks ? t.rank : t.sliderOf(symbol);
   return html`<div class="lambda-slider">
     <label for=${id}>${name} <output translate="no">${written}</output></label>
-    <input id=${id} type="range" min=${least} max=${most} step="1" value=${at} aria-valuetext=${written} onInput=${move} />
+    <input id=${id} type="range" min=${least} max=${most} step="1" value=${at} aria-valuetext=${written} onInput=${move(false)} onChange=${move(true)} />
     <p class="lambda-ends quiet" translate="no"><span>${ranks ? range[0] : `λ₁ ${fmt.value.three(range[0])}`}</span><span>${ranks ? range[1] : `λₙ ${fmt.value.three(range[1])}`}</span></p>
     <form class="lambda-exact" onSubmit=${take}>
       ${h(TextField, {

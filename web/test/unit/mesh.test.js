@@ -42,7 +42,15 @@ test("each node is found where it is drawn, whatever the view", () => {
 });
 
 test("a fold hides what lies behind it", () => {
-  const fold = gridOf([0, 1, 2], [0, 10], [[0, 0], [9, 9], [0, 0]]);
+  const fold = gridOf(
+    [0, 1, 2],
+    [0, 10],
+    [
+      [0, 0],
+      [9, 9],
+      [0, 0],
+    ],
+  );
   // from the root, low: the slope that rises towards the viewer hides the other
   const project = projection({ yaw: 0, pitch: 10, zoom: 1 }, FRAME);
   const [top, below] = [nodeInPicture(fold, 2, 1, false, project), nodeInPicture(fold, 0, 1, false, project)];
@@ -55,7 +63,14 @@ test("a fold hides what lies behind it", () => {
 });
 
 test("where a node is missing, nothing is seen", () => {
-  const holed = gridOf([0, 1], [0, 1], [[0, null], [0, 0]]);
+  const holed = gridOf(
+    [0, 1],
+    [0, 1],
+    [
+      [0, null],
+      [0, 0],
+    ],
+  );
   const project = projection({ yaw: 0, pitch: 90, zoom: 1 }, { width: 100, height: 100, radius: 1 });
   const [x, y] = nodeInPicture(holed, 1, 1, false, project);
   assert.equal(nodeSeenAt(holed, 1, false, project, [x - 2, y - 2]), undefined);

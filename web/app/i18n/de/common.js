@@ -58,6 +58,9 @@ export default {
   keyText:
     "Dieser Server verlangt einen Schlüssel. Er bleibt in diesem Tab und geht mit jeder Anfrage mit, nie in einer Adresse.",
   keyForbidden: "Der jetzige Schlüssel darf das nicht. Vielleicht darf es ein anderer.",
+  stopped: "Abgebrochen. Nichts ist gespeichert.",
+  cancelled:
+    "Abgebrochen. Was bis dahin ankam, kann gespeichert sein; nochmals gesendet wird es nur einmal gespeichert.",
   secondsLeft: (seconds) => `noch etwa ${seconds} s`,
   mayNot: (what, role) =>
     role ? `Ein Schlüssel mit der Rolle „${role}“ darf nicht ${what}.` : `Dieser Schlüssel darf nicht ${what}.`,

@@ -1,6 +1,7 @@
 /** @type {import("../i18n.js").Same<typeof import("../en/fit.js").default>} */
 export default {
   about: "Gleicht Messpunkte aus und speichert nichts, bis Sie sie als Iteration speichern.",
+  fitting: "Anpassung läuft",
   none: "Legen Sie eine Datei mit Messpunkten ab, oder fügen Sie sie ein. Sie werden sofort ausgeglichen.",
   nodes: "Messpunkte",
   drop: "Datei hier ablegen oder auswählen",

@@ -4,6 +4,12 @@ export default {
   title: "Wahl von λ*",
   about:
     "Regularisierung tauscht Verzerrung gegen Kondition. Kein Kriterium ist für jede Flanke richtig: ansehen und begründen.",
+  map: "Karte",
+  layer: "Ebene",
+  residual: "Residuen",
+  fitted: "Angepasst",
+  mapSummary: (/** @type {string} */ least, /** @type {string} */ greatest) => `Kleinster Wert ${least}, größter ${greatest}.`,
+  mapOnRelease: "Bei so vielen Messpunkten folgt die Karte, wenn der Regler losgelassen wird.",
   predictedMse: "Vorhergesagter MSE",
   condition: "Kondition",
   rms: "RMS",

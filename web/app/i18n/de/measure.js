@@ -122,9 +122,6 @@ export default {
   cutoff: "Grenzwellenlänge",
   cutoffHint: "In der Einheit der Achse.",
   nothingYet: "Es gibt keine Datei zu senden.",
-  stopped: "Abgebrochen. Nichts ist gespeichert.",
-  cancelled:
-    "Abgebrochen. Was bis dahin ankam, kann gespeichert sein; nochmals gesendet wird es nur einmal gespeichert.",
   refused: "Der Server hat es abgelehnt.",
   send: (/** @type {number} */ count) => (count > 1 ? `${count} Iterationen speichern` : "Als Iteration speichern"),
   stored: (/** @type {number} */ number) => `Gespeichert als Iteration ${number}.`,

@@ -16,6 +16,8 @@ export default {
   lastBlock: "Letzter Block",
   noResult: "Warum es noch kein Ergebnis gibt",
   nothingKept: "Der Datenstrom ist abgeschlossen. Seine Iteration hat die Messpunkte und die Anpassung.",
+  map: "Bisherige Messpunkte",
+  measured: "Gemessene Punkte",
   course: "Verlauf der Schätzung",
   since: "Seit diese Seite in diesem Tab offen ist; der Server behält nur die letzte Schätzung.",
   coefficients: "Koeffizienten",

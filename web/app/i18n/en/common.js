@@ -56,6 +56,8 @@ export default {
   keyTitle: "API key",
   keyText: "This server asks for a key. It is kept in this tab and sent with every request, never in an address.",
   keyForbidden: "The present key may not do this. Another one may.",
+  stopped: "Stopped. Nothing has been stored.",
+  cancelled: "Cancelled. What has arrived by then may have been stored; sending it again stores it once only.",
   secondsLeft: (/** @type {string} */ seconds) => `about ${seconds} s left`,
   mayNot: (/** @type {string} */ what, /** @type {string} */ role) =>
     role ? `A key with the role “${role}” may not ${what}.` : `This key may not ${what}.`,

@@ -1,5 +1,6 @@
 export default {
   about: "Fits nodes and stores nothing, until you save them as an iteration.",
+  fitting: "Fitting",
   none: "Drop a file with nodes, or paste them. They are fitted at once.",
   nodes: "Nodes",
   drop: "Drop a file here, or pick one",

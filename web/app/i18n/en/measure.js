@@ -120,8 +120,6 @@ export default {
   cutoff: "Cut-off wavelength",
   cutoffHint: "In the unit of the axis.",
   nothingYet: "There is no file to be sent.",
-  stopped: "Stopped. Nothing has been stored.",
-  cancelled: "Cancelled. What has arrived by then may have been stored; sending it again stores it once only.",
   refused: "The server refused it.",
   send: (/** @type {number} */ count) => (count > 1 ? `Store ${count} iterations` : "Store as iteration"),
   stored: (/** @type {number} */ number) => `Stored as iteration ${number}.`,

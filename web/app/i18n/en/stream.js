@@ -15,6 +15,8 @@ export default {
   lastBlock: "Last block",
   noResult: "Why there is no result yet",
   nothingKept: "The stream is finished. Its iteration has the nodes and the fit.",
+  map: "Nodes so far",
+  measured: "Measured nodes",
   course: "Course of the estimate",
   since: "Since this page has been open in this tab; the server keeps the last estimate only.",
   coefficients: "Coefficients",
