@@ -103,14 +103,26 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   for (const [i, one] of own.coefficients.entries()) {
     const cells = await rows.nth(i).locator(".cell").allTextContents();
     const unit = unitOf(one);
-    assert.deepEqual(cells, [
-      termSign(one.term),
+    assert.ok(cells[0]?.startsWith(termSign(one.term)), cells[0]);
+    assert.deepEqual(cells.slice(1, 5), [
       f.withError(one.least_squares, one.least_squares_std_error, unit),
       f.withError(fits[0].result.coefficients[i].value, fits[0].result.coefficients[i].std_error, unit),
       f.withError(one.value, one.std_error, unit),
       `${f.three(one.bias_bound)}\u202f${unit}`,
     ]);
   }
+  // the map is that of the refit: its least and greatest residual
+  const told = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
+    ...spec,
+    include: ["residuals", "fitted"],
+    regularization: { ...spec.regularization, lambda_star: { criterion: "fixed", value } },
+  });
+  const said = (/** @type {number[]} */ all) =>
+    `Least ${f.um(Math.min(...all))}\u202fµm, greatest ${f.um(Math.max(...all))}\u202fµm.`;
+  const map = page.locator(".lambda-map");
+  await map.getByText(said(told.residuals.values), { exact: true }).waitFor();
+  await map.getByLabel("Layer").selectOption("fitted");
+  await map.getByText(said(told.residuals.fitted), { exact: true }).waitFor();
   // what is seen stands in the address
   await page.reload();
   await stands();
@@ -153,4 +165,75 @@ browserTest("where nobody has said a unit, it is the caller's", {}, async ({ pag
   await open(`/jobs/${id}/iterations/1/lambda`);
   await page.locator(".lambda-shown").getByText("caller’s unit").waitFor();
   await page.getByRole("columnheader", { name: "caller’s unit" }).first().waitFor();
+});
+
+browserTest("of many nodes the map follows when the slider is let go", {}, async (world) => {
+  const { page, open, stands, job, call } = world;
+  const { id } = await job();
+  const u = Array.from({ length: 80 }, (_, i) => 1 + i / 10);
+  const z = u.map((a) => u.map((b) => Number((a * b + Math.sin(9 * a + 7 * b)).toFixed(4))));
+  await call("POST", `/v1/jobs/${id}/iterations`, {
+    nodes: { type: "grid", u, v: u, z },
+    model: { type: "polynomial", degree: [2, 2] },
+    regularization: { type: "spectral" },
+  });
+  await open(`/jobs/${id}/iterations/1/lambda`);
+  /** @type {string[][]} */
+  const asked = [];
+  page.on("request", (request) => {
+    if (request.url().endsWith("/preview")) asked.push(request.postDataJSON().include);
+  });
+  const slider = page.getByRole("slider", { name: "λ* by hand" });
+  await page.getByText("the map follows when the slider is let go").waitFor();
+  const send = (/** @type {string} */ kind) =>
+    slider.evaluate((one, type) => {
+      const input = /** @type {HTMLInputElement} */ (one);
+      input.value = String(Number(input.value) + (type === "input" ? 7 : 0));
+      input.dispatchEvent(new Event(type, { bubbles: true }));
+    }, kind);
+  await send("input");
+  await page.getByText("not stored").waitFor();
+  await stands();
+  assert.deepEqual(asked, [[]], "no residuals while it moves");
+  await send("change");
+  await page.waitForResponse((answer) => answer.url().endsWith("/preview"));
+  await stands();
+  assert.deepEqual(asked.at(-1), ["residuals"]);
+  await page.locator('.lambda-map[data-refit="1"] [data-extremes]').waitFor();
+});
+
+browserTest("keeping a refit that takes long is stopped without being stored", {}, async (world) => {
+  const { page, open, stands, job, call } = world;
+  const { id } = await job();
+  const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
+  const z = u.map((a) => u.slice(0, 120).map((b) => Number((Math.sin(a) + Math.sin(50 * a * b)).toFixed(4))));
+  const nodes = { type: "grid", u, v: u.slice(0, 120), z };
+  await call("POST", `/v1/jobs/${id}/iterations`, {
+    nodes,
+    model: { type: "polynomial", degree: [2, 2] },
+    regularization: { type: "spectral" },
+  });
+  // what is kept is made to take long, as a robust fit of many nodes does
+  await page.route("**/fits", async (route, request) => {
+    if (request.method() !== "POST") return route.continue();
+    const body = {
+      ...request.postDataJSON(),
+      model: { type: "polynomial", degree: [8, 8] },
+      estimator: { type: "least_trimmed_squares" },
+    };
+    return route.continue({ postData: JSON.stringify(body) });
+  });
+  await open(`/jobs/${id}/iterations/1/lambda?lambda=1e-3`);
+  await stands();
+  await page.getByRole("button", { name: "Keep", exact: true }).click();
+  const dialog = page.getByRole("dialog");
+  await dialog.getByLabel("Reason").fill("to be stopped");
+  await dialog.getByRole("button", { name: "Keep" }).click();
+  await dialog.getByRole("progressbar").waitFor();
+  await dialog.getByText(/^\d+\u202f%/).waitFor();
+  await dialog.getByRole("button", { name: "Cancel" }).click();
+  await page.getByText("Stopped. Nothing has been stored.").waitFor();
+  assert.equal(await dialog.getByLabel("Reason").inputValue(), "to be stopped");
+  const { fits } = await call("GET", `/v1/jobs/${id}/iterations/1`);
+  assert.equal(fits.length, 1);
 });

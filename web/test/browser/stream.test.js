@@ -64,6 +64,13 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   await page.getByRole("group", { name: "Coefficients" }).getByRole("button", { name: "u²", exact: true }).click();
   await page.waitForURL(/term=/);
   await page.getByRole("slider", { name: "Coefficient of u² ±" }).waitFor();
+  // the map has all nodes so far: their greatest height and where it is
+  const map = page.getByRole("region", { name: "Nodes so far" });
+  const flank = JSON.parse(await example("flank_z52.json")).nodes;
+  const greatest = Math.max(...[0, 2, 4, 6, 8].flatMap((row) => flank.z[row]).filter((z) => z !== null));
+  const written = `${greatest < 0 ? "−" : "+"}${Math.abs(greatest).toFixed(1)}`;
+  const most = (await map.locator('[data-extreme="greatest"]').textContent()) ?? "";
+  assert.ok(most.includes(written.replace("+", "")), `${most}: ${written}`);
   // whoever has chosen goes on seeing news
   await send([1]);
   await page.locator('[data-sequence="4"]').waitFor();
