@@ -80,12 +80,12 @@ export default function FitPage() {
               action: html`<button type="button" class="button" onClick=${fit.reload}>${common.tryAgain}</button>`,
             })
           : given && spec
-          ? loaded({
-              resource: fit,
-              lines: 12,
-              children: (result) => h(Fitted, { key: given.turn, given, spec, result }),
-            })
-          : h(Empty, { children: t.none })
+            ? loaded({
+                resource: fit,
+                lines: 12,
+                children: (result) => h(Fitted, { key: given.turn, given, spec, result }),
+              })
+            : h(Empty, { children: t.none })
       }`,
   });
 }

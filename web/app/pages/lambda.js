@@ -88,7 +88,8 @@ function OfFit({ iteration, flipU, etag, onChosen, reload }) {
     ${loaded({
       resource: fit,
       lines: 14,
-      children: (data) => h(Choosing, { key: id, iteration, flipU, fit: data, unit, standing: standing?.lambda_star, reload }),
+      children: (data) =>
+        h(Choosing, { key: id, iteration, flipU, fit: data, unit, standing: standing?.lambda_star, reload }),
     })}
     ${stood.current && h(Fits, { iteration, etag, viewed: id, unit, onChosen })}
   </div>`;
@@ -111,7 +112,10 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
   const measured = nodes.data && kept(nodes.data);
   const many = iteration.node_count > FOLLOWED;
   const include = measured ? includedFor(shownLayer()) : [];
-  const ask = async (/** @type {import("../regularization/selection.js").PreviewRequest} */ body, /** @type {AbortSignal} */ signal) => {
+  const ask = async (
+    /** @type {import("../regularization/selection.js").PreviewRequest} */ body,
+    /** @type {AbortSignal} */ signal,
+  ) => {
     const pending = api.POST("/v1/jobs/{job_id}/iterations/{number}/preview", { signal, params: { path }, body });
     return (await answer(pending)).data;
   };
@@ -138,16 +142,18 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
     if (!selection) return;
     const body = { ...refitOf(spec, selection), ...(reason ? { reason } : {}) };
     const key = attempt.headers(body);
-    const { data } = await watched.run(({ header, signal }) =>
-      api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
-        signal,
-        params: { path, header: { ...key, ...header } },
-        body,
-      }),
-    ).catch((/** @type {unknown} */ error) => {
-      if (error instanceof StoppedError) attempt.done();
-      throw error;
-    });
+    const { data } = await watched
+      .run(({ header, signal }) =>
+        api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
+          signal,
+          params: { path, header: { ...key, ...header } },
+          body,
+        }),
+      )
+      .catch((/** @type {unknown} */ error) => {
+        if (error instanceof StoppedError) attempt.done();
+        throw error;
+      });
     attempt.done();
     setQuery({ fit: data.id, by: undefined, lambda: undefined }, { step: true });
     notify(t.kept);

@@ -45,7 +45,8 @@ export default function StreamPage({ params }) {
         resource,
         lines: 10,
         back: html`<a class="button" href=${href("/jobs/{job_id}", { job_id: jobId })}>${t.toJob}</a>`,
-        children: (stream) => h(Whole, { stream, history, flipU: job.gear?.internal === true, reload: resource.reload }),
+        children: (stream) =>
+          h(Whole, { stream, history, flipU: job.gear?.internal === true, reload: resource.reload }),
       }),
   });
 }
@@ -99,7 +100,8 @@ function NodesMap({ stream, domain, flipU }) {
     return surfaceOf({ type: "scattered", ...blocks.data });
   }, [finished.data, blocks.data]);
   const error = blocks.error ?? finished.error;
-  if (error !== undefined) return h(Failure, { error, retry: stream.iteration_number ? finished.reload : blocks.reload });
+  if (error !== undefined)
+    return h(Failure, { error, retry: stream.iteration_number ? finished.reload : blocks.reload });
   if (!surface) return null;
   return html`<section class="panel" aria-labelledby="map">
     <h2 id="map">${t.map}</h2>

@@ -144,31 +144,35 @@ browserTest("in space the flank turns by keys, and is not one colour", {}, async
   await page.waitForURL(/camera=-30/);
 });
 
-browserTest("a click in space reads out the node there, as in the map", {}, async ({ page, open, stands, job, iteration }) => {
-  const { id } = await job();
-  await iteration(id);
-  await open(map(id, 1, "?space=1&camera=0,89,1"));
-  await page.locator('[data-ready="1"]').waitFor();
-  const box = await page.getByRole("application").boundingBox();
-  assert.ok(box);
-  // from above the middle of the picture is that of the flank
-  await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
-  await page.waitForURL(/at=/);
-  await stands();
-  const at = new URL(page.url()).searchParams.get("at");
-  const { nodes } = JSON.parse(await example("flank_z52.json"));
-  const middle = (/** @type {number[]} */ all) => ((all[0] ?? 0) + (all.at(-1) ?? 0)) / 2;
-  const near = (/** @type {number[]} */ all) =>
-    all.reduce((best, one) => (Math.abs(one - middle(all)) < Math.abs(best - middle(all)) ? one : best));
-  assert.equal(at, `${near(nodes.u)},${near(nodes.v)}`);
-  const said = await page.locator(".flank-3d .picked").textContent();
-  assert.ok(said?.includes("µm"), said ?? "");
-  await page.locator(".flank-3d .chart-crosshair circle").waitFor();
-  // the same node in the map
-  await page.getByRole("button", { name: "3-D" }).click();
-  await page.waitForURL((url) => !url.searchParams.has("space"));
-  assert.equal(await page.locator(".chart-readout").first().textContent(), said);
-});
+browserTest(
+  "a click in space reads out the node there, as in the map",
+  {},
+  async ({ page, open, stands, job, iteration }) => {
+    const { id } = await job();
+    await iteration(id);
+    await open(map(id, 1, "?space=1&camera=0,89,1"));
+    await page.locator('[data-ready="1"]').waitFor();
+    const box = await page.getByRole("application").boundingBox();
+    assert.ok(box);
+    // from above the middle of the picture is that of the flank
+    await page.mouse.click(box.x + box.width / 2, box.y + box.height / 2);
+    await page.waitForURL(/at=/);
+    await stands();
+    const at = new URL(page.url()).searchParams.get("at");
+    const { nodes } = JSON.parse(await example("flank_z52.json"));
+    const middle = (/** @type {number[]} */ all) => ((all[0] ?? 0) + (all.at(-1) ?? 0)) / 2;
+    const near = (/** @type {number[]} */ all) =>
+      all.reduce((best, one) => (Math.abs(one - middle(all)) < Math.abs(best - middle(all)) ? one : best));
+    assert.equal(at, `${near(nodes.u)},${near(nodes.v)}`);
+    const said = await page.locator(".flank-3d .picked").textContent();
+    assert.ok(said?.includes("µm"), said ?? "");
+    await page.locator(".flank-3d .chart-crosshair circle").waitFor();
+    // the same node in the map
+    await page.getByRole("button", { name: "3-D" }).click();
+    await page.waitForURL((url) => !url.searchParams.has("space"));
+    assert.equal(await page.locator(".chart-readout").first().textContent(), said);
+  },
+);
 
 browserTest("without WebGL the map is shown, and a note", {}, async ({ page, open, job, iteration }) => {
   const { id } = await job();

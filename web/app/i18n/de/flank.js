@@ -80,7 +80,8 @@ export default {
   view2: "2 Von Stirnseite I",
   view3: "3 Von oben",
   noWebgl: "Dieser Browser zeichnet nichts im Raum (kein WebGL); stattdessen steht hier die Karte.",
-  turnHint: "Pfeile oder Ziehen drehen, ein Klick liest einen Messpunkt ab, + und − vergrößern und verkleinern, 0 setzt zurück, 1, 2, 3 sind Ansichten.",
+  turnHint:
+    "Pfeile oder Ziehen drehen, ein Klick liest einen Messpunkt ab, + und − vergrößern und verkleinern, 0 setzt zurück, 1, 2, 3 sind Ansichten.",
   firstNodes: (shown, all) => `Die ersten ${shown} von ${all} Messpunkten; die Datei enthält alle.`,
   magnified: (/** @type {string} */ factor) => `Abweichungen sind ${factor}-fach vergrößert.`,
 };

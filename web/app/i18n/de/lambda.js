@@ -8,7 +8,8 @@ export default {
   layer: "Ebene",
   residual: "Residuen",
   fitted: "Angepasst",
-  mapSummary: (/** @type {string} */ least, /** @type {string} */ greatest) => `Kleinster Wert ${least}, größter ${greatest}.`,
+  mapSummary: (/** @type {string} */ least, /** @type {string} */ greatest) =>
+    `Kleinster Wert ${least}, größter ${greatest}.`,
   mapOnRelease: "Bei so vielen Messpunkten folgt die Karte, wenn der Regler losgelassen wird.",
   predictedMse: "Vorhergesagter MSE",
   condition: "Kondition",
