@@ -54,8 +54,8 @@ pub struct ListedJobBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_measured_at: Option<Moment>,
-    /// The flank that the last iteration is of, as it was posted. Figures of an iteration that does not
-    /// tell it are those of a left flank.
+    /// The flank that the last iteration is of, as it was posted. Figures of an iteration that does
+    /// not tell it are those of a left flank.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
     /// The latest decision on the last iteration; absent before the first.

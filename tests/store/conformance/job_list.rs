@@ -20,17 +20,8 @@ async fn listed(store: &Arc<dyn Repository>, id: Uuid) -> ListedJob {
     page.items.into_iter().find(|listed| listed.job.id == id).unwrap()
 }
 
-pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
-    let (store, place) = (pair.store.clone(), pair.values.clone());
-    let job = place.stored_job(&store).await;
-    let decide = async |number, decision| {
-        let event = Event { reason: None, by: actor(), created_at: place.now() };
-        let at = event.created_at;
-        let decision = DecisionEvent { decision, event };
-        store.decide(job.id, number, decision, Precondition::None).await.unwrap();
-        at
-    };
-    let expected = ListedJob {
+fn without_iterations(job: &Job) -> ListedJob {
+    ListedJob {
         job: job.clone(),
         status: JobStatus::New,
         iteration_count: 0,
@@ -42,7 +33,20 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         condition: None,
         figures: None,
         class: None,
+    }
+}
+
+pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await;
+    let decide = async |number, decision| {
+        let event = Event { reason: None, by: actor(), created_at: place.now() };
+        let at = event.created_at;
+        let decision = DecisionEvent { decision, event };
+        store.decide(job.id, number, decision, Precondition::None).await.unwrap();
+        at
     };
+    let expected = without_iterations(&job);
     assert_eq!(listed(&store, job.id).await, expected);
 
     let (first, _) = place.stored_iteration(&store, job.id).await;

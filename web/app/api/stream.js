@@ -1,6 +1,7 @@
 // A stream of nodes that is being measured, and its estimates since it has been looked at: the
 // server answers the last one only.
 
+import { useRef } from "../../vendor/ui.js";
 import { useAtMostEvery } from "../lib/at_most.js";
 import { answer, api } from "./client.js";
 import { useResource } from "./resource.js";
