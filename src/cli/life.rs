@@ -118,6 +118,10 @@ fn write(runtime: &Runtime, from: &dyn Holdings, keys: &[Key], to: &Path) -> Res
 
 /// Which of some jobs the database has not; none is stored before all were looked at.
 fn new_of(runtime: &Runtime, to: &dyn Holdings, jobs: &[(Key, Digested)]) -> Result<Vec<bool>, ArchiveError> {
+    // a store that is not reached is told of, even where there is nothing for it
+    if jobs.is_empty() {
+        runtime.block_on(to.keys())?;
+    }
     let each = parts(jobs.len());
     let is_new = |(key, told)| each.run(1, || runtime.block_on(archive::is_new(to, key, told)));
     jobs.iter().map(|(key, told)| is_new((key, told))).collect()
