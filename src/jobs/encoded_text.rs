@@ -3,7 +3,7 @@
 use std::{cell::RefCell, io, ops::Deref, sync::Arc};
 
 use serde::Deserialize;
-use serde_json::value::RawValue;
+use serde_json::{Deserializer, value::RawValue};
 use zstd::bulk::Compressor;
 
 use super::frames;
@@ -153,6 +153,19 @@ struct Parts<'a> {
 
 impl Told {
     pub fn of(result: &str) -> Self {
+        Told::of_the_beginning(result).unwrap_or_else(|| Told::of_the_whole(result))
+    }
+
+    /// Answers begin with their coefficients, and few have a prior: the rest need not be read. A
+    /// word in a text has its quotation marks escaped, so it is not taken for a field.
+    fn of_the_beginning(result: &str) -> Option<Self> {
+        let rest = result.strip_prefix(r#"{"coefficients":["#).filter(|rest| !rest.contains(r#""prior":"#))?;
+        let array = &result[result.len() - rest.len() - 1..];
+        let coefficients: &RawValue = Deserializer::from_str(array).into_iter().next()?.ok()?;
+        Some(Told { coefficients: Some(coefficients.get().into()), prior: None })
+    }
+
+    fn of_the_whole(result: &str) -> Self {
         let parts: Parts<'_> = serde_json::from_str(result).unwrap_or_default();
         let text = |value: Option<&RawValue>| value.map(|value| value.get().into());
         Told { coefficients: text(parts.coefficients), prior: text(parts.prior) }
@@ -191,6 +204,10 @@ mod tests {
         let told = Told::of(r#"{"a":[{"coefficients":1}],"coefficients":[ 1.50,"\u0000"],"prior":{"of": 2}}"#);
         assert!(told.is(Some(r#"[ 1.50,"\u0000"]"#), Some(r#"{"of": 2}"#)));
         assert!(!told.is(Some("[]"), Some(r#"{"of": 2}"#)) && !told.is(Some(r#"[ 1.50,"\u0000"]"#), None));
+        let told = Told::of(r#"{"coefficients":[ 1.50,[2]] ,"note":"\"prior\": 1","b":[3]}"#);
+        assert!(told.is(Some("[ 1.50,[2]]"), None), "{told:?}");
+        assert!(Told::of(r#"{"coefficients":[1],"prior":[2]}"#).is(Some("[1]"), Some("[2]")));
+        assert!(Told::of(r#"{"coefficients":[1"#).is(None, None));
         assert!(Told::of("{}").is(None, None));
         assert!(Told::of(r#"{"coefficients":[],"prior":null}"#).is(Some("[]"), None));
     }
