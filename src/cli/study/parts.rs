@@ -111,7 +111,7 @@ struct Part {
     outcomes: Vec<Outcome>,
 }
 
-/// Each file itself, and those of each folder.
+/// Each file itself, and those of each folder by their names.
 fn files(places: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
     let mut files = Vec::new();
     for place in places {
@@ -120,6 +120,7 @@ fn files(places: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
             continue;
         }
         let unusable = |error: io::Error| format!("cannot read {}: {error}", place.display());
+        let begin = files.len();
         for entry in fs::read_dir(place).map_err(unusable)? {
             let path = entry.map_err(unusable)?.path();
             // what begins with a dot is being written, or another program's
@@ -128,8 +129,8 @@ fn files(places: &[PathBuf]) -> Result<Vec<PathBuf>, CommandError> {
                 files.push(path);
             }
         }
+        files[begin..].sort();
     }
-    files.sort();
     Ok(files)
 }
 
