@@ -172,8 +172,8 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     assert_eq!(all[0].job, after);
     all[0].job = before;
     all[0].changed_at = listed.items[0].changed_at;
-    assert!(all[0].flank.is_none() && listed.items[0].flank.is_some());
-    all[0].flank = listed.items[0].flank.clone();
+    assert!(all[0].figures.is_none() && listed.items[0].figures.is_some());
+    all[0].figures = listed.items[0].figures.clone();
     assert_eq!(all, listed.items);
     // numbers, times and figures
     let is = store.iteration(job, 1).await.unwrap();
