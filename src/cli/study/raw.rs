@@ -177,7 +177,12 @@ pub fn read(path: &Path) -> Result<(Head, Vec<Outcome>), CommandError> {
         (&mut from).take(LONGEST).read_line(&mut line).map(|_| line)
     };
     let foreign = || format!("{} is no file of repetitions that flankfit study --raw wrote", path.display());
-    let first = next().map_err(|_| foreign())?;
+    let damaged = || format!("{} is cut off or damaged: compute its repetitions anew", path.display());
+    // what is no frame of zstd has no begin of one; a frame that is cut ends within its first line
+    let first = next().map_err(|error| match error.kind() {
+        io::ErrorKind::UnexpectedEof => damaged(),
+        _ => foreign(),
+    })?;
     let kind: Kind = serde_json::from_str(&first).map_err(|_| foreign())?;
     if kind.flankfit != KIND {
         return Err(foreign().into());
@@ -186,7 +191,6 @@ pub fn read(path: &Path) -> Result<(Head, Vec<Outcome>), CommandError> {
         let found = kind.version;
         return Err(format!("{} is of version {found}; this program reads version {VERSION}", path.display()).into());
     }
-    let damaged = || format!("{} is cut off or damaged: compute its repetitions anew", path.display());
     let head: Head = serde_json::from_str(&first).map_err(|_| damaged())?;
     let mut digest = Sha256::new();
     digest.update(&first);
