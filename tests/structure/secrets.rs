@@ -27,7 +27,7 @@ fn digests_of_keys_are_compared_in_one_place_and_in_constant_time() {
             }
         }
     }
-    assert_eq!(by_subtle, [own.clone()]);
+    assert_eq!(by_subtle, std::slice::from_ref(&own));
     assert_eq!(callers, 2, "keys of the settings and keys of the store");
     let (code, _) = split(&fs::read_to_string(&own).expect("a source file"));
     let dense: String = code.split_whitespace().collect();

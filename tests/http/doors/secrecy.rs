@@ -280,7 +280,8 @@ fn errors_tell_no_password() {
     }
     let key = format!("ffk_{PASSWORD}");
     let issuer = format!("https://u:{PASSWORD}@id.example");
-    let others: [(&[&str], &[(&str, &str)]); 8] = [
+    type Variables<'a> = &'a [(&'a str, &'a str)];
+    let others: [(&[&str], Variables<'_>); 8] = [
         (&["serve", "--api-keys-sha256", &key], &[]),
         (&["serve"], &[("FLANKFIT_API_KEYS_SHA256", key.as_str())]),
         (&["serve", "--oidc-audience", "a", "--oidc-issuer", &issuer], &[]),
