@@ -100,7 +100,7 @@ export function Changes({ result, csvName, tools, of }) {
         rowHeader: true,
         cell: ({ name }) => {
           const others = inseparableFrom(result, name);
-          return html`${settingCell(name)}${others && html`<span class="inseparable">${t.inseparable(others)}</span>`}`;
+          return html`${settingCell(name)} ${others && html`<span class="inseparable">${t.inseparable(others)}</span>`}`;
         },
         csv: ({ name }) => name,
       },

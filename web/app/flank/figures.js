@@ -66,8 +66,8 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
       key: "term",
       header: t.term,
       rowHeader: true,
-      cell: (one) => html`<span class="term" translate="no">${termSign(one.term)}</span>
-        ${h(Inseparable, { term: one.term, dependent })}`,
+      cell: (one) =>
+        html`<span class="term" translate="no">${termSign(one.term)}</span> ${h(Inseparable, { term: one.term, dependent })}`,
       csv: (one) => one.term,
     },
     {
