@@ -17,7 +17,7 @@ const t = texts({ en, de });
 const MARGIN = 7;
 /** The width of a strip, and the height of a lane that has it for itself, or shares it, and on paper. */
 const [WIDTH, ALONE, SHARED] = [168, 20, 14];
-const [WIDTH_ON_PAPER, ON_PAPER] = [88, 8];
+const [WIDTH_ON_PAPER, ON_PAPER] = [66, 7];
 /** How far from the middle of its lane a mark goes, as a part of it. */
 const [BIAS, SHORT] = [0.34, 0.42];
 

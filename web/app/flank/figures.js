@@ -84,8 +84,8 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
       cell: (one) => html`<span translate="no">${inUnit(fmt.value.significant(one.bias_bound, 2), one, axes)}</span>`,
       csv: (one) => one.bias_bound,
     },
-    ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level, axes) : []),
-    stripColumn(axes),
+    // drawn below the interval, where there is one: a column of its own has no room beside the map
+    ...(result.coefficients.some(({ interval }) => interval) ? intervalColumns(level, axes) : [stripColumn(axes)]),
   ];
   return html`${table({
     caption: t.coefficients,
@@ -103,8 +103,11 @@ export function CoefficientTable({ result, axes, level = 0.95, hideCaption = fal
 export const stripColumn = (axes) => ({
   key: "strip",
   header: t.drawn,
-  cell: (one) => h(Strip, { estimates: [estimateOf(one)], unit: unitOf(one, axes) }),
+  cell: (one) => stripOf(one, axes),
 });
+
+/** @param {Coefficient} one @param {Axes | null | undefined} axes */
+const stripOf = (one, axes) => h(Strip, { estimates: [estimateOf(one)], unit: unitOf(one, axes) });
 
 /** @param {number} level @param {Axes | null | undefined} axes @returns {import("../components/table.js").Column<Coefficient>[]} */
 function intervalColumns(level, axes) {
@@ -115,7 +118,8 @@ function intervalColumns(level, axes) {
       header: name,
       numeric: true,
       cell: (one) =>
-        html`<span translate="no">${inUnit(fmt.value.interval(one.interval, one.least_squares_std_error), one, axes)}</span>`,
+        html`<span translate="no">${inUnit(fmt.value.interval(one.interval, one.least_squares_std_error), one, axes)}</span>
+          <div>${stripOf(one, axes)}</div>`,
     },
     { key: "low", header: `${name}: ${t.low}`, csv: ({ interval }) => interval?.[0] },
     { key: "high", header: `${name}: ${t.high}`, csv: ({ interval }) => interval?.[1] },

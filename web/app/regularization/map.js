@@ -1,11 +1,13 @@
 // What a refit leaves over, or makes of the flank, as a small map that follows the slider.
 
+import { useAsTable } from "../components/as_table.js";
 import { SelectField } from "../components/form.js";
 import { extremesOf } from "../flank/surface.js";
 import { HeatMap } from "../flank/heat_map.js";
 import { atNodes } from "../flank/layers.js";
 import { Legend } from "../flank/legend.js";
 import { mapAxes } from "../flank/axes.js";
+import { MapTable } from "../flank/map_table.js";
 import { scaleFor } from "../flank/scale.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/lambda.js";
@@ -46,22 +48,30 @@ export function RefitMap({ measured, residuals, axes, flipU, refit, many }) {
   const write = (/** @type {number} */ z) => `${fmt.value.deviation(z, unit)}\u202f${unit}`;
   const summary = ends ? t.mapSummary(write(ends.least.z), write(ends.greatest.z)) : "";
   const scale = surface && scaleFor(surface);
+  const { asTable, button } = useAsTable(name);
   return html`<section class="panel lambda-map" aria-labelledby="lambda-map" data-refit=${refit ? "1" : undefined}>
     <header>
       <h2 id="lambda-map">${t.map}</h2>
-      ${h(SelectField, {
-        label: t.layer,
-        required: true,
-        value: layer,
-        options: /** @type {const} */ (["residual", "fitted"]).map((one) => ({ value: one, label: t[one] })),
-        onChange: (value) => setQuery({ layer: value === "fitted" ? value : undefined }, { step: true }),
-      })}
+      <div class="lambda-map-tools">
+        ${h(SelectField, {
+          label: t.layer,
+          required: true,
+          value: layer,
+          options: /** @type {const} */ (["residual", "fitted"]).map((one) => ({ value: one, label: t[one] })),
+          onChange: (value) => setQuery({ layer: value === "fitted" ? value : undefined }, { step: true }),
+        })}
+        ${button}
+      </div>
     </header>
     ${
       surface && scale
         ? html`<p class="quiet" data-extremes translate="no">${summary}</p>
-            ${h(HeatMap, { name, summary, surface, limit: scale.limit, unit, axes: mapAxes(axes), flipU, height: 260 })}
-            ${h(Legend, { limit: scale.limit, unit, clipped: scale.clipped })}`
+            ${
+              asTable
+                ? h(MapTable, { surface, title: t[layer], name, unit, axes: mapAxes(axes), csvName: `lambda-${layer}` })
+                : html`${h(HeatMap, { name, summary, surface, limit: scale.limit, unit, axes: mapAxes(axes), flipU, height: 260 })}
+                    ${h(Legend, { limit: scale.limit, unit, clipped: scale.clipped })}`
+            }`
         : html`<div class="lambda-map-place"></div>`
     }
     ${many && html`<p class="hint">${t.mapOnRelease}</p>`}

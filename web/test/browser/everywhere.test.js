@@ -6,6 +6,8 @@ import { pageList, visit } from "./pages.js";
 
 /** What of axe's rules the colours of a theme decide. */
 const OF_COLOURS = ["color-contrast", "link-in-text-block"];
+/** Behind a number, whatever space parts them. */
+const UNITS = /(?<=[\d⁰¹²³⁴-⁹]\s)[mµ]m(\/mm[²³⁴-⁹]?)?(?![\p{L}/])/gu;
 const TABLET = { viewport: { width: 768, height: 1024 } };
 
 browserTest(
@@ -56,7 +58,7 @@ browserTest("every text is of the tables", { settings: { language: "pseudo" } },
       /** @type {(text: string) => string} */
       const bare = (text) => {
         const less = text.replaceAll(/⟦[^⟦⟧]*⟧/gu, "");
-        return less === text ? less.replaceAll(/(?<=\d )(mm|µm)(?!\p{L})/gu, "") : bare(less);
+        return less === text ? less.replaceAll(UNITS, "") : bare(less);
       };
       const marked = (/** @type {string} */ text) => !/\p{L}/u.test(bare(text));
       /** @type {string[]} */

@@ -7,7 +7,7 @@ import { pageList } from "./pages.js";
 /** @typedef {import("playwright-core").Page} Page */
 
 /** What holds a graphic with the button of its table. */
-const HOLDERS = "figure, .flank-view, .measure-preview, .all-teeth";
+const HOLDERS = "figure, .flank-view, .lambda-map, .measure-preview, .all-teeth";
 
 /** What is wrong with the graphics of a page, and how many there are. @param {Page} page */
 function looked(page) {
@@ -52,25 +52,21 @@ function looked(page) {
   }, HOLDERS);
 }
 
-/** Presses each «as table» and looks whether a table with rows comes, as many as there are values. @param {Page} page */
+/** Presses each «as table» of a page at once, and waits until each has a table with rows. @param {Page} page */
 async function asTables(page) {
-  for (let guard = 0; guard < 60; guard += 1) {
-    const marked = await page.evaluate((holders) => {
-      document.querySelector("[data-looked]")?.removeAttribute("data-looked");
-      const left = [...document.querySelectorAll("main button")].find(
+  for (let guard = 0; guard < 5; guard += 1) {
+    const pressed = await page.evaluate((holders) => {
+      const left = [...document.querySelectorAll("main button")].filter(
         (one) => one.textContent?.trim() === "As table" && one.getAttribute("aria-pressed") !== "true",
       );
-      left?.closest(holders)?.setAttribute("data-looked", "");
-      return left !== undefined;
+      for (const one of left) {
+        one.closest(holders)?.setAttribute("data-looked", "");
+        if (one instanceof HTMLElement) one.click();
+      }
+      return left.length;
     }, HOLDERS);
-    if (!marked) return;
-    const holder = page.locator("[data-looked]");
-    await holder
-      .locator('button:not([aria-pressed="true"])')
-      .filter({ hasText: /^As table$/ })
-      .first()
-      .click();
-    await holder.locator("tbody tr").first().waitFor();
+    await page.locator("[data-looked]:not(:has(tbody tr))").first().waitFor({ state: "detached" });
+    if (pressed === 0) return;
   }
   assert.fail("there is no end of graphics");
 }

@@ -40,6 +40,19 @@ async function story({ job, iteration, call }, change) {
   return id;
 }
 
+/** Fails where the first page is higher or wider than its paper. @param {import("./harness.js").World} world @param {string} lang */
+async function onPaper({ page }, lang) {
+  await page.emulateMedia({ media: "print" });
+  const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
+    const right = cover.getBoundingClientRect().right;
+    const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);
+    return [cover.scrollHeight - cover.clientHeight, Math.max(...cells) - right];
+  });
+  assert.ok((beyond ?? 1) <= 0, `${beyond} px too high in ${lang}`);
+  assert.ok((beside ?? 1) < 1, `${beside} px too wide in ${lang}`);
+  await page.emulateMedia({ media: null });
+}
+
 /** @param {readonly string[]} words @param {string} text */
 function holds(text, words) {
   for (const word of words) assert.ok(text.includes(word.replaceAll(/\s+/gu, " ")), `${word}\nin\n${text}`);
@@ -73,6 +86,11 @@ browserTest("the first page stands alone, with the figures of the interface and 
   const { stdout } = await run("pdfinfo", [file]);
   assert.match(stdout, /Page size: +59\d\.?\d* x 84\d\.?\d* pts \(A4\)/);
   assert.equal(Number(/Pages: +(\d+)/.exec(stdout)?.[1]), pages.length);
+  // with a column of changes, which a report that takes its figures from traces has not
+  for (const lang of ["en", "de"]) {
+    await open(`/jobs/${id}/report?lang=${lang}`);
+    await onPaper(world, lang);
+  }
   for (const [i, text] of pages.entries()) holds(text, ["Pump gear, finish grinding", `Page ${i + 1}/${pages.length}`]);
 
   // the rest
@@ -220,7 +238,7 @@ browserTest("limits that an evaluation names stand beside its figures, with what
 });
 
 browserTest("all that the first page can hold is still one page, with its signature", {}, async (world) => {
-  const { open, call, page } = world;
+  const { open, call } = world;
   const { id } = await world.job({ name: "Sun gear of the second stage, order 118, ground after hardening, lot 7" });
   const request = JSON.parse(await example("requests/gear_evaluate.json"));
   const kinds = ["profile", "helix"].map((kind) => request.traces.find((/** @type {any} */ one) => one.kind === kind));
@@ -243,15 +261,7 @@ browserTest("all that the first page can hold is still one page, with its signat
     const { pages } = await printed(world);
     holds(pages[0] ?? "", [signed]);
     assert.ok(!(pages[1] ?? "").includes(signed));
-    await page.emulateMedia({ media: "print" });
-    const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
-      const right = cover.getBoundingClientRect().right;
-      const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);
-      return [cover.scrollHeight - cover.clientHeight, Math.max(...cells) - right];
-    });
-    assert.ok((beyond ?? 1) <= 0, `${beyond} px too high in ${lang}`);
-    assert.ok((beside ?? 1) < 1, `${beside} px too wide in ${lang}`);
-    await page.emulateMedia({ media: null });
+    await onPaper(world, lang);
   }
 });
 

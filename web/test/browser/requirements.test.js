@@ -171,6 +171,11 @@ browserTest("figures of fits are the interface's on every page, against their li
 
 browserTest("the same nodes are the same small flank, left or right", {}, async ({ page, open, job, call }) => {
   const nodes = JSON.parse(await example("flank_z52.json"));
+  // a helix slope, so that a flank drawn from the wrong face is another picture
+  const tilted = nodes.nodes.z.map((/** @type {(number | null)[]} */ row) =>
+    row.map((z, j) => z && z + 0.5 * nodes.nodes.v[j]),
+  );
+  nodes.nodes = { ...nodes.nodes, z: tilted };
   for (const flank of ["left", "right"]) {
     const { id } = await job({ name: flank });
     await call("POST", `/v1/jobs/${id}/iterations`, { ...nodes, flank });
