@@ -71,7 +71,7 @@ function Search({ q, error }) {
       maxLength: 200,
       hint: t.searchHint,
       error,
-      pointer: "/query/q",
+      pointer: "/q",
       onInput: (value) => {
         setTyped(value);
         setQuery({ q: value.trim(), ...firstPage });
@@ -135,11 +135,11 @@ function MoreFilters({ filters, error }) {
     <summary>${t.more}</summary>
     <form onSubmit=${submit} novalidate>
       <div class="fields">
-        ${field("part", t.part, { hint: t.wholeHint, pointer: "/query/part_number" })}
-        ${field("tag", t.tag, { hint: t.tagHint, maxLength: 401, pointer: "/query/tag" })}
-        ${field("class", t.class, { hint: t.classHint, numeric: true, maxLength: 2, pointer: "/query/class" })}
-        ${field("from", t.from, { type: "date", pointer: "/query/from" })}
-        ${field("to", t.to, { type: "date", pointer: "/query/to", fault: reversed ? t.reversed : undefined })}
+        ${field("part", t.part, { hint: t.wholeHint, pointer: "/part_number" })}
+        ${field("tag", t.tag, { hint: t.tagHint, maxLength: 401, pointer: "/tag" })}
+        ${field("class", t.class, { hint: t.classHint, numeric: true, maxLength: 2, pointer: "/class" })}
+        ${field("from", t.from, { type: "date", pointer: "/from" })}
+        ${field("to", t.to, { type: "date", pointer: "/to", fault: reversed ? t.reversed : undefined })}
       </div>
       <div class="actions">
         <button type="submit" class="button">${t.apply}</button>

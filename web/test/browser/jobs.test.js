@@ -24,7 +24,7 @@ browserTest("names are text, in the page and in the file", {}, async ({ page, op
   const [head, row] = text.split("\r\n");
   assert.equal(
     head,
-    "Job,Part number,Serial number,Machine,Status,Iterations,f Hα [µm],f Hβ [µm],C α [µm],C β [µm],S [µm],Within limits,Class,RMS,Condition,Gear,Tags,Last measured,Created,Last change",
+    "Job,Part number,Serial number,Machine,Status,Iterations,Flank,f Hα [µm],f Hβ [µm],C α [µm],C β [µm],S [µm],Within limits,Class,RMS,Condition,Gear,Tags,Last measured,Created,Last change",
   );
   assert.ok(row?.startsWith(`"${name.replaceAll('"', '""')}",97340,0017,'=cmd(),new,0,,,`), row);
 });

@@ -87,7 +87,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
   assert.match(stdout, /Page size: +59\d\.?\d* x 84\d\.?\d* pts \(A4\)/);
   assert.equal(Number(/Pages: +(\d+)/.exec(stdout)?.[1]), pages.length);
   // with a column of changes, which a report that takes its figures from traces has not
-  for (const lang of ["en", "de"]) {
+  for (const lang of ["de", "en"]) {
     await open(`/jobs/${id}/report?lang=${lang}`);
     await onPaper(world, lang);
   }
