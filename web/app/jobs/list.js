@@ -84,6 +84,7 @@ function columns(sort, limit) {
       numeric: true,
       cell: ({ iteration_count: count }) => html`<span translate="no">${fmt.value.count(count)}</span>`,
       csv: (job) => job.iteration_count,
+      minor: true,
     },
     {
       key: "flank",

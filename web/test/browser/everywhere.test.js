@@ -53,12 +53,12 @@ for (const language of ["en", "de"]) {
 browserTest("every text is of the tables", { settings: { language: "pseudo" } }, async (world) => {
   for (const listed of await pageList(world)) {
     await visit(world, listed);
-    const strays = await world.page.evaluate(() => {
+    const strays = await world.page.evaluate((units) => {
       // texts within texts are marked twice; units are the same in every language
       /** @type {(text: string) => string} */
       const bare = (text) => {
         const less = text.replaceAll(/⟦[^⟦⟧]*⟧/gu, "");
-        return less === text ? less.replaceAll(UNITS, "") : bare(less);
+        return less === text ? less.replaceAll(units, "") : bare(less);
       };
       const marked = (/** @type {string} */ text) => !/\p{L}/u.test(bare(text));
       /** @type {string[]} */
@@ -82,7 +82,7 @@ browserTest("every text is of the tables", { settings: { language: "pseudo" } },
         }
       }
       return found;
-    });
+    }, UNITS);
     assert.deepEqual(strays, [], listed.name);
   }
 });
