@@ -4,8 +4,7 @@
 //     const { data, etag } = await answer(api.GET("/v1/jobs/{job_id}", { params: { path: { job_id } } }));
 
 import { createClient } from "../../vendor/api.js";
-import { sendAgain } from "./again.js";
-import { connected, disconnected } from "./connection.js";
+import { connected, disconnected, sendAgain } from "./connection.js";
 import { currentKey, keyWanted } from "./key.js";
 import { ApiError, OfflineError, unexplained } from "./problem.js";
 

@@ -139,3 +139,23 @@ function isTyping() {
   const field = document.activeElement?.matches("input:not([type=checkbox]), textarea, select") ?? false;
   return field || document.querySelector("dialog[open]") !== null;
 }
+
+/**
+ * Does at once what has rested for long enough, and else as soon as it has. A page that has just been begun has read all.
+ * @param {number} wait in ms @param {() => void} act
+ */
+export function useAtMostEvery(wait, act) {
+  const last = useRef(performance.now());
+  const timer = useRef(/** @type {ReturnType<typeof setTimeout> | undefined} */ (undefined));
+  useEffect(() => () => clearTimeout(timer.current), []);
+  return () => {
+    clearTimeout(timer.current);
+    const now = () => {
+      last.current = performance.now();
+      act();
+    };
+    const rest = wait - (performance.now() - last.current);
+    if (rest <= 0) now();
+    else timer.current = setTimeout(now, rest);
+  };
+}

@@ -2,8 +2,8 @@
 // server answers the last one only.
 
 import { useRef } from "../../vendor/ui.js";
-import { useAtMostEvery } from "../lib/at_most.js";
 import { answer, api } from "./client.js";
+import { useAtMostEvery } from "./live.js";
 import { useResource } from "./resource.js";
 
 /** @typedef {import("./client.js").Schema<"Stream">} Stream */

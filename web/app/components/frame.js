@@ -1,8 +1,7 @@
 // What stands around every page: header, navigation, messages, dialogs.
 
-import { putOff } from "../api/again.js";
 import { answer, api } from "../api/client.js";
-import { lostAt, probe } from "../api/connection.js";
+import { lostAt, probe, putOff } from "../api/connection.js";
 import { may, tellCaller } from "../api/key.js";
 import { underway, useResource } from "../api/resource.js";
 import { current } from "../navigation.js";

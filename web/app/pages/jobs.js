@@ -2,7 +2,7 @@
 
 import { answer, api } from "../api/client.js";
 import { may } from "../api/key.js";
-import { useEventsOfAllJobs } from "../api/live.js";
+import { useAtMostEvery, useEventsOfAllJobs } from "../api/live.js";
 import { useResource } from "../api/resource.js";
 import { Page } from "../components/page.js";
 import { Empty, loaded } from "../components/states.js";
@@ -12,7 +12,6 @@ import { fmt } from "../i18n/i18n.js";
 import { FilterBar, StatusCounts } from "../jobs/filter_bar.js";
 import { countOf, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
 import { JobList } from "../jobs/list.js";
-import { useAtMostEvery } from "../lib/at_most.js";
 import { query } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html, useRef } from "../../vendor/ui.js";
