@@ -34,6 +34,7 @@ mod plant;
 #[path = "../store/server.rs"]
 mod postgres;
 mod prior;
+mod program;
 mod regularization;
 mod representative;
 mod schema;

@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::issuer::tls;
+use super::issuer::{head_of, tls};
 
 /// A span as it came.
 #[derive(Clone, Debug, Default)]
@@ -115,13 +115,7 @@ impl Collector {
 /// Takes requests of a connection until it ends.
 fn take(mut stream: impl Read + Write, got: &Mutex<Got>) -> std::io::Result<()> {
     loop {
-        let mut head = Vec::new();
-        let mut byte = [0];
-        while !head.ends_with(b"\r\n\r\n") {
-            stream.read_exact(&mut byte)?;
-            head.push(byte[0]);
-        }
-        let head = String::from_utf8_lossy(&head).into_owned();
+        let head = head_of(&mut stream)?;
         let length = head
             .lines()
             .find_map(|line| line.to_ascii_lowercase().strip_prefix("content-length:")?.trim().parse().ok());

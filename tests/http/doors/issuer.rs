@@ -250,14 +250,19 @@ impl Issuer {
     }
 }
 
-fn answer(mut stream: impl Read + Write, state: &Mutex<State>, url: &str) -> std::io::Result<()> {
+/// The head of a request, with the empty line behind it.
+pub fn head_of(stream: &mut impl Read) -> std::io::Result<String> {
     let mut head = Vec::new();
     let mut byte = [0];
     while !head.ends_with(b"\r\n\r\n") {
         stream.read_exact(&mut byte)?;
         head.push(byte[0]);
     }
-    let head = String::from_utf8_lossy(&head).into_owned();
+    Ok(String::from_utf8_lossy(&head).into_owned())
+}
+
+fn answer(mut stream: impl Read + Write, state: &Mutex<State>, url: &str) -> std::io::Result<()> {
+    let head = head_of(&mut stream)?;
     let (status, body) = {
         let mut state = state.lock().unwrap();
         state.heads.push(head.clone());

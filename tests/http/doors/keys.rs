@@ -1,9 +1,6 @@
 //! API keys from their making to their end, over HTTP and by the command line.
 
-use std::{
-    process::Command,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use flankfit::{
     config::Authentication,
@@ -18,6 +15,7 @@ use crate::{
     database::is_postgres,
     harness::{Answer, CURVE, TestApp, send},
     jobs::{events::Listener, socket},
+    program::program,
 };
 
 /// A key made on the database.
@@ -288,14 +286,8 @@ async fn the_first_key_is_made_on_the_database() {
     let folder = tempfile::tempdir().unwrap();
     let url = crate::database::in_file(&folder.path().join("test.db"));
     let create = |more: &[&str]| {
-        let made = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-            .args(["keys", "create", "--database-url", &url])
-            .args(more)
-            .env_clear()
-            .output()
-            .unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        (made.status.success(), text(made.stdout), text(made.stderr))
+        let (code, key, said) = program(&[&["keys", "create", "--database-url", &url], more].concat(), &[]);
+        (code == Some(0), key, said)
     };
     let (done, key, said) = create(&["--tenant", "plant-7", "--role", "admin"]);
     assert!(done && key.len() == 94 && key.starts_with("ffk_") && key.ends_with('\n'), "{key}{said}");

@@ -20,6 +20,7 @@ use crate::{
     database::in_file,
     harness::{TestApp, send},
     postgres::{Server, shell},
+    program::program,
 };
 
 /// Whether some bytes hold the secret part of a key, whole or as binary.
@@ -201,14 +202,8 @@ async fn a_token_is_told_nowhere() {
 
 /// The program with these arguments, where each variable that may lead to a secret holds one.
 fn told(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, String) {
-    let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-        .args(arguments)
-        .env_clear()
-        .envs(environment.iter().copied())
-        .output()
-        .unwrap();
-    let said = [run.stdout, run.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (run.status.code(), said.concat())
+    let (code, out, err) = program(arguments, environment);
+    (code, out + &err)
 }
 
 const PASSWORD: &str = "canary-2718281828";

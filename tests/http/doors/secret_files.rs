@@ -1,22 +1,11 @@
 //! Secrets in files that `…_FILE` names.
 
-use std::{fs, path::Path, process::Command};
+use std::{fs, path::Path};
 
 use sha2::Digest as _;
 
 use super::{collector::Collector, talkative::Talkative};
-use crate::database::in_file;
-
-fn program(arguments: &[&str], environment: &[(&str, &str)]) -> (Option<i32>, String, String) {
-    let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-        .args(arguments)
-        .env_clear()
-        .envs(environment.iter().copied())
-        .output()
-        .unwrap();
-    let [out, err] = [run.stdout, run.stderr].map(|bytes| String::from_utf8(bytes).unwrap());
-    (run.status.code(), out, err)
-}
+use crate::{database::in_file, program::program};
 
 fn written(folder: &Path, name: &str, text: &str) -> String {
     let file = folder.join(name);

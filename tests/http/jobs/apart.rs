@@ -1,10 +1,7 @@
 //! Servers apart from each other on one PostgreSQL database: what is done at one counts at the
 //! other in time, told or not, and what needs no store goes on without it.
 
-use std::{
-    process::Command,
-    time::{Duration, Instant},
-};
+use std::time::{Duration, Instant};
 
 use flankfit::{
     config::{Authentication, MigrateMode, ServeSettings},
@@ -25,6 +22,7 @@ use crate::{
     doors::keys::{key_of, key_on},
     harness::{CURVE, TestApp},
     postgres::{Server, shell},
+    program::program,
 };
 
 const STOP: &str = "$BIN/pg_ctl -D data -m immediate -w stop";
@@ -231,15 +229,10 @@ async fn the_first_key_makes_the_schema_of_an_empty_database() {
     let server = Server::shared();
     let url = server.url(&server.copy_of("template1").await);
     let create = |more: &[&str]| {
-        let made = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-            .args(["keys", "create", "--tenant", "plant-7", "--role", "admin", "--unsafe-store"])
-            .args(["--database-url", &url])
-            .args(more)
-            .env_clear()
-            .output()
-            .unwrap();
-        let text = |bytes: Vec<u8>| String::from_utf8(bytes).unwrap();
-        (made.status.success(), text(made.stdout), text(made.stderr))
+        let own =
+            ["keys", "create", "--tenant", "plant-7", "--role", "admin", "--unsafe-store", "--database-url", &url];
+        let (code, key, said) = program(&[&own[..], more].concat(), &[]);
+        (code == Some(0), key, said)
     };
     let (done, key, said) = create(&["--migrate", "check"]);
     assert!(!done && key.is_empty() && said.contains("flankfit migrate"), "{said}");
