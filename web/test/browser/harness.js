@@ -143,6 +143,7 @@ function length(bytes) {
  * @property {Server} server
  * @property {(path: string) => Promise<void>} open goes to a page and waits until it stands
  * @property {() => Promise<void>} stands waits until all of the page is there
+ * @property {() => Promise<void>} startAgain starts a server that was stopped, and waits until the page knows
  * @property {(method: string, path: string, body?: unknown, headers?: Record<string, string>) => Promise<any>} call the interface
  * @property {(change?: object) => Promise<any>} job makes one of examples/requests/job.json
  * @property {(jobId: string, file?: string) => Promise<any>} iteration measures, by a file of examples/
@@ -255,6 +256,14 @@ function world(page, server) {
     iteration: async (jobId, file = "flank_z52.json") =>
       call("POST", `/v1/jobs/${jobId}/iterations`, await example(file)),
     accessible: (rules) => accessible(page, rules),
+    startAgain: async () => {
+      const known = page.getByText("Not live since").waitFor({ state: "detached" });
+      await server.start();
+      // the page also asks by itself, and then there is nothing to press any more
+      const pressed = page.getByRole("button", { name: "Ask now" }).click();
+      pressed.catch(() => {});
+      await known;
+    },
   };
 }
 

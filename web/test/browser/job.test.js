@@ -118,18 +118,19 @@ browserTest(
 browserTest(
   "without a server what was loaded stays, and comes alive again",
   { offline: true },
-  async ({ page, open, job, server }) => {
+  async ({ page, open, job, server, startAgain }) => {
     const { id } = await job({ name: "stays" });
     await open("/jobs");
     await page.getByText("stays", { exact: true }).waitFor();
     await server.stop();
     await page.getByRole("link", { name: "Settings" }).click();
     await page.getByText(/Not live since \d\d:\d\d:\d\d/).waitFor();
+    const asked = page.waitForRequest((request) => request.url().endsWith("/healthz"));
+    await page.getByRole("button", { name: "Ask now" }).click();
+    await asked;
     await page.getByRole("link", { name: "Jobs", exact: true }).click();
     await page.getByText("stays", { exact: true }).waitFor();
-    await server.start();
-    await page.getByRole("button", { name: "Ask now" }).click();
-    await page.getByText("Not live since").waitFor({ state: "detached" });
+    await startAgain();
     await page.getByRole("link", { name: "stays" }).click();
     await page.waitForURL(`**/jobs/${id}`);
     await page.getByText("Measure the flank").waitFor();
@@ -167,15 +168,13 @@ browserTest(
 browserTest(
   "after a restart the page follows again",
   { offline: true },
-  async ({ page, open, job, iteration, server }) => {
+  async ({ page, open, job, iteration, server, startAgain }) => {
     const { id } = await job();
     await open(`/jobs/${id}`);
     await page.getByText("Measure the flank").waitFor();
     await server.stop();
     await page.getByText("Not live since").waitFor();
-    await server.start();
-    await page.getByRole("button", { name: "Ask now" }).click();
-    await page.getByText("Not live since").waitFor({ state: "detached" });
+    await startAgain();
     await iteration(id);
     await page.getByText("Decide on iteration 1").waitFor();
   },

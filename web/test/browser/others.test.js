@@ -44,15 +44,14 @@ browserTest("the trace, the map and what comes of it follow another client", {},
 });
 
 browserTest("after a restart a trace and a stream are followed again", { offline: true }, async (world) => {
-  const { page, open, server, job, iteration, call } = world;
+  const { page, open, server, job, iteration, call, startAgain } = world;
   const { id } = await job();
   await iteration(id);
   await open(`/jobs/${id}/trace`);
   await server.stop();
   await page.getByText("Not live since").waitFor();
-  await server.start();
   const again = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
-  await page.getByRole("button", { name: "Ask now" }).click();
+  await startAgain();
   await again;
   await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "reject", reason: "after the restart" });
   await page.getByText("after the restart").waitFor();
@@ -75,16 +74,15 @@ browserTest("after a restart a trace and a stream are followed again", { offline
   await page.locator('[data-sequence="1"]').waitFor();
   await server.stop();
   await page.getByText("Not live since").waitFor();
-  await server.start();
   const followed = page.waitForResponse((response) => response.url().endsWith(`/v1/jobs/${id}/events`));
-  await page.getByRole("button", { name: "Ask now" }).click();
+  await startAgain();
   await followed;
   await send([6, 8]);
   await page.locator('[data-sequence="2"]').waitFor();
 });
 
 browserTest("the list and its counts follow another client", { offline: true }, async (world) => {
-  const { page, server, job, iteration, call } = world;
+  const { page, server, job, iteration, call, startAgain } = world;
   const { id } = await job({ name: "first of all" });
   await following(world, undefined, "/jobs");
   const row = (/** @type {string} */ name) => page.getByRole("row").filter({ hasText: name });
@@ -109,9 +107,8 @@ browserTest("the list and its counts follow another client", { offline: true }, 
 
   await server.stop();
   await page.getByText("Not live since").waitFor();
-  await server.start();
   const again = page.waitForResponse((response) => response.url().endsWith("/v1/events"));
-  await page.getByRole("button", { name: "Ask now" }).click();
+  await startAgain();
   await again;
   await job({ name: "after the restart" });
   await row("after the restart").waitFor();
