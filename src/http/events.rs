@@ -129,8 +129,9 @@ async fn get_job_events(
 /// Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
 ///
 /// The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
-/// those of a job; the id of an event is its place among all. An id that is not of this database,
-/// as after a backup was restored, begins with now: read the list of jobs anew then.
+/// those of a job; the id of an event is its place among all. After an id that is older than seven
+/// days, or not of this database, as after a backup was restored, the first event is a `reset`, and
+/// sending begins with now: read the list of jobs anew then.
 #[utoipa::path(
     get, path = "/v1/events", operation_id = "get_events", tag = "jobs",
     params(
@@ -156,17 +157,28 @@ async fn get_events(
     let changes = state.jobs.listen_to_all();
     let last = state.jobs.last_place().await?;
     let given = Given::of(&headers, query);
-    let after = match given.id.as_deref() {
-        None | Some("" | "latest") => last,
-        Some(text) => events::place_of(text).ok_or_else(|| given.refused("`/v1/events`"))?.min(last),
+    let (after, missed) = match given.id.as_deref() {
+        None | Some("" | "latest") => (last, false),
+        Some(text) => {
+            let asked = events::place_of(text).ok_or_else(|| given.refused("`/v1/events`"))?;
+            let all = asked <= last && state.jobs.tells_all_after(asked).await?;
+            if all { (asked, false) } else { (last, true) }
+        }
     };
-    Ok(Listener::answer(state, Subject::All { after }, changes))
+    Ok(Listener::answer(state, Subject::All { after, missed }, changes))
 }
 
 /// Whose events are sent, after which.
 enum Subject {
-    Job { job: Uuid, after: u64 },
-    All { after: EventPlace },
+    Job {
+        job: Uuid,
+        after: u64,
+    },
+    /// `missed`: something before it is not told any more, which is to be said first.
+    All {
+        after: EventPlace,
+        missed: bool,
+    },
 }
 
 impl Subject {
@@ -179,7 +191,10 @@ impl Subject {
                 *after = last.number;
                 Ok(Some(events::to_text(page)))
             }
-            Subject::All { after } => {
+            Subject::All { after, missed } => {
+                if std::mem::take(missed) {
+                    return Ok(Some(events::reset_text(*after, jobs.now())));
+                }
                 let page = jobs.all_events(*after, PAGE).await?;
                 let Some(last) = page.last() else { return Ok(None) };
                 *after = last.place;

@@ -5,7 +5,7 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use tokio::sync::watch;
 use uuid::Uuid;
 
@@ -104,6 +104,9 @@ pub struct EventPlace {
     pub change: u64,
     pub number: u64,
 }
+
+/// How long all jobs' events are told in their common order. (Those of a job stay.)
+pub const EVENTS_TOLD: SignedDuration = SignedDuration::from_hours(7 * 24);
 
 /// An event of some job, at its place among those of all.
 #[derive(Clone, Debug, PartialEq)]

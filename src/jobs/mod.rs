@@ -61,7 +61,7 @@ pub use callers::{
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
 pub use encoded_text::{EncodedResult, EncodedText, Told};
-pub use event::{EventKind, EventPlace, JobChange, JobEvent, JobNotifier, StreamEvent, ToldEvent};
+pub use event::{EVENTS_TOLD, EventKind, EventPlace, JobChange, JobEvent, JobNotifier, StreamEvent, ToldEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;
 pub use idempotency::{ANSWERS_KEPT, Answer, KeyClaim, KeyHeld, Keyed, KeyedRequest, Receipt, RunningKeys};

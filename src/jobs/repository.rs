@@ -80,6 +80,11 @@ pub trait Upkeep: Send + Sync + 'static {
     /// many.
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
 
+    /// Forgets in which order the events of all jobs were stored before a time, the oldest first,
+    /// at most so many; answers how many. Now and then it notes how far they have come at `now`,
+    /// by which it is known later.
+    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64>;
+
     /// Seals the chains of every tenant that grew, if no process has done so since then; the new
     /// seals, or none where another process is at it.
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>>;
@@ -161,6 +166,8 @@ macro_rules! repository_operations {
                 GetAllEvents = all_events(after: EventPlace, limit: u32) -> Vec<ToldEvent>;
                 /// A place behind all that has happened, and before all that will.
                 GetLastPlace = last_place() -> EventPlace;
+                /// Whether nothing that happened after a place was forgotten.
+                TellsAllAfter = tells_all_after(place: EventPlace) -> bool;
 
                 /// Entries of a chain, oldest first.
                 GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;

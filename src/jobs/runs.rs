@@ -6,14 +6,18 @@ use uuid::Uuid;
 
 use super::{
     draft::{IterationDraft, JobDraft},
+    event::EVENTS_TOLD,
     idempotency::{ANSWERS_KEPT, Keyed},
     iteration::NewRun,
     outcome::{RepositoryError, Stored},
     service::{JobService, Jobs},
 };
 
-/// Answers forgotten in one transaction, so that no other write waits long.
+/// Rows forgotten in one transaction, so that no other write waits long.
 const AT_A_TIME: u32 = 1000;
+
+/// Between two such transactions, where there may be very many.
+const BETWEEN: Duration = Duration::from_millis(10);
 
 impl Jobs {
     /// Stores jobs with all their iterations, in one transaction; answers their ids. Without jobs
@@ -49,12 +53,25 @@ impl JobService {
         Ok(())
     }
 
+    /// Forgets the common order of events that are older than any listener goes on from.
+    pub async fn forget_old_events(&self) -> Result<(), RepositoryError> {
+        let now = self.now();
+        while self.store.forget_told(now, now - EVENTS_TOLD, AT_A_TIME).await? == u64::from(AT_A_TIME) {
+            // others write meanwhile
+            tokio::time::sleep(BETWEEN).await;
+        }
+        Ok(())
+    }
+
     /// Does so now and then, for ever.
     pub async fn upkeep(&self, every: Duration) {
         loop {
             tokio::time::sleep(every).await;
             if let Err(error) = self.forget_old_answers().await {
                 tracing::warn!(%error, "expired idempotency keys could not be deleted");
+            }
+            if let Err(error) = self.forget_old_events().await {
+                tracing::warn!(%error, "events that nobody goes on from could not be deleted");
             }
             if let Err(error) = self.forget_old_tasks().await {
                 tracing::warn!(%error, "operations that ended long ago could not be deleted");

@@ -153,7 +153,8 @@ impl Jobs {
         Owned { tenant: self.tenant.clone(), id }
     }
 
-    pub(super) fn now(&self) -> Timestamp {
+    /// The time that whatever is written now carries.
+    pub fn now(&self) -> Timestamp {
         self.service.now()
     }
 
@@ -272,6 +273,11 @@ impl Jobs {
     /// A place behind all that has happened to the jobs of the tenant.
     pub async fn last_place(&self) -> Result<EventPlace, RepositoryError> {
         self.repository.last_place().await
+    }
+
+    /// Whether nothing that happened after a place was forgotten.
+    pub async fn tells_all_after(&self, place: EventPlace) -> Result<bool, RepositoryError> {
+        self.repository.tells_all_after(place).await
     }
 
     /// Is woken when something happens to any job of the tenant.

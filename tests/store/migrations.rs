@@ -37,6 +37,7 @@ const RELEASED: &[(i64, &str)] = &[
     (23, "cb20f658e816bfdb7034b9058964c54e"),
     (24, "bcf13c03f7e620ce0e2f5dd69b6f8f9d"),
     (25, "8441d81c99ab36f9c0ccc4b9cdc4eeba"),
+    (26, "b2d327fbd93f2efdddae6ec135769fa8"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

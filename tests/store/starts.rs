@@ -164,6 +164,7 @@ async fn the_service_has_no_right_to_change_the_trace() {
     let empty = values.stored_job(&repository).await.id;
     repository.delete_job(empty, Precondition::None).await.unwrap();
     store.forget_answers(values.now(), 10).await.unwrap();
+    store.forget_told(values.now(), values.now(), 10).await.unwrap();
 
     let mut service = PgConnection::connect(&url).await.unwrap();
     for table in ["iterations", "nodes", "fits", "fit_choices", "decisions", "records"] {

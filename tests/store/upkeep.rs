@@ -9,7 +9,7 @@ use std::{
 };
 
 use flankfit::{
-    jobs::{ANSWERS_KEPT, Answer, Clock, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds},
+    jobs::{ANSWERS_KEPT, Answer, Clock, EVENTS_TOLD, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds},
     store::{OpenError, SqliteStore, StoreSettings},
 };
 use jiff::Timestamp;
@@ -92,4 +92,32 @@ async fn kept_answers_are_forgotten_while_the_service_runs() {
     }
     upkeep.abort();
     assert_eq!(store.jobs(all_jobs()).await.unwrap().items.len(), 2, "only answers go");
+}
+
+#[tokio::test]
+async fn old_events_are_forgotten_while_the_service_runs() {
+    let place = Place::new();
+    let store = place.open().await;
+    let hands = Hands(Arc::new(AtomicI64::new(place.now().as_second())));
+    let service = JobService::new(store.store.clone(), Arc::new(hands.clone()), Arc::new(OrderedIds::new()));
+    let jobs = service.of(&caller("default"));
+    let first = jobs.last_place().await.unwrap();
+    jobs.create_job(JobDraft { name: "wheel".to_owned(), ..JobDraft::default() }, None).await.unwrap();
+    service.forget_old_events().await.unwrap();
+    hands.0.fetch_add(EVENTS_TOLD.as_secs(), Ordering::SeqCst);
+    service.forget_old_events().await.unwrap();
+    assert!(jobs.tells_all_after(first).await.unwrap(), "what is as old as that is told");
+    assert_eq!(jobs.all_events(first, 10).await.unwrap().len(), 1);
+    // by itself, now and then
+    hands.0.fetch_add(1, Ordering::SeqCst);
+    let upkeep = tokio::spawn({
+        let service = service.clone();
+        async move { service.upkeep(Duration::from_millis(1)).await }
+    });
+    while jobs.tells_all_after(first).await.unwrap() {
+        tokio::task::yield_now().await;
+    }
+    upkeep.abort();
+    assert_eq!(jobs.all_events(first, 10).await.unwrap(), []);
+    assert!(jobs.last_place().await.unwrap() > first);
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::{Display, Write as _};
 
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
@@ -17,8 +18,8 @@ use crate::{
 #[schema(as = JobEvent, example = json!({"number": 3, "type": "decision", "created_at": "2026-11-21T08:30:00.000000Z",
     "iteration_number": 1, "decision": "accept"}))]
 pub struct JobEventBody {
-    /// 1, 2, 3 … within the job; 0 where the job was created or deleted, which only those hear who
-    /// listen to all jobs.
+    /// 1, 2, 3 … within the job; 0 where the job was created or deleted, and of a `reset`, which
+    /// only those hear who listen to all jobs.
     pub number: u64,
     /// The job; where events of all jobs are listened to.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -109,6 +110,8 @@ pub enum EventName {
     Job,
     /// The job was purged: its numbers stay, and whatever needs the rest is 410 from now on.
     Purged,
+    /// Events of all jobs were missed: sending goes on with what happens from now on.
+    Reset,
 }
 
 impl EventName {
@@ -122,6 +125,7 @@ impl EventName {
             EventName::Record => "record",
             EventName::Job => "job",
             EventName::Purged => "purged",
+            EventName::Reset => "reset",
         }
     }
 }
@@ -148,13 +152,13 @@ impl From<crate::jobs::StreamEvent> for StreamEventName {
     }
 }
 
-impl From<JobEvent> for JobEventBody {
-    fn from(event: JobEvent) -> Self {
-        let mut body = JobEventBody {
-            number: event.number,
+impl JobEventBody {
+    fn empty(number: u64, kind: EventName, created_at: Timestamp) -> Self {
+        JobEventBody {
+            number,
             job_id: None,
-            kind: EventName::Iteration,
-            created_at: Moment(event.created_at),
+            kind,
+            created_at: Moment(created_at),
             iteration_number: None,
             iteration_id: None,
             fit_id: None,
@@ -170,7 +174,13 @@ impl From<JobEvent> for JobEventBody {
             record_id: None,
             record_kind: None,
             job_state: None,
-        };
+        }
+    }
+}
+
+impl From<JobEvent> for JobEventBody {
+    fn from(event: JobEvent) -> Self {
+        let mut body = JobEventBody::empty(event.number, EventName::Iteration, event.created_at);
         match event.kind {
             EventKind::Iteration { number, id, fit_id } => {
                 body.iteration_number = Some(number);
@@ -246,6 +256,13 @@ pub fn all_to_text(events: impl IntoIterator<Item = ToldEvent>) -> String {
     text
 }
 
+/// Tells one who listens to all jobs that events were missed; it goes on from this place.
+pub fn reset_text(place: EventPlace, now: Timestamp) -> String {
+    let mut text = String::new();
+    push(&mut text, &place_text(place), &JobEventBody::empty(0, EventName::Reset, now));
+    text
+}
+
 /// JSON of one line: line breaks inside strings are escaped.
 fn push(text: &mut String, id: &dyn Display, body: &JobEventBody) {
     // writing to a string cannot fail
@@ -279,6 +296,13 @@ mod tests {
         let data: JobEventBody = serde_json::from_str(lines[2].strip_prefix("data: ").unwrap()).unwrap();
         assert_eq!((data.number, data.iteration_number, data.reason.as_deref()), (7, Some(2), Some("a\nb")));
         assert!(!text.contains("null"));
+    }
+
+    #[test]
+    fn a_reset_has_the_place_from_which_it_goes_on() {
+        let text = reset_text(EventPlace { change: 7, number: 12 }, Timestamp::UNIX_EPOCH);
+        let data = r#"{"number":0,"type":"reset","created_at":"1970-01-01T00:00:00.000000Z"}"#;
+        assert_eq!(text, format!("id: 7-12\nevent: reset\ndata: {data}\n\n"));
     }
 
     #[test]

@@ -2,14 +2,11 @@
 
 use sqlx::PgPool;
 
-use super::{session::Session, time::stamp};
+use super::{session::Session, time::stamp, upkeep};
 use crate::{
     jobs::{Answer, Caller},
     store::shared::{AnswerRow, ForgetAnswers, GetAnswer, Outcome, Read, Run},
 };
-
-/// The lock of whoever forgets.
-const UPKEEP: i64 = 0x666c_616e_6b66_6974;
 
 impl Read<PgPool> for GetAnswer {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Option<([u8; 32], Answer)>> {
@@ -31,9 +28,7 @@ impl Read<PgPool> for GetAnswer {
 impl Run<Session> for ForgetAnswers {
     /// One process at a time does so.
     async fn run(&self, session: &mut Session) -> Outcome<u64> {
-        let alone: bool =
-            sqlx::query_scalar("SELECT pg_try_advisory_xact_lock($1)").bind(UPKEEP).fetch_one(&mut session.db).await?;
-        if !alone {
+        if !upkeep::alone(&mut session.db).await? {
             return Ok(0);
         }
         let forgotten = sqlx::query(

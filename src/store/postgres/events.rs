@@ -2,11 +2,12 @@
 
 use sqlx::PgPool;
 
-use super::locate::signed;
+use super::{locate::signed, session::Session, time::stamp, upkeep};
 use crate::{
     jobs::{Caller, EventPlace, JobEvent, RepositoryError, Resource, ToldEvent},
     store::shared::{
-        EventRow, GetAllEvents, GetEvents, GetLastEvent, GetLastPlace, Integer, Outcome, Read, ToldEventRow,
+        EventRow, ForgetTold, GetAllEvents, GetEvents, GetLastEvent, GetLastPlace, Integer, NOTED_EVERY, Outcome, Read,
+        Run, TellsAllAfter, ToldEventRow,
     },
 };
 
@@ -97,5 +98,66 @@ impl Read<PgPool> for GetLastPlace {
         let next: Integer<u64> =
             sqlx::query_scalar("SELECT pg_snapshot_xmin(pg_current_snapshot())::text::bigint").fetch_one(from).await?;
         Ok(EventPlace { change: next.0.saturating_sub(1), number: i64::MAX.unsigned_abs() })
+    }
+}
+
+impl Read<PgPool> for TellsAllAfter {
+    async fn read(&self, _: &Caller, from: &PgPool) -> Outcome<bool> {
+        // of a transaction that is gone the place may be the last one, and need not be
+        let told = sqlx::query_scalar(
+            "SELECT NOT EXISTS
+                 (SELECT FROM told_until WHERE gone AND (changed_by, 9223372036854775807::bigint) > ($1, $2))",
+        );
+        Ok(told.bind(signed(self.place.change)).bind(signed(self.place.number)).fetch_one(from).await?)
+    }
+}
+
+impl Run<Session> for ForgetTold {
+    /// One process at a time does so. Each tenant's part is looked up by the primary key.
+    async fn run(&self, session: &mut Session) -> Outcome<u64> {
+        let db = &mut session.db;
+        if !upkeep::alone(db).await? {
+            return Ok(0);
+        }
+        sqlx::query(
+            "INSERT INTO told_until (at, changed_by)
+             SELECT $1, pg_snapshot_xmin(pg_current_snapshot())::text::bigint - 1
+             WHERE NOT EXISTS (SELECT FROM told_until WHERE at > $2)",
+        )
+        .bind(stamp(self.now))
+        .bind(stamp(self.now - NOTED_EVERY))
+        .execute(&mut *db)
+        .await?;
+        sqlx::query(
+            "UPDATE told_until SET gone = true
+             WHERE NOT gone AND at = (SELECT max(at) FROM told_until WHERE at < $1)",
+        )
+        .bind(stamp(self.before))
+        .execute(&mut *db)
+        .await?;
+        let forgotten = sqlx::query(
+            "WITH RECURSIVE whose AS (
+                 (SELECT tenant FROM told ORDER BY tenant LIMIT 1)
+                 UNION ALL
+                 SELECT (SELECT t.tenant FROM told t WHERE t.tenant > w.tenant ORDER BY t.tenant LIMIT 1)
+                 FROM whose w WHERE w.tenant IS NOT NULL
+             ), old AS (
+                 SELECT o.tenant, o.changed_by, o.place FROM whose w CROSS JOIN LATERAL
+                     (SELECT t.tenant, t.changed_by, t.place FROM told t
+                      WHERE t.tenant = w.tenant AND t.changed_by <= (SELECT max(changed_by) FROM told_until WHERE gone)
+                      ORDER BY t.changed_by, t.place LIMIT $1) AS o
+                 LIMIT $1
+             )
+             DELETE FROM told t USING old
+             WHERE t.tenant = old.tenant AND t.changed_by = old.changed_by AND t.place = old.place",
+        )
+        .bind(i64::from(self.most))
+        .execute(&mut *db)
+        .await?;
+        // the last of them says what is gone
+        sqlx::query("DELETE FROM told_until WHERE at < (SELECT max(at) FROM told_until WHERE gone)")
+            .execute(db)
+            .await?;
+        Ok(forgotten.rows_affected())
     }
 }

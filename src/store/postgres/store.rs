@@ -25,7 +25,7 @@ use crate::{
         archive::{Holdings, Key},
         audit::{Auditor, Sealing, WholeSeal},
     },
-    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, SealAudit, Subject, queue},
+    store::shared::{Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, SealAudit, Subject, queue},
     telemetry,
 };
 
@@ -145,6 +145,10 @@ impl jobs::Store for PostgresStore {
 impl Upkeep for PostgresStore {
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         Box::pin(self.0.queue(Subject::Nothing).write(ForgetAnswers { before, most }))
+    }
+
+    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        Box::pin(self.0.queue(Subject::Nothing).write(ForgetTold { now, before, most }))
     }
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {

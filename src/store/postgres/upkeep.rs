@@ -15,6 +15,9 @@ use crate::{
 const TOLD: SignedDuration = SignedDuration::from_secs(1);
 const SERVED: SignedDuration = SignedDuration::from_secs(10);
 
+/// The lock of whoever forgets.
+const FORGETTING: i64 = 0x666c_616e_6b66_6974;
+
 /// Refuses a server that may not be written to, a schema that this version does not work on, and a
 /// clock that is far from ours.
 pub async fn ping(from: &PgPool, clock: &dyn Clock) -> Result<(), RepositoryError> {
@@ -51,6 +54,11 @@ fn distant(skew: SignedDuration) -> Option<String> {
         tracing::warn!("{told}");
     }
     (skew.abs() > SERVED).then_some(told)
+}
+
+/// Whether no other process forgets what is old until the transaction ends.
+pub async fn alone(db: &mut PgConnection) -> Result<bool, sqlx::Error> {
+    sqlx::query_scalar("SELECT pg_try_advisory_xact_lock($1)").bind(FORGETTING).fetch_one(db).await
 }
 
 impl Run<Session> for Probe {

@@ -21,6 +21,21 @@ impl Operation for ForgetAnswers {
     type Reply = u64;
 }
 
+/// How often it is noted how far what is told of all jobs has come.
+pub const NOTED_EVERY: SignedDuration = SignedDuration::from_hours(1);
+
+/// Notes how far what is told of all jobs has come, and forgets what was told before a time, the
+/// oldest first, at most so many; answers how many.
+pub struct ForgetTold {
+    pub now: Timestamp,
+    pub before: Timestamp,
+    pub most: u32,
+}
+
+impl Operation for ForgetTold {
+    type Reply = u64;
+}
+
 /// Writes what nobody reads, to find out whether anything can be written.
 pub struct Probe {
     pub now: Timestamp,

@@ -32,8 +32,8 @@ pub use incoming::Incoming;
 pub use keyed::{behind, place};
 pub use lists::{Counted, Listed, in_order, page, told};
 pub use maintenance::{
-    ClaimTask, EndTask, FindCertificate, FindKey, ForgetAnswers, ForgetTasks, GiveTaskBack, HasKeys, NoteUses, Probe,
-    RenewTasks, SealAudit,
+    ClaimTask, EndTask, FindCertificate, FindKey, ForgetAnswers, ForgetTasks, ForgetTold, GiveTaskBack, HasKeys,
+    NOTED_EVERY, NoteUses, Probe, RenewTasks, SealAudit,
 };
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
@@ -43,7 +43,7 @@ pub use operation::{
     GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock,
     InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask,
     Key, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords, ListStreams, ListTasks, Operation,
-    PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, VerifyAudit, key_of,
+    PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{

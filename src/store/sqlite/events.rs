@@ -1,12 +1,13 @@
 //! Events of a job and of all jobs, which triggers write.
 
-use sqlx::SqlitePool;
+use sqlx::{SqliteConnection, SqlitePool};
 
-use super::locate::signed;
+use super::{locate::signed, time};
 use crate::{
     jobs::{Caller, EventPlace, JobEvent, RepositoryError, Resource, ToldEvent},
     store::shared::{
-        EventRow, GetAllEvents, GetEvents, GetLastEvent, GetLastPlace, Integer, Outcome, Read, ToldEventRow,
+        EventRow, ForgetTold, GetAllEvents, GetEvents, GetLastEvent, GetLastPlace, Integer, NOTED_EVERY, Outcome, Read,
+        Run, TellsAllAfter, ToldEventRow,
     },
 };
 
@@ -31,6 +32,13 @@ macro_rules! joined {
           LEFT JOIN decisions d ON e.kind = 'decision' AND d.iteration = e.iteration AND d.position = e.position
           LEFT JOIN records r ON e.kind = 'record' AND r.id = e.record
           LEFT JOIN purges p ON e.kind = 'purged' AND p.job = e.job "
+    };
+}
+
+/// The last place, which may have been forgotten.
+macro_rules! last_place {
+    () => {
+        "coalesce((SELECT seq FROM sqlite_sequence WHERE name = 'told'), 0)"
     };
 }
 
@@ -92,7 +100,48 @@ impl Read<SqlitePool> for GetAllEvents {
 
 impl Read<SqlitePool> for GetLastPlace {
     async fn read(&self, _: &Caller, from: &SqlitePool) -> Outcome<EventPlace> {
-        let last: Integer<u64> = sqlx::query_scalar("SELECT coalesce(max(place), 0) FROM told").fetch_one(from).await?;
+        let last: Integer<u64> = sqlx::query_scalar(concat!("SELECT ", last_place!())).fetch_one(from).await?;
         Ok(EventPlace { change: 0, number: last.0 })
+    }
+}
+
+impl Read<SqlitePool> for TellsAllAfter {
+    async fn read(&self, _: &Caller, from: &SqlitePool) -> Outcome<bool> {
+        let told = sqlx::query_scalar("SELECT NOT EXISTS (SELECT 1 FROM told_until WHERE gone = 1 AND place > ?)");
+        Ok(told.bind(signed(self.place.number)).fetch_one(from).await?)
+    }
+}
+
+impl Run<SqliteConnection> for ForgetTold {
+    async fn run(&self, db: &mut SqliteConnection) -> Outcome<u64> {
+        sqlx::query(concat!(
+            "INSERT INTO told_until (at, place) SELECT ?, ",
+            last_place!(),
+            " WHERE NOT EXISTS (SELECT 1 FROM told_until WHERE at > ?)",
+        ))
+        .bind(time::to_text(self.now))
+        .bind(time::to_text(self.now - NOTED_EVERY))
+        .execute(&mut *db)
+        .await?;
+        sqlx::query(
+            "UPDATE told_until SET gone = 1
+             WHERE gone = 0 AND at = (SELECT max(at) FROM told_until WHERE at < ?)",
+        )
+        .bind(time::to_text(self.before))
+        .execute(&mut *db)
+        .await?;
+        let forgotten = sqlx::query(
+            "DELETE FROM told WHERE place IN
+             (SELECT place FROM told WHERE place <= (SELECT max(place) FROM told_until WHERE gone = 1)
+              ORDER BY place LIMIT ?)",
+        )
+        .bind(i64::from(self.most))
+        .execute(&mut *db)
+        .await?;
+        // the last of them says what is gone
+        sqlx::query("DELETE FROM told_until WHERE at < (SELECT max(at) FROM told_until WHERE gone = 1)")
+            .execute(db)
+            .await?;
+        Ok(forgotten.rows_affected())
     }
 }

@@ -21,7 +21,9 @@ use crate::{
         archive::{Holdings, Key},
         audit::{Auditor, Sealing, WholeSeal},
     },
-    store::shared::{Backend, ForgetAnswers, Handle, Probe, Queue, Run, SealAudit, StoreError, Subject, queue},
+    store::shared::{
+        Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, Run, SealAudit, StoreError, Subject, queue,
+    },
     telemetry,
 };
 
@@ -113,6 +115,10 @@ impl jobs::Store for SqliteStore {
 impl Upkeep for SqliteStore {
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         Box::pin(self.0.queue.write(ForgetAnswers { before, most }))
+    }
+
+    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        Box::pin(self.0.queue.write(ForgetTold { now, before, most }))
     }
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {

@@ -64,15 +64,48 @@ async fn what_happens_to_all_jobs_is_told_once_and_in_order() {
         let mut again = open(&app, Some(id)).await;
         assert_eq!(some(&mut again, 5 - k).await, all[k + 1..]);
     }
-    // an id that is not of this database, and `latest`: from now on
-    for last in ["9223372036854775806-9223372036854775806", "latest"] {
+    // an id that is not of this database, which is said, and `latest`: from now on
+    for (last, resets) in [("9223372036854775806-9223372036854775806", true), ("latest", false)] {
         let mut late = open(&app, Some(last)).await;
+        if resets {
+            let (id, name, data) = late.entry().await.unwrap();
+            assert_eq!((name.as_str(), &data["number"], data.get("job_id")), ("reset", &json!(0), None));
+            // who goes on from there has missed nothing more
+            late = open(&app, Some(&id)).await;
+        }
         // an id is read before anything is sent
         let next = app.job().await;
         assert_eq!(late.entry().await.unwrap().2["job_id"], id_of(&next), "{last}");
     }
     app.stop().await;
     while listener.entry().await.is_some() {}
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn who_comes_back_after_long_is_told_to_begin_anew() {
+    let mut app = TestApp::start_on_file().await;
+    let mut listener = open(&app, None).await;
+    app.job().await;
+    app.job().await;
+    let [(first, ..), (second, ..)]: [Entry; 2] = some(&mut listener, 2).await.try_into().unwrap();
+    // as if these had been told long ago
+    app.restart_after(async |database| {
+        let options = sqlx::sqlite::SqliteConnectOptions::new().filename(database);
+        let mut own = sqlx::ConnectOptions::connect(&options).await.unwrap();
+        let note = "INSERT INTO told_until (at, place) SELECT '2026-01-02T03:04:05.000006Z', max(place) FROM told";
+        sqlx::raw_sql(note).execute(&mut own).await.unwrap();
+        sqlx::Connection::close(own).await.unwrap();
+    })
+    .await;
+    assert_eq!(open(&app, Some(&first)).await.entry().await.unwrap().0, second);
+    let third = app.job().await;
+    app.state().jobs.forget_old_events().await.unwrap();
+    assert_eq!(open(&app, Some(&second)).await.entry().await.unwrap().2["job_id"], id_of(&third));
+    let mut late = open(&app, Some(&first)).await;
+    assert_eq!(late.entry().await.unwrap().1, "reset");
+    let next = app.job().await;
+    assert_eq!(late.entry().await.unwrap().2["job_id"], id_of(&next));
+    app.stop().await;
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]

@@ -124,11 +124,12 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 17] = [
+const UPKEEP: [&str; 18] = [
     "turn",
     "untouched",
     "seal_audit",
     "forget_answers",
+    "forget_told",
     "check_writable",
     "ping",
     "close",
@@ -184,6 +185,11 @@ impl Upkeep for Watched {
     fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
         self.exercised.operation("forget_answers");
         self.store.forget_answers(before, most)
+    }
+
+    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.exercised.operation("forget_told");
+        self.store.forget_told(now, before, most)
     }
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {

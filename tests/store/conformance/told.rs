@@ -7,6 +7,7 @@ use std::{
 };
 
 use flankfit::jobs::{EventKind, EventPlace, JobChange, JobPatch, Precondition, RecordKind, Repository, ToldEvent};
+use jiff::SignedDuration;
 use tokio::{task::JoinSet, time::sleep};
 use uuid::Uuid;
 
@@ -115,4 +116,52 @@ pub async fn what_many_write_is_told_once_to_who_reads_meanwhile(pair: &mut Pair
     for job in jobs {
         assert!(found[&job].iter().copied().eq(0..=EACH as u64), "{:?}", found[&job]);
     }
+}
+
+/// The common order goes by its age, of every tenant, and who asks for what is gone is told so; the
+/// jobs' own events stay.
+pub async fn what_was_told_long_ago_is_forgotten(pair: &mut Pair) {
+    let (store, place, others) = (pair.store.clone(), pair.values.clone(), pair.seen_by("other"));
+    let first = store.last_place().await.unwrap();
+    let (job, theirs) = (place.stored_job(&store).await.id, place.stored_job(&others).await.id);
+    place.stored_iteration(&store, job).await;
+    let old = told(&store, first, 2).await;
+    pair.ground.settled().await;
+    let [one, two] = &pair.handles;
+    // what is as old as the time given is not from before it
+    let begun = place.now();
+    assert_eq!(one.forget_told(begun, begun, 10).await.unwrap(), 0);
+    place.stored_iteration(&store, job).await;
+    let young = told(&store, old[1].place, 1).await;
+    pair.ground.settled().await;
+    // noted once an hour: by this the young one is not told of yet
+    assert_eq!(two.forget_told(begun + SignedDuration::from_mins(59), begun, 10).await.unwrap(), 0);
+    let later = begun + SignedDuration::from_hours(2);
+    assert_eq!(two.forget_told(later, begun, 10).await.unwrap(), 0);
+    assert!(store.tells_all_after(first).await.unwrap());
+    assert_eq!(told(&store, first, 3).await[2..], young);
+
+    // everything that was told until `begun`
+    let before = begun + SignedDuration::from_mins(90);
+    assert_eq!(one.forget_told(later, before, 2).await.unwrap(), 2);
+    assert_eq!(two.forget_told(later, before, 2).await.unwrap(), 1);
+    assert_eq!(one.forget_told(later, before, 2).await.unwrap(), 0);
+    pair.reopen().await;
+    let (store, others) = (pair.store.clone(), pair.seen_by("other"));
+    assert_eq!(told(&store, first, 1).await, young);
+    assert_eq!(others.all_events(first, 10).await.unwrap(), []);
+    for (after, all) in [(first, false), (old[0].place, false), (young[0].place, true)] {
+        assert_eq!(store.tells_all_after(after).await.unwrap(), all, "{after:?}");
+    }
+    assert_eq!(events(&store, job).await.len(), 2);
+    assert_eq!(others.last_event(theirs).await.unwrap(), 0);
+
+    // and the rest; places are not given again
+    let [one, _] = &pair.handles;
+    let last = later + SignedDuration::from_hours(1);
+    assert_eq!(one.forget_told(last, last, 10).await.unwrap(), 1);
+    assert!(store.last_place().await.unwrap() >= young[0].place);
+    place.stored_iteration(&store, job).await;
+    let next = told(&store, first, 1).await;
+    assert!(next[0].place > young[0].place && next[0].event.number == 3, "{next:?}");
 }

@@ -1101,8 +1101,9 @@ export interface paths {
         /**
          * Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
          * @description The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
-         *     those of a job; the id of an event is its place among all. An id that is not of this database,
-         *     as after a backup was restored, begins with now: read the list of jobs anew then.
+         *     those of a job; the id of an event is its place among all. After an id that is older than seven
+         *     days, or not of this database, as after a backup was restored, the first event is a `reset`, and
+         *     sending begins with now: read the list of jobs anew then.
          */
         get: operations["get_events"];
         put?: never;
@@ -3620,7 +3621,7 @@ export interface components {
          * @description What an event is about.
          * @enum {string}
          */
-        EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "record" | "job" | "purged";
+        EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "record" | "job" | "purged" | "reset";
         /** @description A curve to be written as a file. Lengths are millimetres. */
         ExportCurve: {
             curve: components["schemas"]["Curve"];
@@ -5951,8 +5952,8 @@ export interface components {
         JobEvent: {
             /**
              * Format: int64
-             * @description 1, 2, 3 … within the job; 0 where the job was created or deleted, which only those hear who
-             *     listen to all jobs.
+             * @description 1, 2, 3 … within the job; 0 where the job was created or deleted, and of a `reset`, which
+             *     only those hear who listen to all jobs.
              */
             number: number;
             /**
