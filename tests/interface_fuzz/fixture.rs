@@ -4,6 +4,7 @@ use std::time::Duration;
 
 use axum::{Router, body::Body, http};
 use flankfit::{
+    api::examples::REQUEST_EXAMPLES,
     app::App,
     config::{Authentication, ServeSettings},
     http::router,
@@ -71,16 +72,37 @@ impl Service {
         (head.status.as_u16(), head.headers, spool)
     }
 
+    /// The answer to a request without faults, with a body where that is not empty.
+    pub async fn ask(
+        &self,
+        method: &str,
+        path: &str,
+        headers: &[(&str, &str)],
+        body: &str,
+    ) -> (u16, http::HeaderMap, Vec<u8>) {
+        let mut request = http::Request::builder().method(method).uri(path).header("host", "localhost");
+        let json = [("content-type", "application/json")];
+        for (name, value) in headers.iter().chain(json.iter().filter(|_| !body.is_empty())) {
+            request = request.header(*name, *value);
+        }
+        let request = request.body(Body::from(body.to_owned())).expect("a request");
+        let (status, headers, answer) = self.spool(request).await;
+        (status, headers, answer.into_bytes())
+    }
+
     /// An answer that must be what is asked for: the stock of a batch.
     async fn make(&self, method: &str, path: &str, body: &str) -> Value {
-        let request = http::Request::builder().method(method).uri(path);
-        let request = request.header("host", "localhost").header("content-type", "application/json");
-        let request = request.body(Body::from(body.to_owned())).expect("a request");
-        let (status, _, text) = self.spool(request).await;
-        let text = String::from_utf8(text.into_bytes()).expect("JSON is UTF-8");
+        let (status, _, answer) = self.ask(method, path, &[], body).await;
+        let text = String::from_utf8(answer).expect("JSON is UTF-8");
         assert!((200..300).contains(&status), "{method} {path}: {status} {text}");
         serde_json::from_str(&text).unwrap_or(Value::Null)
     }
+}
+
+/// The first example of what an operation takes.
+pub fn example(operation: &str) -> String {
+    let found = REQUEST_EXAMPLES.iter().find(|example| example.operation_id == operation);
+    found.expect("an example").text.to_owned()
 }
 
 /// One stored thing and those above it.
@@ -117,7 +139,7 @@ fn remember<T: PartialEq>(list: &mut Vec<T>, item: T) {
 
 impl Stored {
     /// Stores a job with two iterations, refits, records and streams, by the examples.
-    pub async fn fill(service: &Service, example: impl Fn(&str) -> String) -> Self {
+    pub async fn fill(service: &Service) -> Self {
         let mut stored = Stored::default();
         let mut make = async |method: &str, path: String, body: String| {
             let made = service.make(method, &path, &body).await;

@@ -20,6 +20,7 @@ mod memory;
 mod mutate;
 mod node;
 mod options;
+mod prepare;
 mod report;
 mod request;
 mod rng;

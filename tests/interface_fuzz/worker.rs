@@ -20,6 +20,7 @@ use super::{
     memory,
     node::Node,
     options::{BATCH, Options},
+    prepare,
     request::{Maker, Request},
     rng::Rng,
     send::{self, Answer},
@@ -89,17 +90,14 @@ struct Batch {
 impl Batch {
     async fn start() -> Self {
         let service = Service::start().await;
-        let example = |operation: &str| {
-            let found = REQUEST_EXAMPLES.iter().find(|example| example.operation_id == operation);
-            found.expect("an example").text.to_owned()
-        };
-        let stored = Stored::fill(&service, example).await;
+        let stored = Stored::fill(&service).await;
         Batch { service, stored }
     }
 
     async fn one(&mut self, stage: &Stage, seed: u64, batch: u64, index: u64) -> Outcome {
         let mut rng = Rng::of(seed, batch, index);
-        let request = stage.maker().make(&self.stored, &mut rng);
+        let mut request = stage.maker().make(&self.stored, &mut rng);
+        prepare::prepare(&self.service, &mut request, &mut rng).await;
         let before = memory::mark();
         let (start, processor) = (Instant::now(), processor_seconds());
         let answer = tokio::time::timeout(HANGS, send::send(&self.service, &request)).await;
