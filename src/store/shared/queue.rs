@@ -260,3 +260,49 @@ impl<C> Waiting<C> {
 fn closed() -> RepositoryError {
     RepositoryError::Unavailable("the store is closed".into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What takes so many bytes.
+    struct Weighs(usize);
+
+    impl Operation for Weighs {
+        type Reply = ();
+
+        fn bytes(&self) -> usize {
+            self.0
+        }
+    }
+
+    impl Run<()> for Weighs {
+        async fn run(&self, (): &mut ()) -> Outcome<()> {
+            Ok(())
+        }
+    }
+
+    /// The sizes of the groups in which writes of so many bytes are taken out.
+    async fn groups(writes: &[usize]) -> Vec<usize> {
+        let (queue, mut waiting) = queue::<()>(writes.len(), metrics::Histogram::noop());
+        let _all: Vec<_> = writes.iter().map(|bytes| queue.write(Weighs(*bytes))).collect();
+        drop(queue);
+        let mut sizes = Vec::new();
+        while let Some(group) = waiting.next_group().await {
+            sizes.push(group.len());
+        }
+        sizes
+    }
+
+    #[tokio::test]
+    async fn a_group_has_bounds_of_count_and_of_bytes() {
+        assert_eq!(groups(&[0; 300]).await, [128, 128, 44]);
+        assert_eq!(groups(&[0; 128]).await, [128]);
+        // the one that passes the bound is in it
+        let megabytes = |each: &[usize]| each.iter().map(|count| count << 20).collect::<Vec<_>>();
+        assert_eq!(groups(&megabytes(&[12; 7])).await, [3, 3, 1]);
+        assert_eq!(groups(&megabytes(&[16, 16, 16, 1, 15])).await, [2, 3]);
+        assert_eq!(groups(&megabytes(&[31, 0, 500, 1, 40, 40])).await, [3, 2, 1]);
+        assert_eq!(groups(&[]).await, [0; 0]);
+    }
+}
