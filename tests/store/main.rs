@@ -6,6 +6,7 @@ mod conformance;
 mod disk;
 mod failover;
 mod group_commit;
+mod heard;
 mod job_list;
 mod lost;
 mod migrations;

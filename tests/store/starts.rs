@@ -13,6 +13,7 @@ use metrics_exporter_prometheus::PrometheusBuilder;
 use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection, migrate::Migrator};
 
 use crate::{
+    heard::Heard,
     server::Server,
     support::{Values, caller},
 };
@@ -48,6 +49,39 @@ async fn eight_start_at_once_on_an_empty_database_or_an_old_one() {
         }
         let made: i64 = sqlx::query_scalar("SELECT count(*) FROM _sqlx_migrations").fetch_one(&mut db).await.unwrap();
         assert_eq!(made, all.len() as i64);
+    }
+}
+
+/// A server that says that it is of another version than it is.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_server_that_is_too_old_is_refused() {
+    let url = empty().await;
+    let mut db = PgConnection::connect(&url).await.unwrap();
+    let first = "CREATE SCHEMA pretended;
+        DO $$ BEGIN
+            EXECUTE format('ALTER DATABASE %I SET search_path = pretended, pg_catalog, public', current_database());
+        END $$;";
+    db.execute(sqlx::raw_sql(first)).await.unwrap();
+    let mut settings = settings(&url);
+    settings.migrate = Migrate::Check;
+    for (version, told) in [(130_022, Some(13)), (149_999, Some(14)), (150_000, None), (180_001, None)] {
+        let says = format!(
+            "CREATE OR REPLACE FUNCTION pretended.current_setting(name text) RETURNS text LANGUAGE sql AS $$
+                 SELECT CASE name WHEN 'server_version_num' THEN '{version}' ELSE pg_catalog.current_setting(name) END
+             $$"
+        );
+        db.execute(sqlx::raw_sql(AssertSqlSafe(says))).await.unwrap();
+        match open(settings.clone()).await {
+            Ok(store) => {
+                assert_eq!(told, None, "{version}");
+                store.close().await;
+            }
+            Err(error) => {
+                assert!(matches!(error, PostgresError::TooOld { version, .. } if Some(version) == told), "{error}");
+                assert!(error.to_string().ends_with("flankfit needs 15 or later"), "{error}");
+            }
+        }
     }
 }
 
@@ -121,6 +155,7 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
     let recorder = PrometheusBuilder::new().build_recorder();
     let told = recorder.handle();
     let _here = metrics::set_default_local_recorder(&recorder);
+    let (heard, _while_heard) = Heard::here();
     for (seconds, ready) in [(-12, false), (-8, true), (0, true), (8, true), (12, false)] {
         let clock = Arc::new(Before(SignedDuration::from_secs(seconds)));
         let store = PostgresStore::open(settings(&url), Arc::new(OrderedIds::new()), clock).await.unwrap();
@@ -133,9 +168,19 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
         let text = told.render();
         let skew = text.lines().find_map(|line| line.strip_prefix("flankfit_clock_skew_seconds ")?.parse::<f64>().ok());
         assert!(skew.is_some_and(|skew| (skew + seconds as f64).abs() < 1.0), "{seconds} s: {text}");
+        let warned = heard.take();
+        assert_eq!(
+            warned.contains("WARN") && warned.contains("the clock of the database is"),
+            seconds != 0,
+            "{warned}"
+        );
         store.close().await;
     }
 }
+
+/// What PostgreSQL calls what somebody may not do, and what a trigger refuses.
+const NO_RIGHT: &str = "42501";
+const RESTRICTED: &str = "23001";
 
 /// The service as a member of `flankfit_app`: it does everything, and may not change the trace.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -167,12 +212,22 @@ async fn the_service_has_no_right_to_change_the_trace() {
     store.forget_told(values.now(), values.now(), 10).await.unwrap();
 
     let mut service = PgConnection::connect(&url).await.unwrap();
-    for table in ["iterations", "nodes", "fits", "fit_choices", "decisions", "records"] {
-        for sql in [format!("DELETE FROM {table}"), format!("UPDATE {table} SET number = number")] {
-            let refused = service.execute(sqlx::raw_sql(AssertSqlSafe(sql))).await.unwrap_err();
-            let code = refused.as_database_error().and_then(|error| error.code()).map(|code| code.into_owned());
-            assert_eq!(code.as_deref(), Some("42501"), "{refused}");
-        }
+    let trace = ["iterations", "nodes", "fits", "fit_choices", "decisions", "records", "purges"];
+    let audit = ["audit", "audit_seals", "audit_sealed"];
+    let mut refused: Vec<(String, &str)> = Vec::new();
+    for table in trace.into_iter().chain(audit) {
+        let column = if table == "purges" { "reason" } else { "number" };
+        refused.push((format!("UPDATE {table} SET {column} = {column}"), NO_RIGHT));
+        refused.extend(["DELETE FROM", "TRUNCATE"].map(|how| (format!("{how} {table}"), NO_RIGHT)));
+    }
+    // a job that has nothing takes its events along, but no other
+    for (how, code) in [("UPDATE events SET kind = 'fit'", NO_RIGHT), ("DELETE FROM events", RESTRICTED)] {
+        refused.push((how.to_owned(), code));
+    }
+    for (sql, code) in refused {
+        let error = service.execute(sqlx::raw_sql(AssertSqlSafe(sql.clone()))).await.unwrap_err();
+        let told = error.as_database_error().and_then(|error| error.code()).map(|code| code.into_owned());
+        assert_eq!(told.as_deref(), Some(code), "{sql}: {error}");
     }
     store.close().await;
 }
