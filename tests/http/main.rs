@@ -25,6 +25,8 @@ mod fits;
 mod forms;
 mod gears;
 mod headers;
+#[path = "../store/heard.rs"]
+mod heard;
 mod jobs;
 mod left_out;
 mod limits;

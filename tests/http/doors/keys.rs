@@ -3,7 +3,8 @@
 use std::time::{Duration, Instant};
 
 use flankfit::{
-    config::Authentication,
+    app::App,
+    config::{Authentication, Digest, ServeSettings},
     http::AppState,
     jobs::{Caller, Clock, KeyDraft, Role, SystemClock, Tenant},
 };
@@ -14,6 +15,7 @@ use serde_json::{Value, json};
 use crate::{
     database::is_postgres,
     harness::{Answer, CURVE, TestApp, send},
+    heard::Heard,
     jobs::{events::Listener, socket},
     program::program,
 };
@@ -73,6 +75,33 @@ async fn a_server_asks_for_keys_once_there_is_one() {
         assert_eq!(send(app.get(path)).await.status, 200, "{path}");
     }
     app.stop().await;
+}
+
+/// Whoever opens a server to the network without a key is told so.
+#[tokio::test]
+async fn a_server_that_lets_everybody_in_warns_off_loopback() {
+    for (address, auth, keys, warns) in [
+        ("0.0.0.0:0", Authentication::Auto, 0, true),
+        ("0.0.0.0:0", Authentication::Off, 0, true),
+        ("127.0.0.1:0", Authentication::Auto, 0, false),
+        ("0.0.0.0:0", Authentication::Auto, 1, false),
+        ("0.0.0.0:0", Authentication::Required, 0, false),
+    ] {
+        let folder = tempfile::tempdir().unwrap();
+        let settings = ServeSettings {
+            bind: address.parse().unwrap(),
+            database_url: crate::database::in_file(&folder.path().join("test.db")),
+            workers: 1,
+            auth,
+            api_keys_sha256: vec![Digest([0; 32]); keys],
+            ..ServeSettings::default()
+        };
+        let (heard, _while_heard) = Heard::here();
+        let app = App::start(settings).await.unwrap();
+        let said = heard.take();
+        assert_eq!(said.contains("WARN") && said.contains("no key is asked for"), warns, "{address} {auth:?}: {said}");
+        drop(app);
+    }
 }
 
 #[tokio::test]

@@ -16,7 +16,7 @@ use flankfit::{
     config::{Authentication, ClientAuthentication, ServeSettings},
     jobs::{Caller, KeyDraft, Role, San, Tenant},
 };
-use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, DnType, IsCa, KeyPair};
+use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, DnType, IsCa, KeyPair, SanType};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::TcpStream,
@@ -65,8 +65,19 @@ impl Authority {
     }
 
     fn sign(&self, name: &str) -> Pair {
+        self.signed(CertificateParams::new([name.to_owned()]).unwrap())
+    }
+
+    /// For one that is named by a URI, as workloads are.
+    fn sign_uri(&self, uri: &str) -> Pair {
+        let mut params = CertificateParams::new(Vec::<String>::new()).unwrap();
+        params.subject_alt_names.push(SanType::URI(uri.try_into().unwrap()));
+        self.signed(params)
+    }
+
+    fn signed(&self, params: CertificateParams) -> Pair {
         let key = KeyPair::generate().unwrap();
-        let certificate = CertificateParams::new([name.to_owned()]).unwrap().signed_by(&key, &self.issuer).unwrap();
+        let certificate = params.signed_by(&key, &self.issuer).unwrap();
         Pair { certificate, key }
     }
 
@@ -306,36 +317,39 @@ async fn a_certificate_is_a_key() {
         settings.auth = Authentication::Required;
     })
     .await;
-    let (known, unknown) = (authority.sign("cell-7.example"), authority.sign("cell-8.example"));
+    let hosts = ["cell-7.example", "cell-8.example"].map(|name| authority.sign(name));
+    let workloads = ["spiffe://plant-7/cell/7", "spiffe://plant-7/cell/8"].map(|uri| authority.sign_uri(uri));
     let keys =
         app.state.jobs.keys_of(&Caller { tenant: Tenant::default(), actor: "test".into(), origin: Default::default() });
-    let draft = KeyDraft {
-        name: "cell 7".into(),
-        role: Some(Role::Reader),
-        scopes: Role::Reader.scopes(),
-        expires_at: None,
-        san: San::named("Cell-7.example"),
-    };
-    let (key, secret) = keys.create(draft, None).await.unwrap();
-    assert!(secret.is_none());
     let whoami = async |own: Option<&Pair>, more: &str| {
         let client = authority.client(&[&TLS13], own);
         let request = format!("GET /v1/whoami HTTP/1.1\r\nhost: localhost\r\n{more}connection: close\r\n\r\n");
         ask(&mut connect(&client, app.address).await.unwrap(), &request).await.unwrap()
     };
-    let told = whoami(Some(&known), "").await;
-    assert!(told.starts_with("HTTP/1.1 200") && told.contains(&format!("key-{}", key.id)), "{told}");
-    assert!(told.contains(r#""role":"reader""#), "{told}");
-    for (own, more, code) in [
-        (Some(&unknown), "", "unauthorized"),
-        (None, "", "unauthorized"),
-        // a key that is sent is what counts
-        (Some(&known), "x-api-key: wrong\r\n", "invalid_key"),
-    ] {
-        let told = whoami(own, more).await;
-        assert!(told.starts_with("HTTP/1.1 401") && told.contains(code), "{told}");
+    for (name, [known, unknown]) in [("Cell-7.example", hosts), ("spiffe://plant-7/cell/7", workloads)] {
+        let draft = KeyDraft {
+            name: name.to_owned(),
+            role: Some(Role::Reader),
+            scopes: Role::Reader.scopes(),
+            expires_at: None,
+            san: San::named(name),
+        };
+        let (key, secret) = keys.create(draft, None).await.unwrap();
+        assert!(secret.is_none());
+        let told = whoami(Some(&known), "").await;
+        assert!(told.starts_with("HTTP/1.1 200") && told.contains(&format!("key-{}", key.id)), "{told}");
+        assert!(told.contains(r#""role":"reader""#), "{told}");
+        for (own, more, code) in [
+            (Some(&unknown), "", "unauthorized"),
+            (None, "", "unauthorized"),
+            // a key that is sent is what counts
+            (Some(&known), "x-api-key: wrong\r\n", "invalid_key"),
+        ] {
+            let told = whoami(own, more).await;
+            assert!(told.starts_with("HTTP/1.1 401") && told.contains(code), "{told}");
+        }
+        keys.revoke(key.id).await.unwrap();
+        let told = whoami(Some(&known), "").await;
+        assert!(told.starts_with("HTTP/1.1 401") && told.contains("invalid_key"), "{told}");
     }
-    keys.revoke(key.id).await.unwrap();
-    let told = whoami(Some(&known), "").await;
-    assert!(told.starts_with("HTTP/1.1 401") && told.contains("invalid_key"), "{told}");
 }
