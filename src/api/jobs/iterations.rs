@@ -3,6 +3,7 @@
 //! Answers hold the stored answer of a fit byte for byte, so they are written by [`Object`]; the
 //! structs say what is written, for the OpenAPI document and for whoever reads it back.
 
+use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
@@ -21,7 +22,10 @@ use crate::{
         },
         measurand::axes::MeasurandBody,
     },
-    jobs::{FitRecord, FitSummary, Iteration, List, Measurand, MeasurementDetails, NewFit, NewIteration, Page, Stored},
+    jobs::{
+        Computed, Event, FitRecord, FitSummary, Iteration, List, Measurand, MeasurementDetails, NewFit, NewIteration,
+        Page, Stored,
+    },
 };
 
 /// What was posted of an iteration, and what it was given.
@@ -222,11 +226,18 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
 }
 
 fn details(object: &mut Object<'_>, of: &MeasurementDetails) {
-    object
-        .maybe("measured_at", of.measured_at.map(Moment))
-        .maybe("instrument", of.instrument.as_deref())
-        .maybe("operator", of.operator.as_deref())
-        .maybe("note", of.note.as_deref());
+    measured(object, of.measured_at, of.instrument.as_deref(), of.operator.as_deref());
+    object.maybe("note", of.note.as_deref());
+}
+
+/// When nodes were measured, with what and by whom, as an iteration, a list and the trace tell it.
+pub(super) fn measured(
+    object: &mut Object<'_>,
+    at: Option<Timestamp>,
+    instrument: Option<&str>,
+    operator: Option<&str>,
+) {
+    object.maybe("measured_at", at.map(Moment)).maybe("instrument", instrument).maybe("operator", operator);
 }
 
 /// What nodes are of, as an iteration, a stream and the trace tell it.
@@ -247,31 +258,38 @@ pub fn created_fit(fit: &NewFit) -> Vec<u8> {
 }
 
 fn new_fit(object: &mut Object<'_>, fit: &NewFit, chosen: bool) {
-    object
-        .field("id", &fit.id)
-        .field("chosen", &chosen)
-        .field("created_at", &Moment(fit.event.created_at))
-        .maybe("by", fit.event.by.as_deref())
-        .maybe("reason", fit.event.reason.as_deref())
-        .raw("spec", &fit.computed.spec)
-        .maybe_raw("figures", fit.computed.flank.as_deref())
-        .raw("result", &fit.computed.result);
+    let Computed { spec, result, flank, .. } = &fit.computed;
+    fit_in_full(object, fit.id, chosen, &fit.event, spec, flank.as_deref(), result);
 }
 
 /// A stored fit in full; `result` is its answer, perhaps with more than was asked for at first.
 pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
     let mut json = Json::with_capacity(512 + fit.spec.len() + result.len());
-    json.object()
-        .field("id", &fit.id)
-        .field("chosen", &fit.chosen)
-        .field("created_at", &Moment(fit.event.created_at))
-        .maybe("by", fit.event.by.as_deref())
-        .maybe("reason", fit.event.reason.as_deref())
-        .raw("spec", &fit.spec)
-        .maybe_raw("figures", fit.flank.as_deref())
-        .raw("result", result)
-        .end();
+    let mut object = json.object();
+    fit_in_full(&mut object, fit.id, fit.chosen, &fit.event, &fit.spec, fit.flank.as_deref(), result);
+    object.end();
     json.into_bytes()
+}
+
+/// The fields of [`IterationFitBody`].
+fn fit_in_full(
+    object: &mut Object<'_>,
+    id: Uuid,
+    chosen: bool,
+    event: &Event,
+    spec: &str,
+    flank: Option<&str>,
+    result: &str,
+) {
+    object
+        .field("id", &id)
+        .field("chosen", &chosen)
+        .field("created_at", &Moment(event.created_at))
+        .maybe("by", event.by.as_deref())
+        .maybe("reason", event.reason.as_deref())
+        .raw("spec", spec)
+        .maybe_raw("figures", flank)
+        .raw("result", result);
 }
 
 /// Some fits of an iteration.

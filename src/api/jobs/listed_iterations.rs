@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::{
     iteration_requests::DecisionName,
-    iterations::{FitSummaryBody, fit_summary, measurand},
+    iterations::{FitSummaryBody, fit_summary, measurand, measured},
 };
 use crate::{
     api::{
@@ -77,10 +77,8 @@ pub fn page(page: &Page<ListedIteration>) -> Vec<u8> {
 fn iteration(object: &mut Object<'_>, iteration: &ListedIteration) {
     object.field("number", &iteration.number).field("id", &iteration.id);
     measurand(object, &iteration.measurand);
+    measured(object, iteration.measured_at, iteration.instrument.as_deref(), iteration.operator.as_deref());
     object
-        .maybe("measured_at", iteration.measured_at.map(Moment))
-        .maybe("instrument", iteration.instrument.as_deref())
-        .maybe("operator", iteration.operator.as_deref())
         .field("created_at", &Moment(iteration.created_at))
         .maybe("decision", iteration.decision.map(|decision| decision.name()))
         .maybe("decided_by", iteration.decided_by.as_deref())

@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use super::{
     iteration_requests::DecisionName,
-    iterations::{FitSummaryBody, fit_summary, measurand},
+    iterations::{FitSummaryBody, fit_summary, measurand, measured},
     job::JobBody,
     records::RecordSummaryBody,
 };
@@ -161,10 +161,8 @@ pub fn trace(trace: Trace) -> Vec<u8> {
 fn iteration(object: &mut Object<'_>, iteration: &TracedIteration) {
     object.field("number", &iteration.number).field("id", &iteration.id);
     measurand(object, &iteration.measurand);
+    measured(object, iteration.measured_at, iteration.instrument.as_deref(), iteration.operator.as_deref());
     object
-        .maybe("measured_at", iteration.measured_at.map(Moment))
-        .maybe("instrument", iteration.instrument.as_deref())
-        .maybe("operator", iteration.operator.as_deref())
         .field("created_at", &Moment(iteration.created_at))
         .maybe("decision", iteration.decisions.last().map(|decision| decision.decision.name()))
         .list("fits", &iteration.fits, fit)

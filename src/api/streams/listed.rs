@@ -80,10 +80,6 @@ pub struct StreamNodesBody {
     pub iteration_number: Option<u32>,
 }
 
-fn state(stream: &Stream) -> &'static str {
-    if stream.iteration.is_some() { "finished" } else { "open" }
-}
-
 /// A page of streams.
 pub fn page(page: &Page<Stream>) -> Vec<u8> {
     let mut json = Json::with_capacity(64 + 512 * page.items.len());
@@ -92,7 +88,7 @@ pub fn page(page: &Page<Stream>) -> Vec<u8> {
             object.field("id", &stream.id);
             measurand(object, &stream.measurand);
             object
-                .field("state", &state(stream))
+                .field("state", &StreamStateName::of(stream))
                 .field("sequence", &stream.sequence)
                 .field("node_count", &stream.node_count)
                 .maybe("iteration_number", stream.iteration)
@@ -117,7 +113,7 @@ pub fn blocks(stream: &Stream, blocks: Vec<Block>) -> Result<Vec<u8>, Problem> {
             object.field("sequence", &sequence).raw("nodes", &nodes);
         })
         .field("sequence", &stream.sequence)
-        .field("state", &state(stream))
+        .field("state", &StreamStateName::of(stream))
         .maybe("iteration_number", stream.iteration)
         .end();
     json.finish().map_err(Problem::not_finite)

@@ -148,6 +148,12 @@ pub enum StreamStateName {
     Finished,
 }
 
+impl StreamStateName {
+    pub fn of(stream: &Stream) -> Self {
+        if stream.iteration.is_some() { StreamStateName::Finished } else { StreamStateName::Open }
+    }
+}
+
 /// Reads and checks a stream to open.
 pub fn read_stream(text: &[u8]) -> Result<StreamDraft, Problem> {
     let (spec, settings) = reader::read_refit::<StreamSettings>(text)?;
@@ -236,7 +242,7 @@ pub fn stream(stream: &Stream, estimate: Option<&EstimateText>) -> Vec<u8> {
     object.field("id", &stream.id).field("job_id", &stream.job_id);
     measurand(&mut object, &stream.measurand);
     object
-        .field("state", if stream.iteration.is_some() { &"finished" } else { &"open" })
+        .field("state", &StreamStateName::of(stream))
         .field("sequence", &stream.sequence)
         .field("node_count", &stream.node_count)
         .field("forgetting_factor", &stream.forgetting_factor)
