@@ -92,6 +92,19 @@ fn what_is_not_there_is_told_in_one_line() {
     assert!(!done && said.contains("localhost:8080"), "{said}");
 }
 
+/// What is said instead of a copy, of which it would be none.
+#[test]
+fn postgresql_is_backed_up_by_its_own_means() {
+    let directory = tempfile::tempdir().unwrap();
+    let copy = directory.path().join("copy.db");
+    let url = "postgres://owner:hidden@127.0.0.1:1/jobs";
+    let (done, said) = flankfit(&["backup", copy.to_str().unwrap(), "--database-url", url], &copy);
+    assert!(!done && !copy.exists());
+    let told = ["pg_basebackup", "write-ahead log", "point-in-time recovery", "pg_dump"];
+    assert!(told.iter().all(|part| said.contains(part)) && !said.contains("hidden"), "{said}");
+    assert_eq!(said.trim_end().lines().count(), 1, "{said}");
+}
+
 /// Says where it listens before it would go on; the test takes its life then.
 #[test]
 fn a_name_is_an_address_and_no_keys_are_no_fault() {
