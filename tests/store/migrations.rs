@@ -38,6 +38,7 @@ const RELEASED: &[(i64, &str)] = &[
     (24, "bcf13c03f7e620ce0e2f5dd69b6f8f9d"),
     (25, "8441d81c99ab36f9c0ccc4b9cdc4eeba"),
     (26, "b2d327fbd93f2efdddae6ec135769fa8"),
+    (27, "2bae9d513e0938acb341efa27a194b1e"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

@@ -37,7 +37,7 @@ pub struct EntryBody {
     /// The address that the request came from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peer: Option<String>,
-    /// SHA-256 of each row that was stored, by what it is.
+    /// SHA-256 of each row that was stored, by what it is; those of iterations with the `_salt`.
     pub contents: BTreeMap<String, String>,
     /// `stored`, `changed`, `deleted`, `purged`, or `found` where nothing was changed.
     pub outcome: String,

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use uuid::Uuid;
 
 use super::{
+    contents::{SALT, with_salt},
     entry::{Action, Chain, Entry, Head},
     found::{Found, Kind},
     layout::Sha256Digest,
@@ -53,7 +54,16 @@ pub enum Verdict {
 #[derive(Clone, Copy)]
 struct Told {
     digest: Sha256Digest,
+    /// What the digest of the row was salted with.
+    salt: Option<Sha256Digest>,
     by: u64,
+}
+
+impl Told {
+    /// Whether the row is the one that was told of.
+    fn is(&self, row: &Sha256Digest) -> bool {
+        self.digest == with_salt(self.salt.as_ref(), row)
+    }
 }
 
 /// Goes through a chain.
@@ -145,8 +155,9 @@ impl Verifier {
             self.streams.clear();
             self.blocks.clear();
         }
-        for (name, &digest) in entry.contents.iter() {
-            let told = Told { digest, by: entry.number };
+        let salt = entry.contents.get(SALT).copied();
+        for (name, &digest) in entry.contents.iter().filter(|(name, _)| *name != SALT) {
+            let told = Told { digest, salt: None, by: entry.number };
             let kind = match name {
                 "job" => {
                     self.job = Some(told);
@@ -198,7 +209,7 @@ impl Verifier {
                 "decision" => Kind::Decision,
                 _ => Kind::Record,
             };
-            self.rows.entry((place.iteration.unwrap_or(0), kind)).or_default().push(told);
+            self.rows.entry((place.iteration.unwrap_or(0), kind)).or_default().push(Told { salt, ..told });
         }
         if *entry.action == *Action::DeleteStream.name() {
             self.streams.retain(|id, _| Some(*id) != place.stream);
@@ -243,7 +254,7 @@ impl Verifier {
             let rows = found.rows(number, kind);
             // those that are older than the chain come first
             let before = self.older.map_or(0, |_| rows.len().saturating_sub(told.len()));
-            let differs = |(k, told): &(usize, &Told)| rows.get(before + k) != Some(&told.digest);
+            let differs = |(k, told): &(usize, &Told)| rows.get(before + k).is_none_or(|row| !told.is(row));
             faults.extend(told.iter().enumerate().find(differs).map(|(_, told)| told.by));
         }
         for (number, kind, rows) in found.iter() {

@@ -22,6 +22,8 @@ pub struct NewEntry {
 pub struct Growing {
     tenant: Tenant,
     chain: Uuid,
+    /// Whether a purge may take names out of its entries.
+    is_of_job: bool,
     head: Head,
     /// What is to be stored of it.
     pub new: Vec<NewEntry>,
@@ -31,7 +33,8 @@ impl Growing {
     /// The chain behind its last entry; before the first there is none.
     pub fn from(tenant: &Tenant, chain: Chain, head: Option<Head>) -> Self {
         let head = head.unwrap_or_else(|| Head::before(chain, tenant));
-        Growing { tenant: tenant.clone(), chain: chain.id(tenant), head, new: Vec::new() }
+        let is_of_job = matches!(chain, Chain::Job(_));
+        Growing { tenant: tenant.clone(), chain: chain.id(tenant), is_of_job, head, new: Vec::new() }
     }
 
     /// The chain of a job that is older than the entries: it begins with what was found.
@@ -56,7 +59,14 @@ impl Growing {
     }
 
     /// Adds an entry, which is stored with others.
-    pub fn enter(&mut self, by: By<'_>, prepared: Prepared, action: Action, target: String) -> NewEntry {
+    pub fn enter(&mut self, by: By<'_>, mut prepared: Prepared, action: Action, target: String) -> NewEntry {
+        if self.is_of_job {
+            match Contents::salt() {
+                Ok(salt) => prepared.contents = prepared.contents.salted(&salt),
+                // nothing is refused for what matters once the job is purged
+                Err(error) => tracing::error!(%error, "an entry of the audit has no salt"),
+            }
+        }
         let entry = self.head.append(by, prepared, action, target);
         NewEntry { tenant: self.tenant.clone(), chain: self.chain, entry }
     }

@@ -32,7 +32,7 @@ async fn a_job_tells_who_changed_what() {
         page.items.iter().all(|e| e.actor.as_deref() == Some("anonymous") && e.peer.as_deref() == Some("127.0.0.1"))
     );
     assert_eq!(page.items[2].request_id.as_deref(), Some("line-4/shift-2"));
-    assert!(page.items[1].contents.keys().eq(["choice", "fit", "iteration", "nodes"]));
+    assert!(page.items[1].contents.keys().eq(["_salt", "choice", "fit", "iteration", "nodes"]));
     assert!(page.items[1].contents.values().all(|digest| digest.len() == 64));
     // what is refused, and what changes nothing, is not entered
     app.delete(&job).await.problem(409, "conflict");

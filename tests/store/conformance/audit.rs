@@ -1,12 +1,13 @@
 //! Each change leaves one entry, linked to the one before it; what changes nothing leaves none.
 
-use std::sync::Arc;
+use std::{collections::BTreeSet, sync::Arc};
 
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewRun, Precondition, RecordKind, Repository,
     RepositoryError,
     audit::{Chain, Contents, Entry, Head},
 };
+use sha2::{Digest as _, Sha256};
 use tokio::task::JoinSet;
 use uuid::Uuid;
 
@@ -29,8 +30,17 @@ fn event(place: &Values) -> Event {
     Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() }
 }
 
+/// What there are digests of, behind the salt.
 fn names(contents: &Contents) -> Vec<&str> {
-    contents.iter().map(|(name, _)| name).collect()
+    let mut names: Vec<&str> = contents.iter().map(|(name, _)| name).collect();
+    assert_eq!(names.remove(0), "_salt");
+    names
+}
+
+/// Two digests behind their lengths.
+fn digest_of(salt: &[u8; 32], digest: &[u8; 32]) -> [u8; 32] {
+    let length = 32_u64.to_be_bytes();
+    Sha256::digest([&length[..], salt, &length, digest].concat()).into()
 }
 
 /// Every kind of write, and the entry that it left.
@@ -79,7 +89,11 @@ pub async fn each_change_leaves_one_entry(pair: &mut Pair) {
     let found = entries(&store, job.id).await;
     let found: Vec<_> = found.iter().map(|e| (&*e.action, e.target.clone(), names(&e.contents))).collect();
     assert_eq!(found, told);
-    assert_eq!(entries(&store, job.id).await[2].contents.get("fit"), Some(&first.fit.digest()));
+    let added = entries(&store, job.id).await.swap_remove(2).contents;
+    let salt = added.get("_salt").unwrap();
+    assert_eq!(added.get("fit"), Some(&digest_of(salt, &first.fit.digest())));
+    let salts: BTreeSet<_> = entries(&store, job.id).await.iter().map(|e| *e.contents.get("_salt").unwrap()).collect();
+    assert_eq!(salts.len(), told.len(), "each has its own");
     // a job that is gone leaves its chain; one stored with its iterations has an entry for each
     let empty = place.stored_job(&store).await.id;
     store.delete_job(empty, none).await.unwrap();

@@ -129,6 +129,7 @@ conformance! {
             the_order_is_that_of_storing_not_of_ids;
         purged_audit:
             what_was_purged_is_no_break,
+            names_cannot_be_tried_after_a_purge,
             what_is_changed_after_a_purge_is_found,
             a_purge_that_was_none_is_found;
         purges:

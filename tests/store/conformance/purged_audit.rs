@@ -1,8 +1,10 @@
 //! What the audit says of a purged job: that it is intact as it is, and what was changed since.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
-use flankfit::jobs::audit::{Action, Chain, Entry, Verdict, What, purge_digest};
+use flankfit::jobs::audit::{
+    Action, Chain, Entry, Verdict, What, choice_digest, decision_digest, iteration_digest, purge_digest,
+};
 
 use super::{
     pair::Pair,
@@ -23,13 +25,16 @@ pub async fn what_was_purged_is_no_break(pair: &mut Pair) {
     let (last, rest) = told.split_last().unwrap();
     assert_eq!(rest.len(), before.len());
     for (is, was) in rest.iter().zip(&before) {
-        // without who it was, and with the digest that tells it
+        // without who it was and without the salt, and with the digest that tells it
         assert!(is.is_nameless() && was.sha256 == was.digest());
-        assert_eq!(Entry { actor: was.actor.clone(), ..is.clone() }, *was);
+        assert_eq!(Entry { actor: was.actor.clone(), contents: was.contents.clone(), ..is.clone() }, *was);
+        assert!(was.contents.get("_salt").is_some());
+        assert!(is.contents.iter().eq(was.contents.iter().filter(|(name, _)| *name != "_salt")));
     }
     assert_eq!((&*last.action, &*last.outcome, &*last.actor), (Action::PurgeJob.name(), "purged", "test"));
     let names: BTreeMap<&str, _> = last.contents.iter().collect();
-    assert_eq!(names.keys().copied().collect::<Vec<_>>(), ["archive", "entries", "found", "job", "purge", "streams"]);
+    let wanted = ["_salt", "archive", "entries", "found", "job", "purge", "streams"];
+    assert_eq!(names.keys().copied().collect::<Vec<_>>(), wanted);
     assert_eq!(*names["archive"], purge.purge.archive_sha256);
     assert_eq!(*names["purge"], purge_digest(job, &purge.purge));
     let count = told.len() as u64;
@@ -40,6 +45,30 @@ pub async fn what_was_purged_is_no_break(pair: &mut Pair) {
     assert_eq!((own.len(), &*own[0].target, &*own[0].action), (1, &*last.target, "job.purge"));
     assert_eq!(own[0].contents.get(&format!("purge.{job}")), Some(&purge_digest(job, &purge.purge)));
     assert!(matches!(pair.store.verify_audit(Chain::Tenant).await.unwrap(), Verdict::Intact { entries: 1, .. }));
+}
+
+/// Who knows who it may have been, and what was decided when, finds out nothing by trying that
+/// against the digests that stay.
+pub async fn names_cannot_be_tried_after_a_purge(pair: &mut Pair) {
+    let job = filled(pair).await;
+    let actor = entries(pair, Chain::Job(job)).await[0].actor.clone();
+    let mut tried = BTreeSet::new();
+    for iteration in pair.store.trace(job, WHOLE).await.unwrap().iterations {
+        tried.extend(iteration.decisions.iter().map(decision_digest));
+        tried.extend(iteration.choices.iter().map(choice_digest));
+        let found = pair.store.iteration(job, iteration.number).await.unwrap();
+        let digest = iteration_digest(found.id, &found.measurand, &found.details, found.created_at);
+        assert!(found.details.operator.is_some() && tried.insert(digest));
+    }
+    // two iterations, three choices, a decision
+    assert_eq!(tried.len(), 6);
+    purged(pair, job).await;
+    let left = entries(pair, Chain::Job(job)).await;
+    for entry in &left[..left.len() - 1] {
+        assert_ne!(Entry { actor: actor.clone(), ..entry.clone() }.digest(), entry.sha256, "{}", entry.action);
+        let found = entry.contents.iter().find(|(_, digest)| tried.contains(*digest));
+        assert_eq!(found, None, "{}", entry.action);
+    }
 }
 
 /// Whoever changes anything of what is left is found; at the purge's number where it was there

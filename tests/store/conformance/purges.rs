@@ -393,6 +393,7 @@ pub async fn the_trace_loses_only_what_a_purge_takes(pair: &mut Pair) {
         "UPDATE records SET method = 'x'",
         "UPDATE audit SET actor = 'x'",
         "UPDATE audit SET actor = '', target = ''",
+        "UPDATE audit SET actor = '', contents = previous",
         "UPDATE purges SET reason = ''",
         "DELETE FROM purges",
         "DELETE FROM nodes",

@@ -1711,7 +1711,7 @@ export interface components {
             request_id?: string;
             /** @description The address that the request came from. */
             peer?: string;
-            /** @description SHA-256 of each row that was stored, by what it is. */
+            /** @description SHA-256 of each row that was stored, by what it is; those of iterations with the `_salt`. */
             contents: {
                 [key: string]: string;
             };
