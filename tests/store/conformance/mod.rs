@@ -92,6 +92,7 @@ conformance! {
             changed_entries_are_found_at_their_numbers,
             changed_rows_are_found_at_their_numbers,
             a_job_from_before_is_verified_too,
+            a_chain_that_began_without_salts_is_verified_too,
             long_results_are_guarded_too;
         blocks:
             the_last_estimate_stays_while_blocks_come,

@@ -4,13 +4,13 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewIteration, Precondition, RecordKind,
-    audit::{Chain, Verdict, What},
+    Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewIteration, Precondition, RecordKind, Tenant,
+    audit::{Chain, Head, Verdict, What, new_iteration},
 };
 use flankfit_engine::estimation::Nodes;
 use uuid::Uuid;
 
-use super::{audit::entries, pair::Pair};
+use super::{audit::entries, pair::Pair, purges::purged};
 use crate::support::{WHOLE, actor, nodes};
 
 /// An iteration whose fit and whose nodes are no others', by λ* and by how many nodes there are.
@@ -221,4 +221,40 @@ pub async fn a_job_from_before_is_verified_too(pair: &mut Pair) {
     assert_eq!(found(pair, job, "UPDATE fits SET rms = 0.5 WHERE lambda_star = 4.0").await, broken(3));
     assert_eq!(found(pair, job, "UPDATE nodes SET count = 99 WHERE count = 13").await, broken(2));
     assert_eq!(found(pair, job, "UPDATE fits SET rms = 0.5 WHERE lambda_star = 0.25").await, broken(1));
+}
+
+/// Entries from before there were salts have the digests themselves.
+pub async fn a_chain_that_began_without_salts_is_verified_too(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    let (first, _) = place.stored_iteration(&store, job).await;
+    place.stored_iteration(&store, job).await;
+    let mut told = entries(&store, job).await;
+    told[1].contents = new_iteration(&first);
+    let (mut head, mut sql) = (Head::before(Chain::Job(job), &Tenant::default()), String::new());
+    for entry in &mut told {
+        entry.previous = head.sha256;
+        entry.sha256 = entry.digest();
+        head = Head { number: entry.number, sha256: entry.sha256 };
+        let [contents, previous, sha256] =
+            [entry.contents.bytes(), &entry.previous, &entry.sha256].map(|bytes| pair.ground.literal(bytes));
+        sql += &format!(
+            "UPDATE audit SET contents = {contents}, previous = {previous}, sha256 = {sha256}
+             WHERE chain = {} AND number = {};",
+            pair.ground.id(job),
+            entry.number
+        );
+    }
+    pair.ground.intrude(sql).await;
+    let verify = async || store.verify_audit(Chain::Job(job)).await.unwrap();
+    assert_eq!(verify().await, Verdict::Intact { entries: 3, head: Some(head.sha256) });
+    for number in [1, 2] {
+        let sql = |note: &str| format!("UPDATE iterations SET note = {note} WHERE number = {number}");
+        pair.ground.intrude(format!("CREATE TABLE kept{number} AS SELECT note, number FROM iterations")).await;
+        pair.ground.intrude(sql("'another'")).await;
+        assert_eq!(verify().await, Verdict::Broken { number: number + 1, what: What::Content });
+        pair.ground.intrude(sql(&format!("(SELECT note FROM kept{number} WHERE number = {number})"))).await;
+    }
+    purged(pair, job).await;
+    assert!(matches!(verify().await, Verdict::Intact { entries: 4, .. }));
 }
