@@ -31,22 +31,24 @@ mod trace;
 mod upkeep;
 mod writers;
 
-/// Makes a test of each case on each store, and one that the cases leave nothing out.
+/// Makes a test of each case on each store, and one that the cases leave nothing out, which may
+/// have another ground of the store.
 macro_rules! conformance {
-    (stores: $($store:ident if $there:meta),+; cases: $cases:tt) => {
-        $(conformance!(@store $store $there, $cases);)+
+    (stores: $($store:ident and $ground:ident if $there:meta),+; cases: $cases:tt) => {
+        $(conformance!(@store $store $ground $there, $cases);)+
     };
-    (@store $store:ident $there:meta, { $($group:ident: $($case:ident),+;)+ }) => {
+    (@store $store:ident $ground:ident $there:meta, { $($group:ident: $($case:ident),+;)+ }) => {
         mod $store {
             use std::sync::Arc;
 
-            use super::{grounds::$store::$store, pair::Pair, recorder::Exercised};
+            use super::{grounds, pair::Pair, recorder::Exercised};
 
             $($(
                 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
                 #[cfg_attr(not($there), ignore = "there is no server of this kind")]
                 async fn $case() {
-                    super::$group::$case(&mut Pair::on($store().await, Arc::default()).await).await;
+                    let ground = grounds::$store::$store().await;
+                    super::$group::$case(&mut Pair::on(ground, Arc::default()).await).await;
                 }
             )+)+
 
@@ -56,7 +58,8 @@ macro_rules! conformance {
                 let exercised = Arc::<Exercised>::default();
                 $($(
                     Box::pin(async {
-                        super::$group::$case(&mut Pair::on($store().await, exercised.clone()).await).await;
+                        let ground = grounds::$store::$ground().await;
+                        super::$group::$case(&mut Pair::on(ground, exercised.clone()).await).await;
                     })
                     .await;
                 )+)+
@@ -67,7 +70,7 @@ macro_rules! conformance {
 }
 
 conformance! {
-    stores: sqlite if all(), postgres if not(without_postgres);
+    stores: sqlite and sqlite if all(), postgres and beside_the_next if not(without_postgres);
     cases: {
         answers:
             a_key_stores_once_and_its_answer_outlives_the_store,

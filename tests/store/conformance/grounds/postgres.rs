@@ -8,6 +8,7 @@ use flankfit::{
     store::{PostgresSettings, PostgresStore},
 };
 use sqlx::{AssertSqlSafe, Connection, PgConnection};
+use tokio::sync::OnceCell;
 use uuid::Uuid;
 
 use crate::{
@@ -25,6 +26,36 @@ pub struct Postgres {
 /// A new database.
 pub async fn postgres() -> Postgres {
     Postgres { url: Server::shared().database().await }
+}
+
+/// A migration that this version does not know: columns in every table, and a table.
+const NEXT: &str = "
+    DO $$ DECLARE every regclass; BEGIN
+        FOR every IN SELECT oid FROM pg_class
+            WHERE relkind IN ('r', 'p') AND NOT relispartition AND relnamespace = current_schema()::regnamespace
+                  AND relname <> '_sqlx_migrations'
+        LOOP
+            EXECUTE format('ALTER TABLE %s ADD of_the_next text, ADD counted bigint NOT NULL DEFAULT 0', every);
+        END LOOP;
+    END $$;
+    CREATE TABLE of_the_next_version (job uuid PRIMARY KEY, told text NOT NULL);
+    INSERT INTO _sqlx_migrations (version, description, success, checksum, execution_time)
+    VALUES (1000, 'the next version', true, '', 0)";
+
+/// One that the next version has been to, as while replicas are replaced one by one.
+pub async fn beside_the_next() -> Postgres {
+    static TEMPLATE: OnceCell<String> = OnceCell::const_new();
+    let server = Server::shared();
+    let template = TEMPLATE
+        .get_or_init(|| async {
+            let name = server.with_schema().await;
+            let mut db = PgConnection::connect(&server.url(&name)).await.unwrap();
+            sqlx::raw_sql(NEXT).execute(&mut db).await.unwrap();
+            db.close().await.unwrap();
+            name
+        })
+        .await;
+    Postgres { url: server.url(&server.copy_of(template).await) }
 }
 
 impl Postgres {
