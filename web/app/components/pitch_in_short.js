@@ -19,16 +19,20 @@ import { Within } from "./within.js";
 /** What limits are asked of; the rest stands where it is drawn. */
 const SHORT = /** @type {readonly string[]} */ (["f_p", "F_p", "F_r"]);
 
-/** Of the pitches that were kept last; nothing where there are none. @param {{ jobId: string, number: number, records: readonly RecordSummary[] }} props */
-export function PitchInShort({ jobId, number, records }) {
+/** The pitches that were kept last; none where there are none. @param {string} jobId @param {number} number @param {readonly RecordSummary[]} records */
+export function usePitch(jobId, number, records) {
   const id = records.findLast(({ kind }) => kind === "pitch")?.id;
   const record = useRecord(jobId, number, id);
-  if (id === undefined) return null;
+  return id === undefined ? undefined : record;
+}
+
+/** @param {{ jobId: string, number: number, pitch: NonNullable<ReturnType<typeof usePitch>> }} props */
+export function PitchInShort({ jobId, number, pitch }) {
   const to = hrefIf("/jobs/{job_id}/iterations/{number}/evaluation", { job_id: jobId, number });
   return html`<section class="panel" aria-labelledby="pitch">
     <header><h2 id="pitch">${t.title}</h2>${to && html`<a class="button small" href=${to}>${common.evaluation}</a>`}</header>
     ${loaded({
-      resource: record,
+      resource: pitch,
       lines: 3,
       children: (whole) => {
         const { result } = /** @type {JobRecord} */ (whole);

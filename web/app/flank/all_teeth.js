@@ -10,7 +10,7 @@ import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { dashOf, niceAbove, symmetricLimit } from "../lib/colour.js";
 import { query, setQuery } from "../navigation.js";
-import { h, html, useMemo } from "../../vendor/ui.js";
+import { h, html, useLayoutEffect, useMemo } from "../../vendor/ui.js";
 import { mapAxes } from "./axes.js";
 import { HeatMap } from "./heat_map.js";
 import { Legend } from "./legend.js";
@@ -33,10 +33,10 @@ const AXES = {
 export const MOST_RECORDS = 200;
 
 /**
- * @param {{ jobId: string, number: number, records: readonly string[], name: string, flipU: boolean, file: string }} props
- *   `records`: ids of the deviations that were kept, in the order of time
+ * @param {{ jobId: string, number: number, records: readonly string[], name: string, flipU: boolean, file: string,
+ *   onShown: () => void }} props `records`: ids of the deviations that were kept, in the order of time; `onShown`: all are there
  */
-export function AllTeeth({ jobId, number, records, name, flipU, file }) {
+export function AllTeeth({ jobId, number, records, name, flipU, file, onShown }) {
   const ids = records.slice(-MOST_RECORDS);
   const resource = useResource(`deviations ${jobId} ${number} ${ids.join(" ")}`, async (signal) => {
     /** @type {GearDeviations[]} */
@@ -50,6 +50,10 @@ export function AllTeeth({ jobId, number, records, name, flipU, file }) {
     }
     return { data: flanksOf(answers) };
   });
+  const there = resource.data !== undefined || resource.error !== undefined;
+  useLayoutEffect(() => {
+    if (there) onShown();
+  }, [there]);
   return loaded({
     resource,
     // what is below does not move into view and out again

@@ -5,7 +5,7 @@ import { useResource } from "../api/resource.js";
 import { Decision } from "../components/decision.js";
 import { FlankFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
-import { PitchInShort } from "../components/pitch_in_short.js";
+import { PitchInShort, usePitch } from "../components/pitch_in_short.js";
 import { Empty, loaded } from "../components/states.js";
 import { AllTeeth } from "../flank/all_teeth.js";
 import { FlankCurve } from "../flank/curve.js";
@@ -21,7 +21,7 @@ import { query, setQuery } from "../navigation.js";
 import { Facts } from "../components/figure.js";
 import { SelectField } from "../components/form.js";
 import { Failure, Skeleton } from "../components/states.js";
-import { Fragment, h, html } from "../../vendor/ui.js";
+import { Fragment, h, html, useCallback, useLayoutEffect, useRef, useState } from "../../vendor/ui.js";
 
 /** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../api/client.js").Schema<"TracedIteration">} TracedIteration */
@@ -29,6 +29,9 @@ import { Fragment, h, html } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 export const styles = ["iteration"];
+
+/** Layers of which the trace says whether there are any. */
+const OF_TRACE = /** @type {readonly string[]} */ (["difference", "predicted", "answered", "teeth"]);
 
 /** @param {{ params: Record<string, string> }} props */
 export default function IterationPage({ params }) {
@@ -51,6 +54,7 @@ export default function IterationPage({ params }) {
             job,
             iteration: data,
             traced: trace.data?.iterations ?? [],
+            told: trace.data !== undefined || trace.error !== undefined,
             resource: iteration,
             reread: trace.reload,
           }),
@@ -59,16 +63,20 @@ export default function IterationPage({ params }) {
 }
 
 /**
- * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], reread: () => void,
- *   resource: import("../api/resource.js").Resource<Iteration> }} props
+ * What stands below something that is on its way comes after it, so that nothing jumps.
+ * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], told: boolean, reread: () => void,
+ *   resource: import("../api/resource.js").Resource<Iteration> }} props `told`: the trace is there
  */
-function Whole({ job, iteration, traced, resource, reread }) {
+function Whole({ job, iteration, traced, told, resource, reread }) {
   const fit = iteration.fits.find(({ chosen }) => chosen);
   const standing = useFit(job.id, iteration.number, fit?.id);
   const own = traced.find(({ number }) => number === iteration.number);
   const decided = own?.decisions.at(-1);
+  const pitch = usePitch(job.id, iteration.number, own?.records ?? []);
+  const [mapped, setMapped] = useState(false);
+  const onMapped = useCallback(() => setMapped(true), []);
   return html`<div class="flank-page">
-    <div class="flank-main">${h(Layers, { job, iteration, traced, fitId: fit?.id, domain: standing.data?.result.domain })}</div>
+    <div class="flank-main">${h(Layers, { job, iteration, traced, told, fitId: fit?.id, domain: standing.data?.result.domain, onMapped })}</div>
     <div class="flank-beside">
       ${h(Decision, {
         iteration,
@@ -80,19 +88,26 @@ function Whole({ job, iteration, traced, resource, reread }) {
           reread();
         },
       })}
-      ${loaded({
-        resource: standing,
-        lines: 8,
-        children: ({ result }) =>
-          h(Fragment, null, h(FitFigures, { result, axes: iteration.axes }), h(Warnings, { result })),
-      })}
-      ${h(PitchInShort, { jobId: job.id, number: iteration.number, records: own?.records ?? [] })}
-      ${h(Measured, { iteration })}
+      ${
+        told
+          ? loaded({
+              resource: standing,
+              lines: 8,
+              children: ({ result }) =>
+                h(Fragment, null, h(FitFigures, { result, axes: iteration.axes }), h(Warnings, { result })),
+            })
+          : h(Skeleton, { lines: 8 })
+      }
+      ${told && settled(standing) && pitch && h(PitchInShort, { jobId: job.id, number: iteration.number, pitch })}
+      ${told && settled(standing) && (!pitch || settled(pitch)) && h(Measured, { iteration })}
     </div>
-    ${standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
-    ${standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes })}
+    ${mapped && standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
+    ${mapped && standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes })}
   </div>`;
 }
+
+/** @param {import("../api/resource.js").Resource<any>} resource */
+const settled = ({ data, error }) => data !== undefined || error !== undefined;
 
 /** @param {{ iteration: Iteration }} props */
 function Measured({ iteration }) {
@@ -113,10 +128,11 @@ function Measured({ iteration }) {
 }
 
 /**
- * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], fitId: string | undefined,
- *   domain: import("../api/client.js").Schema<"Domain"> | null | undefined }} props
+ * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], told: boolean, fitId: string | undefined,
+ *   domain: import("../api/client.js").Schema<"Domain"> | null | undefined, onMapped: () => void }} props
+ *   `onMapped`: the map is as high as it will be
  */
-function Layers({ job, iteration, traced, fitId, domain }) {
+function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
   const others = traced.filter(({ number }) => number !== iteration.number).map(({ number }) => number);
   const corrected = traced.some(
     ({ number, records }) => number === iteration.number && records?.some(({ kind }) => kind === "correction"),
@@ -136,6 +152,14 @@ function Layers({ job, iteration, traced, fitId, domain }) {
       (name !== "teeth" || teeth.length > 0 || layer === "teeth") &&
       (name !== "answered" || layer === "answered" || shown.answered || layer !== "predicted"),
   );
+  const loading = shown.loading || (!told && OF_TRACE.includes(layer));
+  const place = useRef(/** @type {HTMLDivElement | null} */ (null));
+  const height = useRef(0);
+  useLayoutEffect(() => {
+    if (loading) return;
+    height.current = place.current?.offsetHeight ?? 0;
+    if (layer !== "teeth") onMapped();
+  });
   const ofCorrection = layer === "predicted" || layer === "answered";
   const unit = ofCorrection ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
   const chooser = html`<div class="layer-choice">
@@ -169,7 +193,10 @@ function Layers({ job, iteration, traced, fitId, domain }) {
       name: common.iteration(iteration.number),
       flipU: job.gear?.internal === true,
       file: `${job.name}-${iteration.number}-${layer}`,
+      onShown: onMapped,
     });
+  } else if (loading && OF_TRACE.includes(layer)) {
+    content = h(Skeleton, { lines: 14 });
   } else if (nodes?.type === "curve") {
     content = h(FlankCurve, {
       nodes,
@@ -191,11 +218,11 @@ function Layers({ job, iteration, traced, fitId, domain }) {
       flipU: job.gear?.internal === true,
       file: `${job.name}-${iteration.number}-${layer}`,
     });
-  } else if (shown.loading) content = h(Skeleton, { lines: 14 });
+  } else if (loading) content = h(Skeleton, { lines: 14 });
   else if (failures.length === 0) content = h(Empty, { children: t.noLayer });
   return html`<section class="panel" aria-labelledby="map">
     <header><h2 id="map">${t.map}</h2>${chooser}</header>
-    ${failures}${content}
+    ${failures}<div ref=${place} style=${loading ? { minHeight: `${height.current}px` } : undefined}>${content}</div>
     ${layer === "difference" && !shown.exact && html`<p class="hint">${t.interpolated}</p>`}
     ${layer === "answered" && shown.correction?.answer && html`<p class="hint">${t.answeredBy(shown.correction.answer.iteration)}</p>`}
   </section>`;

@@ -110,6 +110,9 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
   const attempt = useAttempt(`fit ${path.job_id} ${path.number}`);
   const nodes = useNodes(path.job_id, path.number);
   const measured = nodes.data && kept(nodes.data);
+  // while nodes are on their way, what they were fitted over says whether there will be a map
+  const mapped =
+    nodes.data === undefined ? nodes.error === undefined && Boolean(result.domain?.v) : measured !== undefined;
   const many = iteration.node_count > FOLLOWED;
   const include = measured ? includedFor(shownLayer()) : [];
   const ask = async (
@@ -175,7 +178,7 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
       </section>
       ${h(FilterFactors, { result: shown, symbol })}
     </div>
-    ${measured && h(RefitMap, { measured, residuals: drawn?.residuals, axes: iteration.axes, flipU, refit: selection !== undefined, many })}
+    ${mapped && h(RefitMap, { measured, residuals: drawn?.residuals, axes: iteration.axes, flipU, refit: selection !== undefined, many })}
     ${result.lambda_curve && h(Curves, { curve: result.lambda_curve, result, standing, shown: selection && chosen, symbol, unit, onPick: (value) => show({ value }) })}
     ${result.ridge_trace && h(RidgeTrace, { points: result.ridge_trace, result, at: chosen })}
     ${h(Choices, { choices: result.regularization.choices, symbol, unit, standingBy: fit.chosen ? result.regularization.criterion : undefined, shownBy, onShow: (by) => show({ by }) })}

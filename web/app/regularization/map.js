@@ -31,15 +31,15 @@ export const shownLayer = () => (query.value.get("layer") === "fitted" ? "fitted
 export const includedFor = (layer) => [layer === "fitted" ? "fitted" : "residuals"];
 
 /**
- * @param {{ measured: import("../flank/surface.js").FlankSurface, residuals: Residuals | undefined, axes: import("../flank/axes.js").Axes | null | undefined,
- *   flipU: boolean, refit: boolean, many: boolean }} props `residuals`: of what is shown, once they are there; `many`: it follows when the
+ * @param {{ measured: import("../flank/surface.js").FlankSurface | undefined, residuals: Residuals | undefined, axes: import("../flank/axes.js").Axes | null | undefined,
+ *   flipU: boolean, refit: boolean, many: boolean }} props `measured`, `residuals`: of what is shown, once they are there; `many`: it follows when the
  *   slider is let go
  */
 export function RefitMap({ measured, residuals, axes, flipU, refit, many }) {
   const layer = shownLayer();
   const values = layer === "fitted" ? residuals?.fitted : residuals?.values;
   const surface = useMemo(
-    () => (values ? atNodes(measured, values, residuals?.node_indices) : undefined),
+    () => (measured && values ? atNodes(measured, values, residuals?.node_indices) : undefined),
     [measured, values],
   );
   const unit = heightUnit(axes) ?? common.callersUnit;
