@@ -65,12 +65,12 @@ function Lane({ plot, one, y, small }) {
 }
 
 /** What a strip shows, in words. @param {Drawn} one @param {readonly number[] | null | undefined} limits @param {string | undefined} unit */
-function said({ name, value, error, interval, bias, leastSquares }, limits, unit) {
+function said({ name, value, error, interval, intervalError, bias, leastSquares }, limits, unit) {
   const { value: write } = fmt;
   const behind = unit ? `\u202f${unit}` : "";
   const parts = [
     write.withError(value, error, unit),
-    interval && t.intervalFrom(write.interval(interval, error) + behind),
+    interval && t.intervalFrom(write.interval(interval, intervalError ?? error) + behind),
     finite(bias) && t.biasOf(write.significant(bias, 2) + behind),
     finite(leastSquares) && t.leastSquaresOf(write.deviation(leastSquares, unit, error) + behind),
     limits && t.limitsOf(write.interval(limits, 1) + behind),

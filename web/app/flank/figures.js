@@ -25,11 +25,11 @@ export function FitFigures({ result, axes }) {
   </section>`;
 }
 
-/** @param {{ result: FitResult, axes: Axes | null | undefined }} props */
-export function FitCoefficients({ result, axes }) {
+/** @param {{ result: FitResult, axes: Axes | null | undefined, level?: number | undefined }} props `level`: of the intervals */
+export function FitCoefficients({ result, axes, level }) {
   return html`<section class="panel figures-panel" aria-labelledby="coefficients">
     <h2 id="coefficients">${t.coefficients}</h2>
-    ${h(CoefficientTable, { result, axes, hideCaption: true })}
+    ${h(CoefficientTable, { result, axes, level, hideCaption: true })}
   </section>`;
 }
 
@@ -55,7 +55,7 @@ export function FitFacts({ result, axes }) {
 }
 
 /**
- * @param {{ result: FitResult, axes: Axes | null | undefined, level?: number, hideCaption?: boolean }} props `level`: of
+ * @param {{ result: FitResult, axes: Axes | null | undefined, level?: number | undefined, hideCaption?: boolean }} props `level`: of
  *   the intervals, which are shown where they were answered
  */
 export function CoefficientTable({ result, axes, level = 0.95, hideCaption = false }) {

@@ -6,6 +6,7 @@
  * @property {Maybe} value
  * @property {Maybe} [error] standard error
  * @property {readonly number[] | null | undefined} [interval]
+ * @property {Maybe} [intervalError] that of what the interval is of, where it is another: least squares
  * @property {Maybe} [bias] the most that the bias can be
  * @property {Maybe} [leastSquares]
  */
@@ -37,13 +38,15 @@ export function stripDomain(estimates, limits = []) {
 
 /**
  * A coefficient or a figure as the interface tells it.
- * @param {{ value: number, std_error?: Maybe, interval?: readonly number[] | null, bias_bound?: Maybe, least_squares?: Maybe }} told
+ * @param {{ value: number, std_error?: Maybe, interval?: readonly number[] | null, bias_bound?: Maybe, least_squares?: Maybe,
+ *   least_squares_std_error?: Maybe }} told
  * @returns {Estimate}
  */
-export const estimateOf = ({ value, std_error, interval, bias_bound, least_squares }) => ({
+export const estimateOf = ({ value, std_error, interval, bias_bound, least_squares, least_squares_std_error }) => ({
   value,
   error: std_error,
   interval,
+  intervalError: least_squares_std_error,
   bias: bias_bound,
   leastSquares: least_squares,
 });

@@ -102,7 +102,7 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
       ${told && settled(standing) && (!pitch || settled(pitch)) && h(Measured, { iteration })}
     </div>
     ${mapped && standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
-    ${mapped && standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes })}
+    ${mapped && standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes, level: standing.data.spec.level })}
   </div>`;
 }
 

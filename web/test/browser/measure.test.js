@@ -1,6 +1,7 @@
 // Measuring: what is dropped becomes an iteration, and what is refused stands at its place.
 
 import assert from "node:assert/strict";
+import { axisOf, drawnIn, near } from "./drawn.js";
 import { browserTest, example } from "./harness.js";
 
 /** @param {string} name @param {string} text */
@@ -39,12 +40,19 @@ browserTest(
     const { id } = await job();
     await open(`/jobs/${id}/measure`);
     const request = JSON.parse(await example("flank_z52.json"));
+    const { u, v } = request.nodes;
     request.nodes.z[3][7] = "n/a";
     await page.getByLabel("Note").fill("after the </script> first cut");
     await page.setInputFiles(picker, file("bad.json", JSON.stringify(request)));
     await page.getByText("One cell is no number:").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
     await page.locator('[data-faults="nodes"]', { hasText: "row 4, column 8" }).waitFor();
+    // and on the map, where the axes have that node
+    const map = page.locator(".measure-preview .heat-map");
+    const cross = map.locator(".map-crosshair circle");
+    const drawn = await drawnIn(map);
+    near(Number(await cross.getAttribute("cx")), axisOf(drawn.x, "linear")(v[7]), "column 8");
+    near(Number(await cross.getAttribute("cy")), axisOf(drawn.y, "linear")(u[3]), "row 4");
     assert.equal(await page.getByLabel("Note").inputValue(), "after the </script> first cut");
     await page.reload();
     await stands();

@@ -24,6 +24,20 @@ test("a lone value, and none, have a width too", () => {
 });
 
 test("the interface's names are taken over", () => {
-  const told = { value: 1, std_error: 2, interval: [0, 3], bias_bound: 4, least_squares: 5 };
-  assert.deepEqual(estimateOf(told), { value: 1, error: 2, interval: [0, 3], bias: 4, leastSquares: 5 });
+  const told = {
+    value: 1,
+    std_error: 2,
+    interval: [0, 3],
+    bias_bound: 4,
+    least_squares: 5,
+    least_squares_std_error: 6,
+  };
+  assert.deepEqual(estimateOf(told), {
+    value: 1,
+    error: 2,
+    interval: [0, 3],
+    intervalError: 6,
+    bias: 4,
+    leastSquares: 5,
+  });
 });
