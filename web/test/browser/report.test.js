@@ -1,62 +1,11 @@
 // The report: what is on paper, and that the first page is one page.
 
 import assert from "node:assert/strict";
-import { execFile } from "node:child_process";
-import path from "node:path";
-import { promisify } from "node:util";
 import { formats } from "../../app/lib/format.js";
 import { browserTest, example } from "./harness.js";
+import { holds, onPaper, printed, run, story } from "./paper.js";
 
 /** @typedef {import("./harness.js").World} World */
-
-const run = promisify(execFile);
-
-/**
- * The pages of what the browser prints, as text: runs of space are one.
- * @param {import("./harness.js").World} world
- */
-async function printed({ page, server }) {
-  const file = path.join(server.folder, "report.pdf");
-  await page.pdf({ path: file, preferCSSPageSize: true, printBackground: true });
-  const { stdout } = await run("pdftotext", ["-layout", file, "-"], { maxBuffer: 1 << 26 });
-  // a form feed ends each page
-  const pages = stdout.split("\f");
-  assert.equal(pages.pop(), "");
-  return { file, pages: pages.map((text) => text.replaceAll(/\s+/gu, " ")) };
-}
-
-/** Two iterations, a correction between them, decisions. @param {import("./harness.js").World} world @param {object} [change] of the job */
-async function story({ job, iteration, call }, change) {
-  const { id } = await job(change);
-  await iteration(id);
-  const at = `/v1/jobs/${id}/iterations`;
-  const kept = await call("POST", `${at}/1/fits`, JSON.parse(await example("requests/refit.json")));
-  await call("PUT", `${at}/1/chosen_fit`, { fit_id: kept.id, reason: "the error budget asks for it" });
-  await call("POST", `${at}/1/evaluations`, await example("requests/gear_evaluate.json"));
-  await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
-  await call("PATCH", `${at}/1`, { decision: "remachine", reason: "beyond class 5" });
-  await iteration(id, "flank_z52_remachined.json");
-  await call("PATCH", `${at}/2`, { decision: "accept", reason: "within the drawing" });
-  return id;
-}
-
-/** Fails where the first page is higher or wider than its paper. @param {import("./harness.js").World} world @param {string} lang */
-async function onPaper({ page }, lang) {
-  await page.emulateMedia({ media: "print" });
-  const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
-    const right = cover.getBoundingClientRect().right;
-    const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);
-    return [cover.scrollHeight - cover.clientHeight, Math.max(...cells) - right];
-  });
-  assert.ok((beyond ?? 1) <= 0, `${beyond} px too high in ${lang}`);
-  assert.ok((beside ?? 1) < 1, `${beside} px too wide in ${lang}`);
-  await page.emulateMedia({ media: null });
-}
-
-/** @param {readonly string[]} words @param {string} text */
-function holds(text, words) {
-  for (const word of words) assert.ok(text.includes(word.replaceAll(/\s+/gu, " ")), `${word}\nin\n${text}`);
-}
 
 browserTest("the first page stands alone, with the figures of the interface and the decision", {}, async (world) => {
   const { page, open, call } = world;
