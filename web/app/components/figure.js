@@ -6,11 +6,14 @@ import { html } from "../../vendor/ui.js";
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
 /**
- * A value to the second digit of its standard error.
+ * A value to the second digit of its standard error; where columns are narrow, the error below it.
  * @param {{ value: number | null | undefined, error?: number | null | undefined, unit?: string | undefined }} props
  */
 export function WithError({ value, error, unit }) {
-  return html`<span class="figure" translate="no">${fmt.value.withError(value, error, unit)}</span>`;
+  const text = fmt.value.withError(value, error, unit);
+  // of both with one power of ten the unit stands there
+  const at = text.indexOf(text.startsWith("(") ? "\u202f" : " ±");
+  return html`<span class="figure" translate="no">${at < 0 ? text : html`<span>${text.slice(0, at)}</span><span>${text.slice(at)}</span>`}</span>`;
 }
 
 /**

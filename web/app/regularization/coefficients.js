@@ -35,12 +35,16 @@ export function Coefficients({ before, after, axes, afterName, names }) {
       cell: ({ term }) =>
         html`<span class="term" translate="no">${termSign(term)}</span> ${h(Inseparable, { term, dependent })}`,
     },
-    estimateColumn(
-      "ls",
-      t.leastSquares,
-      (one) => ({ value: one.least_squares, std_error: one.least_squares_std_error }),
-      unit,
-    ),
+    {
+      ...estimateColumn(
+        "ls",
+        t.leastSquares,
+        (/** @type {Coefficient} */ one) => ({ value: one.least_squares, std_error: one.least_squares_std_error }),
+        unit,
+      ),
+      // beside a refit there is room for its mark alone
+      minor: !same,
+    },
     ...(same
       ? []
       : [estimateColumn("standing", t.standing, (/** @type {Coefficient} */ { term }) => standing.get(term), unit)]),
@@ -61,6 +65,7 @@ export function Coefficients({ before, after, axes, afterName, names }) {
       rows: after.coefficients,
       rowKey: ({ term }) => term,
       csvName: names,
+      stacked: true,
       note: h(StripLegend, { estimates: after.coefficients.map(estimateOf) }),
     })}
     ${h(Dependencies, { dependent })}

@@ -237,3 +237,30 @@ browserTest("keeping a refit that takes long is stopped without being stored", {
   const { fits } = await call("GET", `/v1/jobs/${id}/iterations/1`);
   assert.equal(fits.length, 1);
 });
+
+browserTest("tables fit a tablet, of the fit and of a refit beside it", {}, async (world) => {
+  const { page, open, job, iteration } = world;
+  const { id } = await job();
+  await iteration(id);
+  await open("/settings");
+  for (const language of ["en", "de"]) {
+    await page.evaluate(
+      (told) => localStorage.setItem("flankfit.settings", JSON.stringify({ language: told })),
+      language,
+    );
+    for (const query of ["", "?lambda=1e-4"]) {
+      await page.setViewportSize({ width: 768, height: 1024 });
+      await open(`/jobs/${id}/iterations/1/lambda${query}`);
+      for (const width of [768, 1024]) {
+        await page.setViewportSize({ width, height: 1024 });
+        const wide = await page
+          .locator(".table-scroll")
+          .evaluateAll((all) =>
+            all.filter((one) => one.scrollWidth > one.clientWidth).map((one) => one.getAttribute("aria-label")),
+          );
+        assert.deepEqual(wide, [], `${width} px, ${language}, ${query}`);
+        assert.equal(await page.locator(".table-scroll").count(), 3);
+      }
+    }
+  }
+});
