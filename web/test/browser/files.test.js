@@ -56,6 +56,9 @@ browserTest("curves of a tester become an iteration with its charts", {}, async 
     assert.ok(Math.abs(slope - 10) < 0.01, `${slope}`);
     await rows.filter({ hasText: "10.0" }).first().waitFor();
   }
+  // each trace of the file has its chart
+  for (const kind of ["Profiles", "Helices"])
+    assert.equal(await page.getByRole("img", { name: new RegExp(`^${kind}, Tooth 1`) }).count(), 3, kind);
 });
 
 browserTest("of a REXS model the gear is named, and its topography is a map", { statuses: [422] }, async (world) => {

@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
+import { rexsModel } from "./tester_files.js";
 
 browserTest("a job with a gear, whose derived data are the server's", {}, async ({ page, open, stands, call }) => {
   await open("/jobs");
@@ -63,34 +64,24 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).first().waitFor();
 });
 
-browserTest("a gear comes from a file", {}, async ({ page, open, call }) => {
+browserTest("a gear comes from a file that the program reads", {}, async ({ page, open, call, server }) => {
+  const form = new FormData();
+  form.append("file", new Blob([rexsModel()]), "gear.rexs");
+  const own = await (await fetch(`${server.url}/v1/gears/read`, { method: "POST", body: form })).json();
+  const [wheel, pinion] = own.gears;
   await open("/jobs/new");
-  const gear = { teeth: 31, normal_module_mm: 2.5, helix_angle_deg: 12.5, tool: { tip_radius_mm: 0.7 } };
-  await page.route("**/v1/gears/read", async (route) => {
-    assert.match(route.request().headers()["content-type"] ?? "", /^multipart\/form-data; boundary=/);
-    assert.match(route.request().postData() ?? "", /name="file"; filename="gear.rexs"/);
-    await route.fulfill({
-      json: {
-        format: "rexs",
-        gears: [
-          { id: "1", missing: ["z"] },
-          { id: "2", name: "pinion", gear },
-        ],
-        warnings: [],
-      },
-    });
-  });
   await page
     .getByLabel("Gear from a file")
-    .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from("<x/>") });
+    .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(rexsModel()) });
   await page.getByText("The file has 2 gears.").waitFor();
-  await page.getByText("Not complete there: z").waitFor();
+  assert.ok(pinion.missing.length > 0);
+  await page.getByText(`Not complete there: ${pinion.missing.join(", ")}`).waitFor();
   await page.getByRole("button", { name: "Take over" }).click();
-  assert.equal(await page.getByLabel("Helix angle").inputValue(), "12.5");
-  assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), "pinion");
+  assert.equal(await page.getByLabel("Teeth z").inputValue(), String(wheel.gear.teeth));
+  assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), wheel.name);
   await page.getByRole("button", { name: "Create the job" }).click();
-  await page.getByRole("heading", { name: "pinion" }).waitFor();
-  assert.deepEqual((await call("GET", "/v1/jobs")).items[0].gear, gear);
+  await page.getByRole("heading", { name: wheel.name }).waitFor();
+  assert.deepEqual((await call("GET", "/v1/jobs")).items[0].gear, wheel.gear);
 });
 
 browserTest("a repeated click or a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
