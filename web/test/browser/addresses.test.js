@@ -1,25 +1,10 @@
-// What is seen stands in the address: every deep link, loaded anew, shows the same.
+// What is chosen stands in the address; everywhere.test.js loads every page anew.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
-import { pageList } from "./pages.js";
 
 /** What a reader of the page has before them. @param {import("playwright-core").Page} page */
 const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
-
-browserTest("every page is the same after a reload, and by its address alone", {}, async (world) => {
-  const { page, open, stands, server } = world;
-  for (const { path } of (await pageList(world)).filter(({ open }) => !open)) {
-    await open(path);
-    const before = await seen(page);
-    const address = page.url();
-    assert.equal(address, server.url + path);
-    await page.reload();
-    await stands();
-    assert.equal(page.url(), address);
-    assert.equal(await seen(page), before, path);
-  }
-});
 
 browserTest("what was chosen on a page stands in its address", {}, async (world) => {
   const { page, open, stands, job, iteration, call } = world;

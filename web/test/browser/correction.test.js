@@ -133,7 +133,7 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
   ]);
 });
 
-browserTest("axe finds nothing in an open form", { axe: true }, async (world) => {
+browserTest("axe finds nothing in an open form", {}, async (world) => {
   const { page, open, job, iteration, call, accessible } = world;
   const { id } = await job();
   await iteration(id);

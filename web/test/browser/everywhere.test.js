@@ -1,90 +1,89 @@
 // What holds of every page: accessibility, languages, narrow screens, the keyboard.
 
 import assert from "node:assert/strict";
-import { browserTest } from "./harness.js";
-import { pageList, visit } from "./pages.js";
+import { asTables, graphics } from "./graphics.js";
+import { axeFinds, browserTest } from "./harness.js";
+import { jumped, pressed, resize, set, strays, watchShifts, wide } from "./looks.js";
+import { closes, opens, pageList, visit } from "./pages.js";
 
-/** What of axe's rules the colours of a theme decide. */
-const OF_COLOURS = ["color-contrast", "link-in-text-block"];
-/** Behind a number, whatever space parts them. */
-const UNITS = /(?<=[\d⁰¹²³⁴-⁹]\s)[mµ]m(\/mm[²³⁴-⁹]?)?(?![\p{L}/])/gu;
-const TABLET = { viewport: { width: 768, height: 1024 } };
+/** @typedef {import("./harness.js").World} World */
+/** @typedef {import("playwright-core").Page} Page */
 
-browserTest(
-  "axe finds nothing on any page, light and dark",
-  { settings: { theme: "light" }, axe: true },
-  async (world) => {
-    const { page, accessible } = world;
-    for (const listed of await pageList(world)) {
-      await visit(world, listed);
-      await accessible();
-      // the themes differ in nothing else
-      await page.evaluate(() => document.documentElement.setAttribute("data-theme", "dark"));
-      await accessible(OF_COLOURS);
-    }
-  },
-);
+/** A tablet is turned: both widths are of one. */
+const TABLETS = [1000, 768];
 
-browserTest(
-  "axe finds nothing on any page of a tablet",
-  { settings: { theme: "light" }, context: TABLET, axe: true },
-  async (world) => {
-    for (const listed of await pageList(world)) {
-      await visit(world, listed);
-      await world.accessible();
-    }
-  },
-);
+/** What a reader of the page has before them. @param {Page} page */
+const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
 
-for (const language of ["en", "de"]) {
-  const context = { viewport: { width: 360, height: 740 } };
-  browserTest(`nothing is wider than 360 px (${language})`, { context, settings: { language } }, async (world) => {
-    for (const listed of await pageList(world)) {
-      await visit(world, listed);
-      const [scrollWidth = 0, clientWidth = 0] = await world.page.evaluate(() => {
-        const { scrollWidth, clientWidth } = document.documentElement;
-        return [scrollWidth, clientWidth];
-      });
-      assert.ok(scrollWidth <= clientWidth, `${listed.name}: ${scrollWidth} in ${clientWidth}`);
-    }
-  });
+/**
+ * The faults of what is shown, by all that holds of pages and dialogs: window, theme and language are changed and set
+ * back. Each theme is looked at by axe, and each width: light on the desk, dark on a tablet.
+ * @param {World} world @param {string} [part] that axe looks at, by default the page
+ */
+async function looked(world, part) {
+  const { page } = world;
+  /** @type {string[]} */
+  const faults = [];
+  const add = (/** @type {string} */ where, /** @type {readonly string[]} */ found) =>
+    faults.push(...found.map((one) => `${where}: ${one}`));
+  add("axe, light", await axeFinds(page, part));
+  await set(world, { language: "pseudo" });
+  add("not of the tables", await strays(page));
+  await set(world, { language: "de" });
+  await resize(world, 360, 740);
+  add("360 px, de", await wide(page));
+  await set(world, { language: "en" });
+  add("360 px, en", await wide(page));
+  await set(world, { theme: "dark" });
+  for (const width of TABLETS) {
+    await resize(world, width, 1024);
+    const { small, count } = await pressed(page);
+    add(`less than 44 px at ${width} px`, small);
+    if (count <= 4) add(`${width} px`, [`only ${count} targets`]);
+  }
+  add("axe, dark, on a tablet", await axeFinds(page, part));
+  await set(world, { theme: "light" });
+  await resize(world, 1280, 800);
+  return faults;
 }
 
-browserTest("every text is of the tables", { settings: { language: "pseudo" } }, async (world) => {
+browserTest("every page stands, in each theme, language and width", { settings: { theme: "light" } }, async (world) => {
+  const { page, server, stands } = world;
+  /** @type {string[]} */
+  const faults = [];
+  await watchShifts(page);
+  let drawn = 0;
   for (const listed of await pageList(world)) {
-    await visit(world, listed);
-    const strays = await world.page.evaluate((units) => {
-      // texts within texts are marked twice; units are the same in every language
-      /** @type {(text: string) => string} */
-      const bare = (text) => {
-        const less = text.replaceAll(/⟦[^⟦⟧]*⟧/gu, "");
-        return less === text ? less.replaceAll(units, "") : bare(less);
-      };
-      const marked = (/** @type {string} */ text) => !/\p{L}/u.test(bare(text));
-      /** @type {string[]} */
-      const found = [];
-      const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
-      for (let node = walker.nextNode(); node; node = walker.nextNode()) {
-        const parent = node.parentElement;
-        if (!parent || parent.closest("[translate=no], [lang], script, noscript, style")) {
-          if (parent?.closest("[lang]") !== document.documentElement) continue;
-        }
-        if (parent?.closest("[translate=no], script, noscript, style")) continue;
-        // an option holds text alone: the name by which the interface knows it stands in brackets
-        const text = (node.textContent ?? "").replace(parent?.tagName === "OPTION" ? / \([a-z_]+\)$/ : "", "");
-        if (!marked(text)) found.push(`${parent?.tagName}: ${node.textContent}`);
-      }
-      for (const one of document.querySelectorAll("[aria-label], [title], [placeholder], [aria-valuetext]")) {
-        if (one.closest("[translate=no]")) continue;
-        for (const name of ["aria-label", "title", "placeholder"]) {
-          const text = one.getAttribute(name);
-          if (text && !marked(text) && text !== "flankfit") found.push(`${one.tagName} ${name}: ${text}`);
-        }
-      }
-      return found;
-    }, UNITS);
-    assert.deepEqual(strays, [], listed.name);
+    const add = (/** @type {readonly string[]} */ found, name = listed.name) =>
+      faults.push(...found.map((one) => `${name}: ${one}`));
+    const address = server.url + listed.path;
+    await world.open(listed.path);
+    add(await jumped(page));
+    if (listed.fill) await visit(world, listed);
+    const before = await seen(page);
+    if (page.url() !== address) add([`stands at ${page.url()}`]);
+    add(await looked(world));
+    // what is seen stands in the address
+    if (!listed.fill) {
+      await page.reload();
+      await stands();
+      if (page.url() !== address) add([`stands at ${page.url()} after a reload`]);
+    }
+    const after = await seen(page);
+    if (after !== before) add([`${before}\nis after a reload, or other languages and widths\n${after}`]);
+    for (const dialog of listed.dialogs ?? []) {
+      await opens(world, dialog);
+      add(await looked(world, "dialog[open]"), dialog.name);
+      await closes(world);
+    }
+    if (listed.name.startsWith("report")) continue;
+    const { faults: found, count } = await graphics(page);
+    add(found);
+    drawn += count;
+    await asTables(page);
   }
+  assert.deepEqual(faults, []);
+  assert.ok(drawn > 40, `${drawn} graphics`);
 });
 
 browserTest(

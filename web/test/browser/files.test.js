@@ -156,31 +156,35 @@ browserTest("the same file twice by one key is one iteration, over a reload too"
   assert.equal((await call("GET", `/v1/jobs/${id}/trace`)).iterations.length, 1);
 });
 
-browserTest("what takes long shows how far it is, and is stopped without being stored", {}, async (world) => {
-  const { page, open, job, call } = world;
-  const { id } = await job();
-  await open(`/jobs/${id}/measure`);
-  // a robust fit of many nodes begins from many starts
-  const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
-  const v = Array.from({ length: 120 }, (_, i) => 1 + i / 10);
-  const z = u.map((a) => v.map((b) => Number((Math.sin(a) + 0.1 * b * b + Math.sin(50 * a * b)).toFixed(4))));
-  const request = {
-    nodes: { type: "grid", u, v, z },
-    model: { type: "polynomial", degree: [8, 8] },
-    estimator: { type: "least_trimmed_squares" },
-  };
-  await page.setInputFiles(picker, file("long.json", JSON.stringify(request)));
-  await page.locator(".queue-entry canvas").waitFor();
-  await page.getByRole("button", { name: "Store as iteration" }).click();
-  const entry = page.locator(".queue-entry");
-  await entry.getByText(/^\d+\u202f%/).waitFor();
-  await entry.getByRole("button", { name: "Cancel" }).click();
-  await page.getByText("Stopped. Nothing has been stored.").waitFor();
-  await entry.getByText("not sent yet").waitFor();
-  const { items } = await call("GET", "/v1/operations");
-  assert.deepEqual(
-    items.map((/** @type {any} */ one) => one.state),
-    ["cancelled"],
-  );
-  assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
-});
+browserTest(
+  "what takes long shows how far it is, and is stopped without being stored",
+  { alone: true },
+  async (world) => {
+    const { page, open, job, call } = world;
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    // a robust fit of many nodes begins from many starts
+    const u = Array.from({ length: 150 }, (_, i) => 1 + i / 10);
+    const v = Array.from({ length: 120 }, (_, i) => 1 + i / 10);
+    const z = u.map((a) => v.map((b) => Number((Math.sin(a) + 0.1 * b * b + Math.sin(50 * a * b)).toFixed(4))));
+    const request = {
+      nodes: { type: "grid", u, v, z },
+      model: { type: "polynomial", degree: [8, 8] },
+      estimator: { type: "least_trimmed_squares" },
+    };
+    await page.setInputFiles(picker, file("long.json", JSON.stringify(request)));
+    await page.locator(".queue-entry canvas").waitFor();
+    await page.getByRole("button", { name: "Store as iteration" }).click();
+    const entry = page.locator(".queue-entry");
+    await entry.getByText(/^\d+\u202f%/).waitFor();
+    await entry.getByRole("button", { name: "Cancel" }).click();
+    await page.getByText("Stopped. Nothing has been stored.").waitFor();
+    await entry.getByText("not sent yet").waitFor();
+    const { items } = await call("GET", "/v1/operations");
+    assert.deepEqual(
+      items.map((/** @type {any} */ one) => one.state),
+      ["cancelled"],
+    );
+    assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
+  },
+);

@@ -149,29 +149,3 @@ browserTest("saved as an iteration of a job of the list", {}, async ({ page, ope
   assert.deepEqual([kept.node_count, kept.instrument, kept.flank], [135, "P40", "left"]);
   assert.equal(path.basename(flank), "flank_z52.json");
 });
-
-for (const [name, options] of /** @type {const} */ ([
-  ["light", { settings: { theme: "light" } }],
-  ["dark", { settings: { theme: "dark" } }],
-  ["768×1024", { context: { viewport: { width: 768, height: 1024 } } }],
-])) {
-  browserTest(`axe finds nothing once nodes are fitted, ${name}`, { ...options, axe: true }, async (world) => {
-    const { page, open, stands, job, accessible } = world;
-    await job();
-    await open("/fit");
-    await page.getByLabel("Drop a file here").setInputFiles(flank);
-    await page.getByRole("heading", { name: "Save as iteration" }).waitFor();
-    await stands();
-    await accessible();
-  });
-}
-
-browserTest("a fit is no wider than 360 px", { context: { viewport: { width: 360, height: 740 } } }, async (world) => {
-  const { page, open, stands } = world;
-  await open("/fit");
-  await page.getByLabel("Drop a file here").setInputFiles(flank);
-  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
-  await stands();
-  const wide = await page.evaluate(() => document.documentElement.scrollWidth - document.documentElement.clientWidth);
-  assert.ok(wide <= 0, `${wide} px too wide`);
-});

@@ -1,5 +1,5 @@
-// Browser tests: the real program on a port of its own with a new database for each test, the
-// system's Chromium, and watchers that fail a test where the page did what it must not.
+// Browser tests: the real program on a port of its own, the system's Chromium, and watchers that fail a test where the
+// page did what it must not. Tests of one process share a browser, and a server where they look at their own jobs alone.
 
 import assert from "node:assert/strict";
 import { spawn } from "node:child_process";
@@ -30,7 +30,32 @@ function program() {
 
 /** @type {import("playwright-core").Browser | undefined} */
 let browser;
-after(() => browser?.close());
+/** Of the tests that look at what they have made themselves. @type {Promise<Server> | undefined} */
+let shared;
+
+/** Ends what the tests of this process have shared. */
+export async function close() {
+  await browser?.close();
+  if (shared) await ended(await shared);
+}
+
+/** @param {Server} server */
+async function ended(server) {
+  await server.stop();
+  await rm(server.folder, { recursive: true, force: true });
+}
+
+// test/worker.js runs one file after another, and closes by itself
+if (!process.send) after(close);
+
+/** What to paint with: not by a GPU that is software too, where nobody looks at times. */
+const QUICK = ["--disable-gpu-compositing", "--disable-gpu-rasterization", "--disable-accelerated-2d-canvas"];
+let painting = QUICK;
+
+/** Paints as a browser does that is not told otherwise: for budgets. */
+export function asOnScreen() {
+  painting = [];
+}
 
 /** The first is the same engine without a window around each page, which costs more than most pages do. */
 const BROWSERS = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"].map(
@@ -42,7 +67,7 @@ async function chromiumBrowser() {
   assert.ok(executablePath, "no Chromium: web/setup, or say CHROMIUM");
   // headless Chromium has no WebGL without the first two; containers have little shared memory
   const webgl = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-  const args = [...webgl, "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB"];
+  const args = [...webgl, ...painting, "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB"];
   browser ??= await chromium.launch({ executablePath, args });
   return browser;
 }
@@ -132,9 +157,9 @@ function length(bytes) {
  * @property {readonly string[]} [serve] options of `flankfit serve`
  * @property {readonly number[]} [statuses] refusals that the test provokes: the browser's own lines about them are no fault
  * @property {boolean} [offline] the test takes the server away
+ * @property {boolean} [alone] the test counts what the server holds: it has one of its own
  * @property {ContextOptions} [context] of the browser
  * @property {{ language?: string, theme?: string, shortcuts?: boolean }} [settings] of the dashboard
- * @property {boolean} [axe] accessibility is looked at, for which the context has no policy (and no other test has that)
  */
 
 /**
@@ -147,16 +172,31 @@ function length(bytes) {
  * @property {(method: string, path: string, body?: unknown, headers?: Record<string, string>) => Promise<any>} call the interface
  * @property {(change?: object) => Promise<any>} job makes one of examples/requests/job.json
  * @property {(jobId: string, file?: string) => Promise<any>} iteration measures, by a file of examples/
- * @property {(rules?: readonly string[]) => Promise<void>} accessible fails where axe finds something; by default by all rules
+ * @property {() => Promise<void>} accessible fails where axe finds something
  */
 
+/** The tests of this process that have begun or wait. @type {Promise<unknown>[]} */
+const begun = [];
+/** @type {string[]} */
+const failed = [];
+
+/** Waits for all tests so far: how many there were, and the names of those that have failed. */
+export async function settled() {
+  const count = begun.length;
+  await Promise.all(begun.splice(0));
+  return { count, failed: failed.splice(0) };
+}
+
 /**
- * A test with a server and a page of its own.
+ * A test with a page of its own, and with a server of its own where it says what that is to be, takes it away or counts
+ * what it holds.
  * @param {string} name @param {Options} options @param {(world: World) => Promise<void>} body
  */
 export function browserTest(name, options, body) {
-  test(name, async () => {
-    const server = await serve(options.serve);
+  const own = options.serve !== undefined || options.offline === true || options.alone === true;
+  const whole = async () => {
+    shared ??= own ? undefined : serve();
+    const server = await (own ? serve(options.serve) : /** @type {Promise<Server>} */ (shared));
     try {
       compared ??= comparesFiles(server.url);
       await compared;
@@ -166,10 +206,18 @@ export function browserTest(name, options, body) {
         error.message += `\n--- server ---\n${server.log().split("\n").slice(-15).join("\n")}`;
       throw error;
     } finally {
-      await server.stop();
-      await rm(server.folder, { recursive: true, force: true });
+      if (own) await ended(server);
     }
-  });
+  };
+  const run = async () => {
+    try {
+      await whole();
+    } catch (error) {
+      failed.push(name);
+      throw error;
+    }
+  };
+  begun.push(test(name, run));
 }
 
 /** @param {Server} server @param {Options} options @param {(world: World) => Promise<void>} body */
@@ -178,7 +226,6 @@ export async function inBrowser(server, options, body) {
     viewport: { width: 1280, height: 800 },
     locale: "en-GB",
     timezoneId: "Europe/Berlin",
-    bypassCSP: options.axe ?? false,
     reducedMotion: "reduce",
     ...options.context,
   });
@@ -255,7 +302,7 @@ function world(page, server) {
       call("POST", "/v1/jobs", { ...JSON.parse(await example("requests/job.json")), ...change }),
     iteration: async (jobId, file = "flank_z52.json") =>
       call("POST", `/v1/jobs/${jobId}/iterations`, await example(file)),
-    accessible: (rules) => accessible(page, rules),
+    accessible: async () => assert.deepEqual(await axeFinds(page), [], "axe"),
     startAgain: async () => {
       const known = page.getByText("Not live since").waitFor({ state: "detached" });
       await server.start();
@@ -272,21 +319,24 @@ export function example(name) {
   return readFile(path.join(root, "examples", name), "utf8");
 }
 
-const ALL_RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+const RULES = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"];
+/** @type {Promise<string> | undefined} */
+let axe;
 
-/** @param {Page} page @param {readonly string[]} [rules] */
-async function accessible(page, rules) {
-  const script = path.join(web, "node_modules", "axe-core", "axe.min.js");
-  if (await page.evaluate(() => !("axe" in window))) await page.addScriptTag({ path: script });
-  /** @type {{ type: "rule" | "tag", values: readonly string[] }} */
-  const runOnly = rules ? { type: "rule", values: rules } : { type: "tag", values: ALL_RULES };
-  const found = await page.evaluate(async (only) => {
-    const { axe } = /** @type {any} */ (window);
-    const result = await axe.run(document, { runOnly: only, resultTypes: ["violations"] });
-    return result.violations.map(
-      (/** @type {any} */ one) =>
-        `${one.id}: ${one.help}\n  ${one.nodes.map((/** @type {any} */ node) => `${node.html} ${node.failureSummary}`).join("\n  ")}`,
-    );
-  }, runOnly);
-  assert.deepEqual(found, [], "axe");
+/** What axe finds of a page, or of a part of it. @param {Page} page @param {string} [part] */
+export async function axeFinds(page, part) {
+  axe ??= readFile(path.join(web, "node_modules", "axe-core", "axe.min.js"), "utf8");
+  // as the browser's own tools do, which the policy of the page does not bind
+  if (await page.evaluate(() => !("axe" in window))) await page.evaluate(await axe);
+  return page.evaluate(
+    async ([values, part]) => {
+      const { axe } = /** @type {any} */ (window);
+      const result = await axe.run(part ?? document, { runOnly: { type: "tag", values }, resultTypes: ["violations"] });
+      return result.violations.map(
+        (/** @type {any} */ one) =>
+          `${one.id}: ${one.help}\n  ${one.nodes.map((/** @type {any} */ node) => `${node.html} ${node.failureSummary}`).join("\n  ")}`,
+      );
+    },
+    /** @type {const} */ ([RULES, part]),
+  );
 }

@@ -58,7 +58,7 @@ browserTest("a gear changes, and fields go away", {}, async ({ page, open, job, 
   );
 });
 
-browserTest("only a job without iterations is deleted", {}, async ({ page, open, job, iteration }) => {
+browserTest("only a job without iterations is deleted", { alone: true }, async ({ page, open, job, iteration }) => {
   const kept = await job({ name: "kept" });
   await iteration(kept.id);
   await open(`/jobs/${kept.id}`);

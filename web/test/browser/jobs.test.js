@@ -4,14 +4,14 @@ import assert from "node:assert/strict";
 import { readFile } from "node:fs/promises";
 import { browserTest, example } from "./harness.js";
 
-browserTest("an empty list says what to do next", {}, async ({ page, open }) => {
+browserTest("an empty list says what to do next", { alone: true }, async ({ page, open }) => {
   await open("/");
   assert.equal(new URL(page.url()).pathname, "/jobs");
   await page.getByText("There is no job yet").waitFor();
   assert.equal(await page.title(), "Jobs – flankfit");
 });
 
-browserTest("names are text, in the page and in the file", {}, async ({ page, open, job }) => {
+browserTest("names are text, in the page and in the file", { alone: true }, async ({ page, open, job }) => {
   const name = '<img src=x onerror=alert(1)>"; =1+1';
   await job({ name, machine: "=cmd()", tags: { "</script>": "<b>x</b>" } });
   page.on("dialog", () => assert.fail("a script ran"));
@@ -31,7 +31,7 @@ browserTest("names are text, in the page and in the file", {}, async ({ page, op
 
 browserTest(
   "what became of the last iteration stands in the list",
-  {},
+  { alone: true },
   async ({ page, open, job, iteration, call }) => {
     const { id } = await job({ name: "measured" });
     await iteration(id);
@@ -77,54 +77,58 @@ browserTest(
   },
 );
 
-browserTest("a search follows what is typed, and says what to do where it finds nothing", {}, async (world) => {
-  const { page, open, stands, job } = world;
-  await job({ name: "Sun gear", part_number: "4711", tags: { cell: "B" } });
-  await job({ name: "Planet gear" });
-  await open("/jobs");
-  await page.keyboard.press("/");
-  await page.keyboard.type("SUN");
-  await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
-  await page.getByRole("link", { name: "Sun gear" }).waitFor();
-  assert.equal(await page.evaluate(() => document.activeElement?.getAttribute("type")), "search");
-  await page.waitForURL("**/jobs?q=SUN");
-  await page.reload();
-  await stands();
-  assert.equal(await page.getByLabel("Search").inputValue(), "SUN");
-  assert.equal(await page.locator("tbody tr").count(), 1);
-  await page.getByLabel("Search").fill("no such thing");
-  await page.getByText("No job matches this.").waitFor();
-  await page.getByRole("link", { name: "Show all jobs" }).click();
-  await page.getByRole("link", { name: "Planet gear" }).waitFor();
-  assert.equal(await page.getByLabel("Search").inputValue(), "");
-  await page.getByText("More filters").click();
-  await page.getByLabel("Part number").fill("4711");
-  await page.getByLabel("Tag").fill("cell:B");
-  const today = new Date().toLocaleDateString("sv", { timeZone: "Europe/Berlin" });
-  await page.getByLabel("Changed from").fill(today);
-  await page.getByLabel("Changed up to").fill("2020-01-01");
-  await page.getByText("This day is before the first.").waitFor();
-  await page.getByRole("button", { name: "Apply" }).click();
-  assert.ok(!page.url().includes("part="), "nothing is asked that cannot be");
-  await page.getByLabel("Changed up to").fill(today);
-  await page.getByRole("button", { name: "Apply" }).click();
-  await page.waitForURL(/part=4711&tag=cell%3AB/);
-  await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
-  await page.getByRole("link", { name: "Sun gear" }).waitFor();
-  await page.getByRole("button", { name: "Clear all filters" }).click();
-  await page.getByRole("link", { name: "Planet gear" }).waitFor();
-  await page.getByLabel("Sort by").selectOption("name");
-  await page.waitForURL(/sort=name/);
-  await stands();
-  assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
-  await page.getByRole("columnheader", { name: "Last change" }).getByRole("button").click();
-  await stands();
-  assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
-});
+browserTest(
+  "a search follows what is typed, and says what to do where it finds nothing",
+  { alone: true },
+  async (world) => {
+    const { page, open, stands, job } = world;
+    await job({ name: "Sun gear", part_number: "4711", tags: { cell: "B" } });
+    await job({ name: "Planet gear" });
+    await open("/jobs");
+    await page.keyboard.press("/");
+    await page.keyboard.type("SUN");
+    await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
+    await page.getByRole("link", { name: "Sun gear" }).waitFor();
+    assert.equal(await page.evaluate(() => document.activeElement?.getAttribute("type")), "search");
+    await page.waitForURL("**/jobs?q=SUN");
+    await page.reload();
+    await stands();
+    assert.equal(await page.getByLabel("Search").inputValue(), "SUN");
+    assert.equal(await page.locator("tbody tr").count(), 1);
+    await page.getByLabel("Search").fill("no such thing");
+    await page.getByText("No job matches this.").waitFor();
+    await page.getByRole("link", { name: "Show all jobs" }).click();
+    await page.getByRole("link", { name: "Planet gear" }).waitFor();
+    assert.equal(await page.getByLabel("Search").inputValue(), "");
+    await page.getByText("More filters").click();
+    await page.getByLabel("Part number").fill("4711");
+    await page.getByLabel("Tag").fill("cell:B");
+    const today = new Date().toLocaleDateString("sv", { timeZone: "Europe/Berlin" });
+    await page.getByLabel("Changed from").fill(today);
+    await page.getByLabel("Changed up to").fill("2020-01-01");
+    await page.getByText("This day is before the first.").waitFor();
+    await page.getByRole("button", { name: "Apply" }).click();
+    assert.ok(!page.url().includes("part="), "nothing is asked that cannot be");
+    await page.getByLabel("Changed up to").fill(today);
+    await page.getByRole("button", { name: "Apply" }).click();
+    await page.waitForURL(/part=4711&tag=cell%3AB/);
+    await page.getByRole("link", { name: "Planet gear" }).waitFor({ state: "detached" });
+    await page.getByRole("link", { name: "Sun gear" }).waitFor();
+    await page.getByRole("button", { name: "Clear all filters" }).click();
+    await page.getByRole("link", { name: "Planet gear" }).waitFor();
+    await page.getByLabel("Sort by").selectOption("name");
+    await page.waitForURL(/sort=name/);
+    await stands();
+    assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
+    await page.getByRole("columnheader", { name: "Last change" }).getByRole("button").click();
+    await stands();
+    assert.deepEqual(await page.locator("tbody th a").allTextContents(), ["Planet gear", "Sun gear"]);
+  },
+);
 
 browserTest(
   "what the server does not take of a filter stands at it",
-  { statuses: [422] },
+  { statuses: [422], alone: true },
   async ({ page, open, job }) => {
     await job();
     await open("/jobs?status=nonsense");
@@ -141,7 +145,7 @@ browserTest("a path that names nothing has a way back", { statuses: [404] }, asy
   assert.equal(response?.headers()["content-type"], "application/problem+json");
 });
 
-browserTest("the list is narrowed down to a class", { statuses: [422] }, async (world) => {
+browserTest("the list is narrowed down to a class", { statuses: [422], alone: true }, async (world) => {
   const { page, open, stands, job, iteration, call } = world;
   const { id } = await job({ name: "evaluated" });
   await iteration(id);

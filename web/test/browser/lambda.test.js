@@ -195,8 +195,9 @@ browserTest("of many nodes the map follows when the slider is let go", {}, async
   await page.getByText("not stored").waitFor();
   await stands();
   assert.deepEqual(asked, [[]], "no residuals while it moves");
+  const answered = page.waitForResponse((answer) => answer.url().endsWith("/preview"));
   await send("change");
-  await page.waitForResponse((answer) => answer.url().endsWith("/preview"));
+  await answered;
   await stands();
   assert.deepEqual(asked.at(-1), ["residuals"]);
   await page.locator('.lambda-map[data-refit="1"] [data-extremes]').waitFor();

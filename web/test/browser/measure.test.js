@@ -125,14 +125,3 @@ browserTest(
     assert.equal(iterations.length, 0);
   },
 );
-
-browserTest("nothing for axe to find", { axe: true }, async ({ page, open, job, accessible }) => {
-  const { id } = await job();
-  await open(`/jobs/${id}/measure`);
-  await page.setInputFiles(picker, file("flank.json", await example("flank_z52.json")));
-  await page.locator(".queue-entry canvas").waitFor();
-  await accessible();
-  await page.emulateMedia({ colorScheme: "dark" });
-  await page.setViewportSize({ width: 768, height: 1024 });
-  await accessible();
-});

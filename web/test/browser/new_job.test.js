@@ -4,34 +4,38 @@ import assert from "node:assert/strict";
 import { browserTest } from "./harness.js";
 import { rexsModel } from "./tester_files.js";
 
-browserTest("a job with a gear, whose derived data are the server's", {}, async ({ page, open, stands, call }) => {
-  await open("/jobs");
-  await page.getByRole("link", { name: "New job" }).first().click();
-  await page.getByRole("heading", { name: "New job" }).waitFor();
-  await page.getByLabel("Name", { exact: true }).fill("Pump gear");
-  await page.getByLabel("Machine").fill("grinder 3");
-  await page.getByLabel("Tags").fill("cell = B\nshift = early");
-  await page.getByLabel("Teeth z").fill("52");
-  await page.getByLabel("Normal module").fill("1");
-  await page.getByLabel("Profile shift").fill("0,011");
-  await page.getByLabel("Face width").fill("15");
-  const gear = { teeth: 52, normal_module_mm: 1, profile_shift_coefficient: 0.011, face_width_mm: 15 };
-  const geometry = await call("POST", "/v1/gears/geometry", { gear });
-  const derived = page.getByRole("region", { name: "What follows from it" });
-  await derived.getByText(`${geometry.base_diameter_mm.toFixed(3)} mm`).waitFor();
-  await derived.getByText(`${geometry.tip_diameter_mm.toFixed(3)} mm`, { exact: true }).waitFor();
-  await page.getByRole("button", { name: "Create the job" }).click();
-  await page.getByRole("heading", { name: "Pump gear" }).waitFor();
-  await stands();
-  const { items } = await call("GET", "/v1/jobs");
-  assert.equal(items.length, 1);
-  assert.deepEqual(items[0].gear, gear);
-  assert.deepEqual(items[0].tags, { cell: "B", shift: "early" });
-  assert.equal(new URL(page.url()).pathname, `/jobs/${items[0].id}`);
-  await page.getByText("Measure the flank").waitFor();
-});
+browserTest(
+  "a job with a gear, whose derived data are the server's",
+  { alone: true },
+  async ({ page, open, stands, call }) => {
+    await open("/jobs");
+    await page.getByRole("link", { name: "New job" }).first().click();
+    await page.getByRole("heading", { name: "New job" }).waitFor();
+    await page.getByLabel("Name", { exact: true }).fill("Pump gear");
+    await page.getByLabel("Machine").fill("grinder 3");
+    await page.getByLabel("Tags").fill("cell = B\nshift = early");
+    await page.getByLabel("Teeth z").fill("52");
+    await page.getByLabel("Normal module").fill("1");
+    await page.getByLabel("Profile shift").fill("0,011");
+    await page.getByLabel("Face width").fill("15");
+    const gear = { teeth: 52, normal_module_mm: 1, profile_shift_coefficient: 0.011, face_width_mm: 15 };
+    const geometry = await call("POST", "/v1/gears/geometry", { gear });
+    const derived = page.getByRole("region", { name: "What follows from it" });
+    await derived.getByText(`${geometry.base_diameter_mm.toFixed(3)} mm`).waitFor();
+    await derived.getByText(`${geometry.tip_diameter_mm.toFixed(3)} mm`, { exact: true }).waitFor();
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("heading", { name: "Pump gear" }).waitFor();
+    await stands();
+    const { items } = await call("GET", "/v1/jobs");
+    assert.equal(items.length, 1);
+    assert.deepEqual(items[0].gear, gear);
+    assert.deepEqual(items[0].tags, { cell: "B", shift: "early" });
+    assert.equal(new URL(page.url()).pathname, `/jobs/${items[0].id}`);
+    await page.getByText("Measure the flank").waitFor();
+  },
+);
 
-browserTest("a plain job needs a name only", {}, async ({ page, open, call }) => {
+browserTest("a plain job needs a name only", { alone: true }, async ({ page, open, call }) => {
   await open("/jobs/new");
   await page.getByLabel("With gear data").uncheck();
   await page.getByRole("button", { name: "Create the job" }).click();
@@ -64,7 +68,7 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).first().waitFor();
 });
 
-browserTest("a gear comes from a file that the program reads", {}, async ({ page, open, call, server }) => {
+browserTest("a gear comes from a file that the program reads", { alone: true }, async ({ page, open, call, server }) => {
   const form = new FormData();
   form.append("file", new Blob([rexsModel()]), "gear.rexs");
   const own = await (await fetch(`${server.url}/v1/gears/read`, { method: "POST", body: form })).json();

@@ -3,14 +3,33 @@
 import { example } from "./harness.js";
 
 /** @typedef {import("./harness.js").World} World */
-/** @typedef {{ name: string, path: string, open?: string }} Listed `open`: what opens a dialog there, in whatever language */
+/** @typedef {{ name: string, open: string }} Opened a dialog, and what opens it in whatever language */
+/**
+ * @typedef {object} Listed
+ * @property {string} name
+ * @property {string} path
+ * @property {(world: World) => Promise<void>} [fill] puts something on the page that no address can
+ * @property {readonly Opened[]} [dialogs]
+ */
 
-/** Goes to a page of the list, and opens its dialog. @param {World} world @param {Listed} listed */
-export async function visit({ page, open }, { path, open: opener }) {
-  await open(path);
-  if (!opener) return;
-  await page.locator(opener).click();
+/** Goes to a page of the list. @param {World} world @param {Listed} listed */
+export async function visit(world, { path, fill }) {
+  await world.open(path);
+  if (!fill) return;
+  await fill(world);
+  await world.stands();
+}
+
+/** Opens a dialog of the page that is shown. @param {World} world @param {Opened} dialog */
+export async function opens({ page }, { open }) {
+  await page.locator(open).click();
   await page.locator("dialog[open]").waitFor();
+}
+
+/** Closes it. @param {World} world */
+export async function closes({ page }) {
+  await page.keyboard.press("Escape");
+  await page.locator("dialog[open]").waitFor({ state: "detached" });
 }
 
 /** @param {World} world @returns {Promise<Listed[]>} */
@@ -40,31 +59,66 @@ export async function pageList({ job, iteration, call }) {
   const empty = await job({ name: "Sun gear, hobbed", gear: undefined, tags: {} });
   const stream = await call("POST", `/v1/jobs/${id}/streams`, await example("requests/stream.json"));
   await call("POST", `/v1/streams/${stream.id}/nodes`, await example("requests/stream_block.json"));
+  const flank = JSON.parse(await example("flank_z52.json"));
+  const weights = await job({ name: "robust" });
+  const loss = { type: "m_estimator", loss: "huber" };
+  await call("POST", `/v1/jobs/${weights.id}/iterations`, { ...flank, estimator: loss });
+  const file = { name: "flank.json", mimeType: "application/json", buffer: Buffer.from(JSON.stringify(flank)) };
+  const first = `/jobs/${id}/iterations/1`;
+  const edit = ".page-head .actions .button";
   return [
     { name: "jobs", path: "/jobs" },
     { name: "new-job", path: "/jobs/new" },
-    { name: "job", path: `/jobs/${id}` },
-    { name: "job-empty", path: `/jobs/${empty.id}` },
-    { name: "iteration", path: `/jobs/${id}/iterations/1?contours=1` },
+    { name: "job", path: `/jobs/${id}`, dialogs: [{ name: "edit-job", open: edit }] },
+    {
+      name: "job-empty",
+      path: `/jobs/${empty.id}`,
+      dialogs: [{ name: "delete-job", open: `${edit}:nth-of-type(2)` }],
+    },
+    {
+      name: "iteration",
+      path: `${first}?contours=1&lines=1&at=8.742%2C7.5`,
+      dialogs: [{ name: "decide", open: ".flank-beside .button.danger" }],
+    },
+    { name: "in-space", path: `/jobs/${weights.id}/iterations/1?space=1` },
     { name: "all-teeth", path: `/jobs/${round.id}/iterations/1?layer=teeth` },
-    { name: "measure", path: `/jobs/${id}/measure` },
-    { name: "lambda", path: `/jobs/${id}/iterations/1/lambda?by=discrepancy` },
-    { name: "evaluation", path: `/jobs/${id}/iterations/1/evaluation` },
+    { name: "measure-empty", path: `/jobs/${id}/measure` },
+    {
+      name: "measure",
+      path: `/jobs/${id}/measure`,
+      fill: async ({ page }) => {
+        await page.setInputFiles("#measure-files", file);
+        await page.locator(".queue-entry canvas").waitFor();
+      },
+    },
+    {
+      name: "lambda",
+      path: `${first}/lambda?by=discrepancy`,
+      dialogs: [{ name: "keep", open: ".lambda-shown .button.primary" }],
+    },
+    { name: "evaluation", path: `${first}/evaluation` },
     { name: "evaluation-empty", path: `/jobs/${id}/iterations/2/evaluation` },
-    { name: "correction", path: `/jobs/${id}/iterations/1/correction` },
+    { name: "correction", path: `${first}/correction` },
     { name: "correction-empty", path: `/jobs/${id}/iterations/2/correction` },
-    { name: "stream", path: `/jobs/${id}/streams/${stream.id}` },
+    {
+      name: "stream",
+      path: `/jobs/${id}/streams/${stream.id}`,
+      dialogs: [{ name: "finish-stream", open: ".panel .button.primary" }],
+    },
     { name: "fit-empty", path: "/fit" },
+    {
+      name: "fit",
+      path: "/fit",
+      fill: async ({ page }) => {
+        await page.locator("main input[type=file]").first().setInputFiles(file);
+        await page.locator(".facts").first().waitFor();
+      },
+    },
     { name: "trace", path: `/jobs/${id}/trace` },
     { name: "report", path: `/jobs/${id}/report` },
     { name: "report-empty", path: `/jobs/${empty.id}/report` },
-    { name: "statistics", path: `/jobs/${id}/iterations/1/statistics?direction=1` },
-    { name: "settings", path: "/settings" },
-    { name: "edit-job", path: `/jobs/${id}`, open: ".page-head .actions .button" },
-    { name: "delete-job", path: `/jobs/${empty.id}`, open: ".page-head .actions .button:nth-of-type(2)" },
-    { name: "decide", path: `/jobs/${id}/iterations/1`, open: ".flank-beside .button.danger" },
-    { name: "keep", path: `/jobs/${id}/iterations/1/lambda?by=gcv`, open: ".lambda-shown .button.primary" },
-    { name: "finish-stream", path: `/jobs/${id}/streams/${stream.id}`, open: ".panel .button.primary" },
-    { name: "enter-key", path: "/settings", open: "[aria-labelledby=access] .button" },
+    { name: "statistics", path: `${first}/statistics?direction=1` },
+    { name: "weights", path: `/jobs/${weights.id}/iterations/1/statistics` },
+    { name: "settings", path: "/settings", dialogs: [{ name: "enter-key", open: "[aria-labelledby=access] .button" }] },
   ];
 }

@@ -140,7 +140,7 @@ browserTest(
 
 browserTest(
   "what a busy server has put off is sent again, under the same key, a few times",
-  { statuses: [503] },
+  { statuses: [503], alone: true },
   async (world) => {
     const { page, open, call } = world;
     await page.clock.install();

@@ -330,16 +330,14 @@ browserTest("an iteration tells its pitches in short, and leads to them", {}, as
   assert.equal(await short.count(), 0, "an iteration without pitches says nothing of them");
 });
 
-browserTest("axe finds nothing in a report, in German too", { axe: true }, async (world) => {
+browserTest("axe finds nothing in a German report with all its parts", {}, async (world) => {
   const id = await story(world);
   const at = `/v1/jobs/${id}/iterations/2`;
   await world.call("POST", `${at}/evaluations`, await example("requests/gear_evaluate.json"));
   await world.call("POST", `${at}/pitch`, JSON.parse(await example("requests/iteration_pitch.json")));
   await world.call("POST", `${at}/correction`, JSON.parse(await example("requests/iteration_correction.json")));
-  for (const lang of ["en", "de"]) {
-    await world.open(`/jobs/${id}/report?lang=${lang}`);
-    await world.accessible();
-  }
+  await world.open(`/jobs/${id}/report?lang=de`);
+  await world.accessible();
 });
 
 browserTest("a job without a measurement has nothing to report yet", {}, async ({ page, open, job }) => {

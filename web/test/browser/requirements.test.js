@@ -88,7 +88,7 @@ browserTest(
   },
 );
 
-browserTest("a new job brings its requirements", {}, async ({ page, open, call }) => {
+browserTest("a new job brings its requirements", { alone: true }, async ({ page, open, call }) => {
   await open("/jobs/new");
   await page.getByLabel("Name").fill("with limits");
   await page.getByLabel("With gear data").uncheck();
@@ -101,96 +101,104 @@ browserTest("a new job brings its requirements", {}, async ({ page, open, call }
   assert.deepEqual(stored.requirements, { tolerance_limits: { profile_crowning_um: [1, 6] } });
 });
 
-browserTest("figures of fits are the interface's on every page, against their limits", {}, async (world) => {
-  const { page, open, job, iteration, call } = world;
-  const { id } = await job({ requirements: await asked() });
-  await iteration(id);
-  await iteration(id, "flank_z52_remachined.json");
-  const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
-  const all = iterations.map((/** @type {any} */ one) => one.fits[0].figures);
-  assert.equal(all[0].profile_slope_um.within, false, "the first iteration is beyond a limit");
+browserTest(
+  "figures of fits are the interface's on every page, against their limits",
+  { alone: true },
+  async (world) => {
+    const { page, open, job, iteration, call } = world;
+    const { id } = await job({ requirements: await asked() });
+    await iteration(id);
+    await iteration(id, "flank_z52_remachined.json");
+    const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+    const all = iterations.map((/** @type {any} */ one) => one.fits[0].figures);
+    assert.equal(all[0].profile_slope_um.within, false, "the first iteration is beyond a limit");
 
-  await open(`/jobs/${id}`);
-  const rows = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
-  for (const [i, figures] of all.entries())
+    await open(`/jobs/${id}`);
+    const rows = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
+    for (const [i, figures] of all.entries())
+      for (const [k, name] of NAMES.entries()) {
+        const text = await rows.nth(i).locator("td .cell").nth(k).textContent();
+        const { value, std_error, within } = figures[`${name}_um`];
+        agrees(text, value, std_error);
+        assert.ok(text?.includes(within ? "within the limits" : "outside the limits"), text ?? "");
+      }
     for (const [k, name] of NAMES.entries()) {
-      const text = await rows.nth(i).locator("td .cell").nth(k).textContent();
-      const { value, std_error, within } = figures[`${name}_um`];
-      agrees(text, value, std_error);
-      assert.ok(text?.includes(within ? "within the limits" : "outside the limits"), text ?? "");
+      const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
+      assert.equal(await rows.nth(2).locator("td .cell").nth(k).textContent(), limits);
     }
-  for (const [k, name] of NAMES.entries()) {
-    const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
-    assert.equal(await rows.nth(2).locator("td .cell").nth(k).textContent(), limits);
-  }
-  // nodes over less than the whole width have their share of a limit: both stand there, with the reason
-  assert.notDeepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
-  await rows.nth(2).getByText("Limits that decided").waitFor();
-  await rows.nth(3).getByText("Limits asked for").waitFor();
-  assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−6 … 2", "–", "–", "–"]);
-  await page.getByText("what the nodes span has its share of them").waitFor();
+    // nodes over less than the whole width have their share of a limit: both stand there, with the reason
+    assert.notDeepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
+    await rows.nth(2).getByText("Limits that decided").waitFor();
+    await rows.nth(3).getByText("Limits asked for").waitFor();
+    assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−6 … 2", "–", "–", "–"]);
+    await page.getByText("what the nodes span has its share of them").waitFor();
 
-  await open(`/jobs/${id}/iterations/1`);
-  const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
-  const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
-  for (const [k, name] of NAMES.entries()) {
-    const { value, std_error, interval, bias_bound, conformity } = all[0][`${name}_um`];
-    const cells = await own.nth(k).locator("td .cell").allTextContents();
-    agrees(cells[0], value, std_error);
-    agrees(cells[1], interval[0], interval[1]);
-    agrees(cells[2], bias_bound);
-    const limits = conformity.limits_um.join(" … ").replaceAll("-", "−");
-    assert.equal(cells[3]?.trim(), limits + words[/** @type {"conforms"} */ (conformity.decision)]);
-  }
+    await open(`/jobs/${id}/iterations/1`);
+    const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
+    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+    for (const [k, name] of NAMES.entries()) {
+      const { value, std_error, interval, bias_bound, conformity } = all[0][`${name}_um`];
+      const cells = await own.nth(k).locator("td .cell").allTextContents();
+      agrees(cells[0], value, std_error);
+      agrees(cells[1], interval[0], interval[1]);
+      agrees(cells[2], bias_bound);
+      const limits = conformity.limits_um.join(" … ").replaceAll("-", "−");
+      assert.equal(cells[3]?.trim(), limits + words[/** @type {"conforms"} */ (conformity.decision)]);
+    }
 
-  await open(`/jobs/${id}/trace`);
-  const told = page.locator(".figures-short").first().locator("dd");
-  for (const [k, name] of NAMES.entries()) {
-    const { value, std_error } = all[0][`${name}_um`];
-    agrees(await told.nth(k).textContent(), value, std_error);
-  }
+    await open(`/jobs/${id}/trace`);
+    const told = page.locator(".figures-short").first().locator("dd");
+    for (const [k, name] of NAMES.entries()) {
+      const { value, std_error } = all[0][`${name}_um`];
+      agrees(await told.nth(k).textContent(), value, std_error);
+    }
 
-  await open("/jobs");
-  const { items } = await call("GET", "/v1/jobs");
-  const flank = page.getByRole("img", { name: /^Left flank by its figures/ });
-  const said = (await flank.getAttribute("aria-label")) ?? "";
-  for (const [k, name] of NAMES.entries())
-    agrees(said.split(", ")[k]?.split(" ").at(-1), items[0].figures[`${name}_um`]);
-  const painted = await flank.evaluate((canvas) => {
-    const { width, height } = /** @type {HTMLCanvasElement} */ (canvas);
-    const { data } = /** @type {CanvasRenderingContext2D} */ (
-      /** @type {HTMLCanvasElement} */ (canvas).getContext("2d")
-    ).getImageData(0, 0, width, height);
-    return {
-      colours: new Set(Array.from({ length: width * height }, (_, i) => data.slice(4 * i, 4 * i + 3).join())).size,
-      alpha: data[3],
-    };
-  });
-  assert.ok(painted.colours > 20 && painted.alpha === 255, JSON.stringify(painted));
-});
+    await open("/jobs");
+    const { items } = await call("GET", "/v1/jobs");
+    const flank = page.getByRole("img", { name: /^Left flank by its figures/ });
+    const said = (await flank.getAttribute("aria-label")) ?? "";
+    for (const [k, name] of NAMES.entries())
+      agrees(said.split(", ")[k]?.split(" ").at(-1), items[0].figures[`${name}_um`]);
+    const painted = await flank.evaluate((canvas) => {
+      const { width, height } = /** @type {HTMLCanvasElement} */ (canvas);
+      const { data } = /** @type {CanvasRenderingContext2D} */ (
+        /** @type {HTMLCanvasElement} */ (canvas).getContext("2d")
+      ).getImageData(0, 0, width, height);
+      return {
+        colours: new Set(Array.from({ length: width * height }, (_, i) => data.slice(4 * i, 4 * i + 3).join())).size,
+        alpha: data[3],
+      };
+    });
+    assert.ok(painted.colours > 20 && painted.alpha === 255, JSON.stringify(painted));
+  },
+);
 
-browserTest("the same nodes are the same small flank, left or right", {}, async ({ page, open, job, call }) => {
-  const nodes = JSON.parse(await example("flank_z52.json"));
-  // a helix slope, so that a flank drawn from the wrong face is another picture
-  const tilted = nodes.nodes.z.map((/** @type {(number | null)[]} */ row) =>
-    row.map((z, j) => z && z + 0.5 * nodes.nodes.v[j]),
-  );
-  nodes.nodes = { ...nodes.nodes, z: tilted };
-  for (const flank of ["left", "right"]) {
-    const { id } = await job({ name: flank });
-    await call("POST", `/v1/jobs/${id}/iterations`, { ...nodes, flank });
-  }
-  const { items } = await call("GET", "/v1/jobs?sort=name");
-  const slopes = items.map((/** @type {any} */ one) => one.figures.helix_slope_um);
-  assert.ok(Math.abs(slopes[0]) > 1 && Math.abs(slopes[0] + slopes[1]) < 1e-9, `${slopes}`);
-  await open("/jobs");
-  const pictures = [];
-  for (const name of [/^Left flank/, /^Right flank/])
-    pictures.push(
-      await page
-        .getByRole("img", { name })
-        .evaluate((canvas) => /** @type {HTMLCanvasElement} */ (canvas).toDataURL("image/png")),
+browserTest(
+  "the same nodes are the same small flank, left or right",
+  { alone: true },
+  async ({ page, open, job, call }) => {
+    const nodes = JSON.parse(await example("flank_z52.json"));
+    // a helix slope, so that a flank drawn from the wrong face is another picture
+    const tilted = nodes.nodes.z.map((/** @type {(number | null)[]} */ row) =>
+      row.map((z, j) => z && z + 0.5 * nodes.nodes.v[j]),
     );
-  assert.equal(pictures[0], pictures[1]);
-  assert.deepEqual(await page.locator(".flank-side").allTextContents(), ["right", "left"]);
-});
+    nodes.nodes = { ...nodes.nodes, z: tilted };
+    for (const flank of ["left", "right"]) {
+      const { id } = await job({ name: flank });
+      await call("POST", `/v1/jobs/${id}/iterations`, { ...nodes, flank });
+    }
+    const { items } = await call("GET", "/v1/jobs?sort=name");
+    const slopes = items.map((/** @type {any} */ one) => one.figures.helix_slope_um);
+    assert.ok(Math.abs(slopes[0]) > 1 && Math.abs(slopes[0] + slopes[1]) < 1e-9, `${slopes}`);
+    await open("/jobs");
+    const pictures = [];
+    for (const name of [/^Left flank/, /^Right flank/])
+      pictures.push(
+        await page
+          .getByRole("img", { name })
+          .evaluate((canvas) => /** @type {HTMLCanvasElement} */ (canvas).toDataURL("image/png")),
+      );
+    assert.equal(pictures[0], pictures[1]);
+    assert.deepEqual(await page.locator(".flank-side").allTextContents(), ["right", "left"]);
+  },
+);

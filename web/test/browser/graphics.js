@@ -1,0 +1,70 @@
+// Every graphic has a name, a sentence and its numbers as a table.
+
+import assert from "node:assert/strict";
+
+/** @typedef {import("playwright-core").Page} Page */
+
+/** What holds a graphic with the button of its table. */
+const HOLDERS = "figure, .flank-view, .lambda-map, .measure-preview, .all-teeth";
+
+/** What is wrong with the graphics of a page, and how many there are. @param {Page} page */
+export function graphics(page) {
+  return page.evaluate((holders) => {
+    const text = (/** @type {string | null} */ ids) =>
+      (ids ?? "")
+        .split(" ")
+        .map((id) => document.getElementById(id)?.textContent?.trim() ?? "")
+        .join(" ")
+        .trim();
+    /** @type {string[]} */
+    const faults = [];
+    const drawn = [...document.querySelectorAll("main svg, main canvas")].filter((one) => one.checkVisibility());
+    // signs beside words say nothing of their own; a canvas and its overlay are one graphic
+    const graphics = new Set(
+      drawn.flatMap((one) => {
+        const reader = one.closest(".chart-reader, [role=slider], [role=application]");
+        if (reader) return [reader];
+        if (one.getAttribute("aria-hidden") === "true") return [];
+        return [one];
+      }),
+    );
+    for (const one of graphics) {
+      const told = `${one.tagName}.${one.getAttribute("class")}`;
+      const name = one.getAttribute("aria-label") ?? text(one.getAttribute("aria-labelledby"));
+      if (!name) faults.push(`${told} has no name`);
+      if (one instanceof SVGElement && one.getAttribute("role") !== "img") faults.push(`${told} ${name} has no role`);
+      // signs in tables: their values stand in the row, and in its file
+      if (one.closest("td, th")) continue;
+      // of a picture the sentence stands behind its name
+      const said = text(one.getAttribute("aria-describedby")) || (name.split(". ")[1] ?? "");
+      if (!said) faults.push(`${told} ${name} says nothing`);
+      const holder = one.closest(holders);
+      // the small map of a tooth is in the table of all of them, and large below
+      const teeth = one.closest(".tooth-map") && holder?.closest(".all-teeth")?.querySelector("table");
+      const button = [...(holder?.querySelectorAll("button") ?? [])].find(
+        (of) => of.textContent?.trim() === "As table",
+      );
+      if (!teeth && !button) faults.push(`${told} ${name} has no table`);
+    }
+    return { faults, count: graphics.size };
+  }, HOLDERS);
+}
+
+/** Presses each «as table» of a page at once, and waits until each has a table with rows. @param {Page} page */
+export async function asTables(page) {
+  for (let guard = 0; guard < 5; guard += 1) {
+    const pressed = await page.evaluate((holders) => {
+      const left = [...document.querySelectorAll("main button")].filter(
+        (one) => one.textContent?.trim() === "As table" && one.getAttribute("aria-pressed") !== "true",
+      );
+      for (const one of left) {
+        one.closest(holders)?.setAttribute("data-looked", "");
+        if (one instanceof HTMLElement) one.click();
+      }
+      return left.length;
+    }, HOLDERS);
+    await page.locator("[data-looked]:not(:has(tbody tr))").first().waitFor({ state: "detached" });
+    if (pressed === 0) return;
+  }
+  assert.fail("there is no end of graphics");
+}

@@ -1,0 +1,138 @@
+// What holds of every page, each as the faults of the one that is shown.
+
+/** @typedef {import("playwright-core").Page} Page */
+/** @typedef {{ value: number, what: string[] }} Shift */
+
+/**
+ * How much of the window may move, weighted by how far; 0.1 is what is commonly called good. All pages stay below 0.02 on
+ * a quiet machine; on a busy one answers come in another order.
+ */
+const MOST = 0.05;
+
+/** Has pages count what jumps while they come. @param {Page} page */
+export async function watchShifts(page) {
+  const session = await page.context().newCDPSession(page);
+  // answers come one after another, as from a server that is not on the same machine
+  const slow = { offline: false, latency: 40, downloadThroughput: 1_250_000, uploadThroughput: 1_250_000 };
+  await session.send("Network.emulateNetworkConditions", slow);
+  await page.addInitScript(() => {
+    /** @type {{ value: number, what: string[] }[]} */
+    const shifts = [];
+    Object.assign(window, { shifts });
+    new PerformanceObserver((list) => {
+      for (const entry of /** @type {any[]} */ (list.getEntries())) {
+        if (entry.hadRecentInput) continue;
+        const what = entry.sources.map(
+          (/** @type {any} */ { node }) => (node?.className || node?.id) ?? node?.textContent,
+        );
+        shifts.push({ value: entry.value, what });
+      }
+    }).observe({ type: "layout-shift", buffered: true });
+  });
+}
+
+/** What has jumped since the page was loaded. @param {Page} page */
+export async function jumped(page) {
+  // the browser reports what it has painted
+  await painted(page);
+  const shifts = await page.evaluate(() => /** @type {{ shifts: Shift[] }} */ (/** @type {any} */ (window)).shifts);
+  const sum = shifts.reduce((all, { value }) => all + value, 0);
+  const told = shifts.map(({ value, what }) => `${value.toFixed(3)} ${what}`).join("; ");
+  return sum < MOST ? [] : [`${sum.toFixed(3)} of the window has jumped: ${told}`];
+}
+
+/** Waits until what has changed is seen. @param {Page} page */
+const painted = (page) =>
+  page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0)))));
+
+/**
+ * Sets language and theme without loading the page anew, as the page of settings does.
+ * @param {import("./harness.js").World} world @param {{ language?: string, theme?: string }} change
+ */
+export async function set({ page, stands }, change) {
+  await page.evaluate(async (change) => {
+    const main = /** @type {HTMLScriptElement} */ (document.querySelector('script[type="module"]'));
+    const settings = await import(new URL("settings.js", main.src).href);
+    for (const [name, value] of Object.entries(change)) settings[name].value = value;
+  }, change);
+  await painted(page);
+  await stands();
+}
+
+/** A window of another size. @param {import("./harness.js").World} world @param {number} width @param {number} height */
+export async function resize({ page, stands }, width, height) {
+  await page.setViewportSize({ width, height });
+  await painted(page);
+  await stands();
+}
+
+/** Whether the page is wider than its window. @param {Page} page */
+export async function wide(page) {
+  const [scrollWidth = 0, clientWidth = 0] = await page.evaluate(() => {
+    const { scrollWidth, clientWidth } = document.documentElement;
+    return [scrollWidth, clientWidth];
+  });
+  return scrollWidth <= clientWidth ? [] : [`${scrollWidth} px wide in ${clientWidth}`];
+}
+
+const PRESSED =
+  "a[href], button, input, select, textarea, summary, label.checkbox, label.button, [role=slider], [role=application]";
+
+/** What is pressed on a tablet and not 44 px high and wide, and how much is pressed. @param {Page} page */
+export function pressed(page) {
+  return page.evaluate((pressed) => {
+    // the label is what is pressed of a box; what is hidden until the keyboard reaches it is not pressed
+    const apart = "input[type=checkbox], input[type=radio], .visually-hidden, .skip, [aria-hidden=true] *";
+    const inSentence = (/** @type {Element} */ one) => {
+      const sentence = one.closest("p, li, dd");
+      const more = sentence?.textContent?.trim() !== one.textContent?.trim();
+      return one.tagName === "A" && getComputedStyle(one).display === "inline" && sentence !== null && more;
+    };
+    const all = [...document.querySelectorAll(pressed)].filter(
+      (one) => one.checkVisibility() && !one.matches(apart) && !inSentence(one),
+    );
+    const small = all.flatMap((one) => {
+      const { width, height } = one.getBoundingClientRect();
+      if (Math.min(width, height) >= 43.5) return [];
+      return [`${one.tagName} ${one.getAttribute("class")} ${one.textContent} ${width} × ${height}`];
+    });
+    return { small: [...new Set(small)], count: all.length };
+  }, PRESSED);
+}
+
+/** Behind a number, whatever space parts them. */
+const UNITS = /(?<=[\d⁰¹²³⁴-⁹]\s)[mµ]m(\/mm[²³⁴-⁹]?)?(?![\p{L}/])/gu;
+
+/** Texts of a page in the pseudo-language that are not of the tables. @param {Page} page @returns {Promise<string[]>} */
+export function strays(page) {
+  return page.evaluate((units) => {
+    // texts within texts are marked twice; units are the same in every language
+    /** @type {(text: string) => string} */
+    const bare = (text) => {
+      const less = text.replaceAll(/⟦[^⟦⟧]*⟧/gu, "");
+      return less === text ? less.replaceAll(units, "") : bare(less);
+    };
+    const marked = (/** @type {string} */ text) => !/\p{L}/u.test(bare(text));
+    /** @type {string[]} */
+    const found = [];
+    const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_TEXT);
+    for (let node = walker.nextNode(); node; node = walker.nextNode()) {
+      const parent = node.parentElement;
+      if (!parent || parent.closest("[translate=no], [lang], script, noscript, style")) {
+        if (parent?.closest("[lang]") !== document.documentElement) continue;
+      }
+      if (parent?.closest("[translate=no], script, noscript, style")) continue;
+      // an option holds text alone: the name by which the interface knows it stands in brackets
+      const text = (node.textContent ?? "").replace(parent?.tagName === "OPTION" ? / \([a-z_]+\)$/ : "", "");
+      if (!marked(text)) found.push(`${parent?.tagName}: ${node.textContent}`);
+    }
+    for (const one of document.querySelectorAll("[aria-label], [title], [placeholder], [aria-valuetext]")) {
+      if (one.closest("[translate=no]")) continue;
+      for (const name of ["aria-label", "title", "placeholder"]) {
+        const text = one.getAttribute(name);
+        if (text && !marked(text) && text !== "flankfit") found.push(`${one.tagName} ${name}: ${text}`);
+      }
+    }
+    return found;
+  }, UNITS);
+}

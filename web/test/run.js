@@ -1,0 +1,100 @@
+// Runs the tests of a folder: `node test/run.js browser 2`, all of its files in two processes that each keep their
+// browser and their server; `node test/run.js budget`, a process for each file. What fails is run once more, alone. Only
+// what fails then too fails the run; what passes only then is told, and written to the file FLANKFIT_AGAIN.
+
+import { fork } from "node:child_process";
+import { appendFile, readdir } from "node:fs/promises";
+import { fileURLToPath } from "node:url";
+
+/** @typedef {import("node:child_process").ChildProcess} ChildProcess */
+/** @typedef {{ count: number, failed: string[] }} Outcome of a file: its tests, and those that have failed */
+
+const [folder = "browser", workers] = process.argv.slice(2);
+const worker = fileURLToPath(new URL("worker.js", import.meta.url));
+
+/** These take longest, and begin first. */
+const LONG = ["everywhere.test.js", "report.test.js", "story.test.js"];
+
+/** @param {string} name */
+const place = (name) => (LONG.includes(name) ? LONG.indexOf(name) : LONG.length);
+
+/**
+ * Has a process run a file: what it answers, or its end.
+ * @param {ChildProcess} child @param {string} name @returns {Promise<Outcome>}
+ */
+function outcome(child, name) {
+  return new Promise((resolve) => {
+    const ended = (/** @type {number | null} */ code) =>
+      resolve({ count: 0, failed: [`(the process ended with ${code})`] });
+    child.once("exit", ended);
+    child.once("message", (answer) => {
+      child.off("exit", ended);
+      resolve(/** @type {Outcome} */ (answer));
+    });
+    child.send(name);
+  });
+}
+
+/**
+ * Ends a process, and fails where it has failed and no test of it has.
+ * @param {ChildProcess} child @param {boolean} failed
+ */
+async function end(child, failed) {
+  if (child.exitCode !== null || child.signalCode !== null) return;
+  const ended = new Promise((resolve) => child.once("exit", resolve));
+  child.disconnect();
+  const code = await ended;
+  if (code !== 0 && !failed) throw new Error(`a process of tests ended with ${code}, and no test had failed`);
+}
+
+/**
+ * Takes one file after another from a list until it is empty.
+ * @param {string[]} names @param {boolean} apart whether each has a process of its own
+ * @param {(name: string, outcome: Outcome) => void} told
+ */
+async function work(names, apart, told) {
+  while (names.length > 0) {
+    const child = fork(worker, [folder], { execArgv: ["--test-reporter=spec"] });
+    let faulty = false;
+    do {
+      const name = /** @type {string} */ (names.shift());
+      const { count, failed } = await outcome(child, name);
+      faulty ||= failed.length > 0;
+      told(name, { count, failed: count === 0 && failed.length === 0 ? ["(there is no test in it)"] : failed });
+    } while (!apart && child.connected && names.length > 0);
+    await end(child, faulty);
+  }
+}
+
+const files = (await readdir(new URL(`${folder}/`, import.meta.url)))
+  .filter((name) => name.endsWith(".test.js"))
+  .sort();
+const names = [...files].sort((a, b) => place(a) - place(b));
+let all = 0;
+/** @type {Map<string, string[]>} */
+const failed = new Map();
+const first = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed: these }) => {
+  all += count;
+  if (these.length > 0) failed.set(name, these);
+};
+await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, first)));
+
+/** @type {string[]} */
+const faults = [];
+/** @type {string[]} */
+const again = [];
+const second = (/** @type {string} */ name, /** @type {Outcome} */ { failed: these }) => {
+  faults.push(...these.map((one) => `${name}: ${one}`));
+  const passed = (failed.get(name) ?? []).filter((one) => !these.includes(one));
+  again.push(...passed.map((one) => `passed only when run again: ${name}: ${one}`));
+};
+if (failed.size > 0) {
+  console.log(`run again, alone: ${[...failed.keys()].join(", ")}`);
+  await work([...failed.keys()], true, second);
+}
+console.log(`${all} tests of ${files.length} files, ${faults.length} failed`);
+for (const fault of faults) console.log(`failed twice: ${fault}`);
+for (const one of again) console.log(one);
+const record = process.env["FLANKFIT_AGAIN"];
+if (record && again.length > 0) await appendFile(record, `${again.join("\n")}\n`);
+process.exitCode = faults.length > 0 ? 1 : 0;
