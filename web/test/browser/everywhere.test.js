@@ -3,14 +3,19 @@
 import assert from "node:assert/strict";
 import { asTables, graphics } from "./graphics.js";
 import { axeFinds, browserTest } from "./harness.js";
-import { jumped, pressed, resize, set, strays, watchShifts, wide } from "./looks.js";
+import { jumped, pressed, show, strays, watchShifts, wide } from "./looks.js";
 import { closes, opens, pageList, visit } from "./pages.js";
 
 /** @typedef {import("./harness.js").World} World */
 /** @typedef {import("playwright-core").Page} Page */
 
+const DESK = { width: 1280, height: 800 };
 /** A tablet is turned: both widths are of one. */
-const TABLETS = [1000, 768];
+const TABLETS = [
+  { width: 1000, height: 1024 },
+  { width: 768, height: 1024 },
+];
+const PHONE = { width: 360, height: 740 };
 
 /** What a reader of the page has before them. @param {Page} page */
 const seen = async (page) => ((await page.locator("main").textContent()) ?? "").replaceAll(/\s+/gu, " ").trim();
@@ -27,23 +32,20 @@ async function looked(world, part) {
   const add = (/** @type {string} */ where, /** @type {readonly string[]} */ found) =>
     faults.push(...found.map((one) => `${where}: ${one}`));
   add("axe, light", await axeFinds(page, part));
-  await set(world, { language: "pseudo" });
+  await show(world, { language: "pseudo" });
   add("not of the tables", await strays(page));
-  await set(world, { language: "de" });
-  await resize(world, 360, 740);
+  await show(world, { language: "de" }, PHONE);
   add("360 px, de", await wide(page));
-  await set(world, { language: "en" });
+  await show(world, { language: "en", theme: "dark" });
   add("360 px, en", await wide(page));
-  await set(world, { theme: "dark" });
-  for (const width of TABLETS) {
-    await resize(world, width, 1024);
+  for (const tablet of TABLETS) {
+    await show(world, {}, tablet);
     const { small, count } = await pressed(page);
-    add(`less than 44 px at ${width} px`, small);
-    if (count <= 4) add(`${width} px`, [`only ${count} targets`]);
+    add(`less than 44 px at ${tablet.width} px`, small);
+    if (count <= 4) add(`${tablet.width} px`, [`only ${count} targets`]);
   }
   add("axe, dark, on a tablet", await axeFinds(page, part));
-  await set(world, { theme: "light" });
-  await resize(world, 1280, 800);
+  await show(world, { theme: "light" }, DESK);
   return faults;
 }
 

@@ -14,6 +14,7 @@ import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
 /** @typedef {import("playwright-core").Page} Page */
+/** @typedef {import("playwright-core").BrowserContext} Context */
 /** @typedef {import("playwright-core").BrowserContextOptions} ContextOptions */
 /** @typedef {{ url: string, stop: () => Promise<void>, start: () => Promise<void>, log: () => string, folder: string }} Server */
 
@@ -50,12 +51,15 @@ if (!process.send) after(close);
 
 /** What to paint with: not by a GPU that is software too, where nobody looks at times. */
 const QUICK = ["--disable-gpu-compositing", "--disable-gpu-rasterization", "--disable-accelerated-2d-canvas"];
-let painting = QUICK;
+let quick = true;
 
-/** Paints as a browser does that is not told otherwise: for budgets. */
+/** Paints as a browser does that is not told otherwise, and has read nothing before: for budgets. */
 export function asOnScreen() {
-  painting = [];
+  quick = false;
 }
+
+/** Contexts by their options, for a test to take: what a browser has read once it need not read again. @type {Map<string, Context>} */
+const idle = new Map();
 
 /** The first is the same engine without a window around each page, which costs more than most pages do. */
 const BROWSERS = ["chromium-headless-shell", "chromium", "chromium-browser", "google-chrome"].map(
@@ -67,7 +71,7 @@ async function chromiumBrowser() {
   assert.ok(executablePath, "no Chromium: web/setup, or say CHROMIUM");
   // headless Chromium has no WebGL without the first two; containers have little shared memory
   const webgl = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-  const args = [...webgl, ...painting, "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB"];
+  const args = [...webgl, ...(quick ? QUICK : []), "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB"];
   browser ??= await chromium.launch({ executablePath, args });
   return browser;
 }
@@ -220,32 +224,61 @@ export function browserTest(name, options, body) {
   begun.push(test(name, run));
 }
 
-/** @param {Server} server @param {Options} options @param {(world: World) => Promise<void>} body */
-export async function inBrowser(server, options, body) {
+/** @param {ContextOptions} [options] */
+async function newContext(options) {
   const context = await (await chromiumBrowser()).newContext({
     viewport: { width: 1280, height: 800 },
     locale: "en-GB",
     timezoneId: "Europe/Berlin",
     reducedMotion: "reduce",
-    ...options.context,
+    ...options,
   });
   // what a test waits for at most; more where a machine has other things to do
   context.setDefaultTimeout(Number(process.env["FLANKFIT_WAIT_MS"] ?? 30_000));
-  await context.addInitScript((settings) => {
+  return context;
+}
+
+/** A page that remembers nothing but its settings. @param {Context} context @param {Server} server @param {Options} options */
+async function newPage(context, server, { settings = {} }) {
+  const page = await context.newPage();
+  const session = await context.newCDPSession(page);
+  const storageTypes = "local_storage,indexeddb,cookies,cache_storage,service_workers";
+  await session.send("Storage.clearDataForOrigin", { origin: server.url, storageTypes });
+  await session.detach();
+  await page.addInitScript((settings) => {
     if (localStorage.getItem("flankfit.settings") === null)
       localStorage.setItem("flankfit.settings", JSON.stringify(settings));
-  }, options.settings ?? {});
-  const page = await context.newPage();
+  }, settings);
+  return page;
+}
+
+/** @param {Server} server @param {Options} options @param {(world: World) => Promise<void>} body */
+export async function inBrowser(server, options, body) {
+  const key = JSON.stringify(options.context ?? {});
+  const context = idle.get(key) ?? (await newContext(options.context));
+  idle.delete(key);
+  const page = await newPage(context, server, options);
   const faults = watch(page, server, options);
+  // a clock that has been set stays with the context
+  let kept = quick;
+  const install = page.clock.install.bind(page.clock);
+  page.clock.install = (at) => {
+    kept = false;
+    return install(at);
+  };
   try {
     await body(world(page, server));
     assert.deepEqual(faults, [], "the page did what it must not");
   } catch (error) {
+    kept = false;
     if (process.env["FLANKFIT_SHOT"]) await page.screenshot({ path: process.env["FLANKFIT_SHOT"], fullPage: true });
     if (error instanceof Error && faults.length > 0) error.message += `\n--- page ---\n${faults.join("\n")}`;
     throw error;
   } finally {
-    await context.close();
+    if (kept) {
+      for (const one of context.pages()) await one.close();
+      idle.set(key, context);
+    } else await context.close();
   }
 }
 

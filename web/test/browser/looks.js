@@ -46,22 +46,17 @@ const painted = (page) =>
   page.evaluate(() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => done(0)))));
 
 /**
- * Sets language and theme without loading the page anew, as the page of settings does.
- * @param {import("./harness.js").World} world @param {{ language?: string, theme?: string }} change
+ * Another language or theme without loading the page anew, as the page of settings does, and a window of another size.
+ * @param {import("./harness.js").World} world
+ * @param {{ language?: string, theme?: string }} settings @param {{ width: number, height: number }} [size]
  */
-export async function set({ page, stands }, change) {
-  await page.evaluate(async (change) => {
+export async function show({ page, stands }, settings, size) {
+  if (size) await page.setViewportSize(size);
+  await page.evaluate(async (settings) => {
     const main = /** @type {HTMLScriptElement} */ (document.querySelector('script[type="module"]'));
-    const settings = await import(new URL("settings.js", main.src).href);
-    for (const [name, value] of Object.entries(change)) settings[name].value = value;
-  }, change);
-  await painted(page);
-  await stands();
-}
-
-/** A window of another size. @param {import("./harness.js").World} world @param {number} width @param {number} height */
-export async function resize({ page, stands }, width, height) {
-  await page.setViewportSize({ width, height });
+    const signals = await import(new URL("settings.js", main.src).href);
+    for (const [name, value] of Object.entries(settings)) signals[name].value = value;
+  }, settings);
   await painted(page);
   await stands();
 }
