@@ -27,8 +27,18 @@ const OTHERS = [
   { name: "Pump gear, finish grinding", part_number: "97340", serial_number: "0019", machine: "form grinder 2" },
 ];
 
+/** Decides on an iteration by its profile slope beside the limits that hold. @param {World} world @param {string} at @param {string} decision */
+async function decide({ call }, at, decision) {
+  const { fits } = await call("GET", at);
+  const { value, conformity } = fits.find((/** @type {any} */ fit) => fit.chosen).figures.profile_slope_um;
+  const limits = conformity.limits_um.map((/** @type {number} */ limit) => limit.toFixed(1).replace("-", "−"));
+  const reason = `profile slope ${value.toFixed(2)} µm, its limits are ${limits.join(" and ")} µm`;
+  await call("PATCH", at, { decision, reason });
+}
+
 /** @param {World} world */
-async function jobs({ call, job, iteration }) {
+async function jobs(world) {
+  const { call, job, iteration } = world;
   for (const [i, fields] of OTHERS.entries()) {
     const { id } = await job(fields);
     if (i === 1) continue;
@@ -55,15 +65,9 @@ async function jobs({ call, job, iteration }) {
   await call("POST", `${at}/1/evaluations`, JSON.parse(await example("requests/gear_evaluate.json")));
   await call("POST", `${at}/1/pitch`, JSON.parse(await example("requests/iteration_pitch.json")));
   await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
-  await call("PATCH", `${at}/1`, {
-    decision: "remachine",
-    reason: "profile slope 8.66 µm, class 5 allows 4.45 µm",
-  });
+  await decide(world, `${at}/1`, "remachine");
   await iteration(id, "flank_z52_remachined.json");
-  await call("PATCH", `${at}/2`, {
-    decision: "accept",
-    reason: "profile slope 0.28 µm, class 5 allows 4.45 µm",
-  });
+  await decide(world, `${at}/2`, "accept");
   return id;
 }
 
@@ -71,18 +75,18 @@ async function jobs({ call, job, iteration }) {
 function pictures(id) {
   const first = `/jobs/${id}/iterations/1`;
   return [
-    { name: "list", place: "/jobs", height: 560 },
+    { name: "list", place: "/jobs", height: 860 },
     { name: "flank-2d", place: `${first}?contours=1&lines=1&at=8.742,7.5`, height: 1000 },
-    { name: "flank-3d", place: `${first}?space=1&lines=1`, ready: ".flank-3d canvas" },
-    { name: "lambda", place: `${first}/lambda?by=gcv`, height: 1120 },
-    { name: "statistics", place: `${first}/statistics?direction=1`, height: 1000 },
+    { name: "flank-3d", place: `${first}?space=1&lines=1`, height: 1060, ready: ".flank-3d canvas" },
+    { name: "lambda", place: `${first}/lambda?by=discrepancy`, height: 1770 },
+    { name: "statistics", place: `${first}/statistics?direction=1`, height: 1180 },
     { name: "job", place: `/jobs/${id}`, height: 1460 },
     { name: "evaluation", place: `${first}/evaluation`, height: 1350 },
     { name: "pitch", place: `${first}/evaluation`, height: 1300, at: "#pitch" },
     { name: "correction", place: `${first}/correction`, height: 1250 },
-    { name: "trace", place: `/jobs/${id}/trace`, height: 1000 },
+    { name: "trace", place: `/jobs/${id}/trace`, height: 1450 },
     { name: "tablet-dark", place: `${first}?contours=1`, look: "tablet" },
-    { name: "report", place: `/jobs/${id}/report`, height: 1400 },
+    { name: "report", place: `/jobs/${id}/report`, height: 1720 },
   ];
 }
 
