@@ -4,7 +4,7 @@
 //     const { data, etag } = await answer(api.GET("/v1/jobs/{job_id}", { params: { path: { job_id } } }));
 
 import { createClient } from "../../vendor/api.js";
-import { connected, disconnected, sendAgain } from "./connection.js";
+import { connected, disconnected, isOfProxy, sendAgain } from "./connection.js";
 import { currentKey, keyWanted } from "./key.js";
 import { ApiError, OfflineError, unexplained } from "./problem.js";
 
@@ -30,15 +30,21 @@ export const api = createClient({
 export async function transport(request) {
   const key = currentKey();
   if (key) request.headers.set("x-api-key", key);
+  /** @type {Response} */
+  let response;
   try {
-    const response = await fetch(request);
-    connected();
-    return response;
+    response = await fetch(request);
   } catch (error) {
     if (request.signal.aborted) throw error;
     disconnected();
     throw new OfflineError("no answer", { cause: error });
   }
+  if (isOfProxy(response)) {
+    disconnected();
+    throw new OfflineError("no answer", { cause: response.status, ofProxy: true });
+  }
+  connected();
+  return response;
 }
 
 /**

@@ -3,6 +3,7 @@
 
 import { signal } from "../../vendor/ui.js";
 import { session } from "./key.js";
+import { OfflineError } from "./problem.js";
 
 /** Since when the server has not answered. @type {import("../../vendor/ui.js").Signal<Date | null>} */
 export const lostAt = signal(/** @type {Date | null} */ (null));
@@ -28,11 +29,21 @@ export function disconnected() {
   }
 }
 
+/**
+ * Whether a proxy has answered, since the servers behind it are away or the one that it asked was lost: what a server
+ * refuses it explains.
+ * @param {Response} response
+ */
+export function isOfProxy({ status, headers }) {
+  const explained = headers.get("content-type")?.startsWith("application/problem+json") ?? false;
+  return status >= 502 && status <= 504 && !explained;
+}
+
 /** Asks whether the server is there. */
 export async function probe() {
   clearTimeout(timer);
   try {
-    await fetch("/healthz", { cache: "no-store" });
+    if (isOfProxy(await fetch("/healthz", { cache: "no-store" }))) throw new Error("no server");
     connected();
     return true;
   } catch {
@@ -53,9 +64,10 @@ globalThis.addEventListener?.("online", () => {
 });
 
 // A request that stores and that a busy server has put off is sent again when the server says so, under the same
-// Idempotency-Key, so that it is stored once; a few times at most, and not once somebody stops it.
+// Idempotency-Key, so that it is stored once; a few times at most, and not once somebody stops it. So is one with which
+// a server was lost behind a proxy, which has others or will have.
 
-/** @typedef {{ seconds: number, stop: () => void }} PutOff */
+/** @typedef {{ seconds: number, lost: boolean, stop: () => void }} PutOff `lost`: not busy, but away */
 
 /** What waits to be sent again. @type {import("../../vendor/ui.js").Signal<readonly PutOff[]>} */
 export const putOff = signal(/** @type {readonly PutOff[]} */ ([]));
@@ -72,10 +84,19 @@ export async function sendAgain(request, send) {
   for (let tries = 1; ; tries += 1) {
     // what is sent is read, and cannot be sent twice
     const copy = tries < MOST_TRIES ? request.clone() : request;
-    const response = await send(copy);
-    const seconds = secondsOf(response);
-    if (tries === MOST_TRIES || seconds === undefined || !(await waited(seconds, request.signal))) return response;
+    const answered = await send(copy).catch(lostBehindProxy);
+    const lost = answered instanceof OfflineError;
+    const seconds = lost ? 2 ** (tries - 1) : secondsOf(answered);
+    if (tries < MOST_TRIES && seconds !== undefined && (await waited({ seconds, lost }, request.signal))) continue;
+    if (lost) throw answered;
+    return answered;
   }
+}
+
+/** @param {unknown} error */
+function lostBehindProxy(error) {
+  if (error instanceof OfflineError && error.ofProxy) return error;
+  throw error;
 }
 
 /** After how long a response asks to be asked again, where that is worth waiting for. @param {Response} response */
@@ -88,10 +109,10 @@ function secondsOf({ status, headers }) {
 
 /**
  * Whether the time has passed without being stopped.
- * @param {number} seconds @param {AbortSignal} ended
+ * @param {Omit<PutOff, "stop">} why @param {AbortSignal} ended
  * @returns {Promise<boolean>}
  */
-function waited(seconds, ended) {
+function waited(why, ended) {
   return new Promise((resolve, reject) => {
     const settle = () => {
       clearTimeout(pause);
@@ -106,8 +127,8 @@ function waited(seconds, ended) {
       settle();
       reject(ended.reason);
     };
-    const pause = setTimeout(() => end(true), 1000 * seconds);
-    const entry = { seconds, stop: () => end(false) };
+    const pause = setTimeout(() => end(true), 1000 * why.seconds);
+    const entry = { ...why, stop: () => end(false) };
     putOff.value = [...putOff.value, entry];
     ended.addEventListener("abort", abort, { once: true });
     if (ended.aborted) abort();

@@ -6,7 +6,7 @@
 import { useEffect, useRef } from "../../vendor/ui.js";
 import { eventReader } from "../lib/event_stream.js";
 import { transport } from "./client.js";
-import { session } from "./key.js";
+import { keyWanted, session } from "./key.js";
 
 /** @typedef {import("./client.js").Schema<"JobEvent">} JobEvent */
 /** @typedef {(events: JobEvent[]) => void} Listener is called without events when the stream has begun: something may have been missed */
@@ -43,6 +43,7 @@ function follow(path, tell) {
   const place = new URL(path, location.origin);
   let last = "latest";
   let wait = 1000;
+  let begun = false;
   let ended = false;
   /** @type {AbortController | undefined} */
   let open;
@@ -57,11 +58,14 @@ function follow(path, tell) {
       const headers = { accept: "text/event-stream", "last-event-id": last };
       const response = await transport(new Request(place, { headers, signal, cache: "no-store" }));
       if (!response.ok || !response.body) {
+        // a key that was good when the page was opened
+        if (begun && response.status === 401) keyWanted.value = "unauthorized";
         // who may not, or what is not there any more, is not asked for again
         if (response.status < 500 && response.status !== 429) return;
         throw new Error(`events: ${response.status}`);
       }
       wait = 1000;
+      begun = true;
       tellQuietly([]);
       await read(response.body);
     } catch {

@@ -65,8 +65,8 @@ function Notices() {
       </p>`
     }
     ${putOff.value.map(
-      ({ seconds, stop }, i) => html`<p key=${i} class="notice warn">
-        <strong>${t.overloaded}.</strong> ${t.sendsAgain(fmt.value.count(seconds))}
+      ({ seconds, lost: away, stop }, i) => html`<p key=${i} class="notice warn">
+        ${!away && html`<strong>${t.overloaded}.</strong> `}${t.sendsAgain(fmt.value.count(seconds))}
         <button type="button" class="button small" onClick=${stop}>${t.doNotSend}</button>
       </p>`,
     )}

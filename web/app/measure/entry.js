@@ -67,7 +67,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
       </div>
     </header>
     ${state === "sending" && h(Progress, { label: t.sending, progress })}
-    ${counts ? h(Facts, { items: counts }) : html`<p class="quiet">${t.reading}</p>`}
+    ${counts ? h(Facts, { items: counts }) : error === undefined && html`<p class="quiet">${t.reading}</p>`}
     ${content?.fault && html`<p class="fault">${t[/** @type {"fault_json"} */ (`fault_${content.fault}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
     ${file.size > most && html`<p class="fault">${t.tooLarge(`${fmt.value.count(Math.ceil(most / 1000))} kB`)}</p>`}
     ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}

@@ -13,7 +13,7 @@ import en from "../i18n/en/measure.js";
 import { texts } from "../i18n/i18n.js";
 import { QueueEntry } from "../measure/entry.js";
 import { MeasureFields } from "../measure/fields.js";
-import { contentOf } from "../measure/reader.js";
+import { contentOf, started } from "../measure/reader.js";
 import { EMPTY, wrongNumbers } from "../measure/request.js";
 import { send } from "../measure/send.js";
 import { navigate } from "../navigation.js";
@@ -62,7 +62,10 @@ function Measure({ jobId, reread }) {
   const last = useRef(0);
   const health = useResource("health", (signal) => answer(api.GET("/healthz", { signal })));
   const most = health.data?.body_limit_bytes ?? Number.POSITIVE_INFINITY;
-  useEffect(() => () => underway.current?.abort(), []);
+  useEffect(() => {
+    started();
+    return () => underway.current?.abort();
+  }, []);
   const update = (/** @type {number} */ id, /** @type {Partial<Entry>} */ next) =>
     setEntries((all) => all.map((one) => (one.id === id ? { ...one, ...next } : one)));
   const add = (/** @type {Iterable<File>} */ files) => {
@@ -207,7 +210,13 @@ function Measure({ jobId, reread }) {
 
 /** What is in a file, and its gears where it has some. @param {File} file @returns {Promise<Partial<Entry>>} */
 async function look(file) {
-  const content = await contentOf(file);
+  /** @type {import("../measure/read.js").Content} */
+  let content;
+  try {
+    content = await contentOf(file);
+  } catch (error) {
+    return { state: "failed", error };
+  }
   if (content.fault !== undefined || !["rexs", "mka", "mew"].includes(content.form)) return { content };
   const form = new FormData();
   form.append("file", file, file.name);
