@@ -1,19 +1,19 @@
 // Runs the tests of a folder: `node test/run.js browser 2`, all of its files in two processes that each keep their
 // browser and their server; `node test/run.js budget`, a process for each file. What fails is run once more, alone. Only
-// what fails then too fails the run; what passes only then is told, and written to the file FLANKFIT_AGAIN.
+// what fails then too fails the run; what passes only then, or was left out, is told, and written to the file FLANKFIT_TOLD.
 
 import { fork } from "node:child_process";
 import { appendFile, readdir } from "node:fs/promises";
 import { fileURLToPath } from "node:url";
 
 /** @typedef {import("node:child_process").ChildProcess} ChildProcess */
-/** @typedef {{ count: number, failed: string[] }} Outcome of a file: its tests, and those that have failed */
+/** @typedef {{ count: number, failed: string[], leftOut: string[] }} Outcome of a file: its tests, those that have failed, and those that were left out */
 
 const [folder = "browser", workers] = process.argv.slice(2);
 const worker = fileURLToPath(new URL("worker.js", import.meta.url));
 
 /** These take longest, and begin first. */
-const LONG = ["everywhere.test.js", "report.test.js", "story.test.js"];
+const LONG = ["everywhere.test.js", "plant.test.js", "report.test.js", "story.test.js"];
 
 /** @param {string} name */
 const place = (name) => (LONG.includes(name) ? LONG.indexOf(name) : LONG.length);
@@ -25,7 +25,7 @@ const place = (name) => (LONG.includes(name) ? LONG.indexOf(name) : LONG.length)
 function outcome(child, name) {
   return new Promise((resolve) => {
     const ended = (/** @type {number | null} */ code) =>
-      resolve({ count: 0, failed: [`(the process ended with ${code})`] });
+      resolve({ count: 0, failed: [`(the process ended with ${code})`], leftOut: [] });
     child.once("exit", ended);
     child.once("message", (answer) => {
       child.off("exit", ended);
@@ -58,9 +58,10 @@ async function work(names, apart, told) {
     let faulty = false;
     do {
       const name = /** @type {string} */ (names.shift());
-      const { count, failed } = await outcome(child, name);
+      const { count, failed, leftOut } = await outcome(child, name);
       faulty ||= failed.length > 0;
-      told(name, { count, failed: count === 0 && failed.length === 0 ? ["(there is no test in it)"] : failed });
+      const faults = count === 0 && failed.length === 0 ? ["(there is no test in it)"] : failed;
+      told(name, { count, failed: faults, leftOut });
     } while (!apart && child.connected && names.length > 0);
     await end(child, faulty);
   }
@@ -73,20 +74,21 @@ const names = [...files].sort((a, b) => place(a) - place(b));
 let all = 0;
 /** @type {Map<string, string[]>} */
 const failed = new Map();
-const first = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed: these }) => {
+/** @type {string[]} */
+const last = [];
+const first = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed: these, leftOut }) => {
   all += count;
+  last.push(...leftOut.map((one) => `left out: ${one}`));
   if (these.length > 0) failed.set(name, these);
 };
 await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, first)));
 
 /** @type {string[]} */
 const faults = [];
-/** @type {string[]} */
-const again = [];
 const second = (/** @type {string} */ name, /** @type {Outcome} */ { failed: these }) => {
   faults.push(...these.map((one) => `${name}: ${one}`));
   const passed = (failed.get(name) ?? []).filter((one) => !these.includes(one));
-  again.push(...passed.map((one) => `passed only when run again: ${name}: ${one}`));
+  last.push(...passed.map((one) => `passed only when run again: ${name}: ${one}`));
 };
 if (failed.size > 0) {
   console.log(`run again, alone: ${[...failed.keys()].join(", ")}`);
@@ -94,7 +96,7 @@ if (failed.size > 0) {
 }
 console.log(`${all} tests of ${files.length} files, ${faults.length} failed`);
 for (const fault of faults) console.log(`failed twice: ${fault}`);
-for (const one of again) console.log(one);
-const record = process.env["FLANKFIT_AGAIN"];
-if (record && again.length > 0) await appendFile(record, `${again.join("\n")}\n`);
+for (const one of last) console.log(one);
+const record = process.env["FLANKFIT_TOLD"];
+if (record && last.length > 0) await appendFile(record, `${last.join("\n")}\n`);
 process.exitCode = faults.length > 0 ? 1 : 0;

@@ -15,8 +15,8 @@ async function run(name) {
     console.error(error);
     unread.push("(it cannot be loaded)");
   }
-  const { count, failed } = await settled();
-  process.send?.({ count, failed: [...unread, ...failed] });
+  const { count, failed, leftOut } = await settled();
+  process.send?.({ count, failed: [...unread, ...failed], leftOut });
 }
 
 process.on("message", (name) => void run(name));

@@ -16,28 +16,43 @@ import { chromium } from "playwright-core";
 /** @typedef {import("playwright-core").Page} Page */
 /** @typedef {import("playwright-core").BrowserContext} Context */
 /** @typedef {import("playwright-core").BrowserContextOptions} ContextOptions */
-/** @typedef {{ url: string, stop: () => Promise<void>, start: () => Promise<void>, log: () => string, folder: string }} Server */
+/**
+ * @typedef {object} Server
+ * @property {string} url
+ * @property {string} folder
+ * @property {() => string} log
+ * @property {() => Promise<void>} start
+ * @property {() => Promise<void>} stop
+ * @property {(name: NodeJS.Signals) => Promise<void>} signal waits for its end where the signal ends it
+ */
 
 const web = fileURLToPath(new URL("../..", import.meta.url));
 const root = path.dirname(path.resolve(web));
 
 /** The program under test. */
-function program() {
+export function program() {
   const target = process.env["CARGO_TARGET_DIR"] ?? path.join(root, "target");
   const found = process.env["FLANKFIT_BIN"] ?? path.join(target, "debug", "flankfit");
   assert.ok(existsSync(found), `${found} is not there: cargo build, or say FLANKFIT_BIN`);
   return found;
 }
 
-/** @type {import("playwright-core").Browser | undefined} */
-let browser;
+/** By the arguments that they have beyond those of all. @type {Map<string, Promise<import("playwright-core").Browser>>} */
+const browsers = new Map();
 /** Of the tests that look at what they have made themselves. @type {Promise<Server> | undefined} */
 let shared;
 
+/** What else ends with the tests. @type {(() => Promise<unknown>)[]} */
+const ends = [];
+
+/** Has something end with the tests of this process. @param {() => Promise<unknown>} end */
+export const atEnd = (end) => ends.push(end);
+
 /** Ends what the tests of this process have shared. */
 export async function close() {
-  await browser?.close();
+  for (const browser of browsers.values()) await (await browser).close();
   if (shared) await ended(await shared);
+  for (const end of ends) await end();
 }
 
 /** @param {Server} server */
@@ -66,24 +81,33 @@ const BROWSERS = ["chromium-headless-shell", "chromium", "chromium-browser", "go
   (name) => `/usr/bin/${name}`,
 );
 
-async function chromiumBrowser() {
+/** @param {readonly string[]} more arguments */
+function chromiumBrowser(more = []) {
   const executablePath = [process.env["CHROMIUM"], ...BROWSERS].find((place) => place && existsSync(place));
   assert.ok(executablePath, "no Chromium: web/setup, or say CHROMIUM");
   // headless Chromium has no WebGL without the first two; containers have little shared memory
   const webgl = ["--use-angle=swiftshader", "--enable-unsafe-swiftshader"];
-  const args = [...webgl, ...(quick ? QUICK : []), "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB"];
-  browser ??= await chromium.launch({ executablePath, args });
+  const args = [...webgl, ...(quick ? QUICK : []), "--disable-dev-shm-usage", "--no-sandbox", "--lang=en-GB", ...more];
+  const key = more.join(" ");
+  const browser = browsers.get(key) ?? chromium.launch({ executablePath, args });
+  browsers.set(key, browser);
   return browser;
 }
 
 /**
  * Starts the program; the same port again after `stop` and `start`.
- * @param {readonly string[]} options of `flankfit serve`
+ * @param {readonly string[]} options of `flankfit serve`, each as `--name=value`
  * @returns {Promise<Server>}
  */
 export async function serve(options = []) {
   const folder = await mkdtemp(path.join(tmpdir(), "flankfit-web-"));
-  let address = "127.0.0.1:0";
+  const given = (/** @type {string} */ name) => options.some((option) => option.startsWith(name));
+  const defaults = [
+    ...(given("--database-url") ? [] : [`--database-url=sqlite://${path.join(folder, "test.db")}`]),
+    ...(given("--auth") || given("--api-keys") ? [] : ["--auth=off"]),
+  ];
+  let address = options.find((option) => option.startsWith("--bind="))?.slice("--bind=".length) ?? "127.0.0.1:0";
+  const others = options.filter((option) => !option.startsWith("--bind="));
   let log = "";
   /** @type {import("node:child_process").ChildProcess | undefined} */
   let child;
@@ -92,11 +116,7 @@ export async function serve(options = []) {
     folder,
     log: () => log,
     start: async () => {
-      const database = `sqlite://${path.join(folder, "test.db")}`;
-      const auth = options.some((option) => option.startsWith("--auth") || option.startsWith("--api-keys"))
-        ? []
-        : ["--auth", "off"];
-      const started = spawn(program(), ["serve", "--bind", address, "--database-url", database, ...auth, ...options], {
+      const started = spawn(program(), ["serve", `--bind=${address}`, ...defaults, ...others], {
         stdio: ["ignore", "ignore", "pipe"],
         env: { ...process.env, NO_COLOR: "1" },
       });
@@ -111,12 +131,14 @@ export async function serve(options = []) {
       });
       server.url = `http://${address}`;
     },
-    stop: () =>
+    stop: () => server.signal("SIGTERM"),
+    signal: (/** @type {NodeJS.Signals} */ name) =>
       /** @type {Promise<void>} */ (
         new Promise((resolve) => {
           if (!child || child.exitCode !== null || child.signalCode !== null) return resolve();
-          child.once("exit", () => resolve());
-          return child.kill("SIGTERM");
+          if (name === "SIGTERM" || name === "SIGKILL") child.once("exit", () => resolve());
+          else resolve();
+          return child.kill(name);
         })
       ),
   };
@@ -128,6 +150,12 @@ export async function serve(options = []) {
 let compared;
 
 /** Fails where the program was built from other files than those that lie here. @param {string} url */
+export async function holdsTheseFiles(url) {
+  compared ??= comparesFiles(url);
+  await compared;
+}
+
+/** @param {string} url */
 async function comparesFiles(url) {
   if (process.env["FLANKFIT_DASHBOARD_DIR"]) return;
   const index = await (await fetch(`${url}/`)).text();
@@ -164,6 +192,7 @@ function length(bytes) {
  * @property {boolean} [alone] the test counts what the server holds: it has one of its own
  * @property {ContextOptions} [context] of the browser
  * @property {{ language?: string, theme?: string, shortcuts?: boolean }} [settings] of the dashboard
+ * @property {readonly string[]} [browser] arguments of a browser of its own
  */
 
 /**
@@ -183,12 +212,31 @@ function length(bytes) {
 const begun = [];
 /** @type {string[]} */
 const failed = [];
+/** With the reasons. @type {string[]} */
+const leftOut = [];
 
-/** Waits for all tests so far: how many there were, and the names of those that have failed. */
+/** Waits for all tests so far: how many there were, and the names of those that have failed or were left out. */
 export async function settled() {
   const count = begun.length;
   await Promise.all(begun.splice(0));
-  return { count, failed: failed.splice(0) };
+  return { count, failed: failed.splice(0), leftOut: leftOut.splice(0) };
+}
+
+/**
+ * A test that counts among those of its file.
+ * @param {string} name @param {() => Promise<void>} run @param {string} [why] it is left out
+ */
+export function counted(name, run, why) {
+  if (why) leftOut.push(`${name} (${why})`);
+  const told = async () => {
+    try {
+      await run();
+    } catch (error) {
+      failed.push(name);
+      throw error;
+    }
+  };
+  begun.push(test(name, { skip: why ?? false }, told));
 }
 
 /**
@@ -198,12 +246,11 @@ export async function settled() {
  */
 export function browserTest(name, options, body) {
   const own = options.serve !== undefined || options.offline === true || options.alone === true;
-  const whole = async () => {
+  counted(name, async () => {
     shared ??= own ? undefined : serve();
     const server = await (own ? serve(options.serve) : /** @type {Promise<Server>} */ (shared));
     try {
-      compared ??= comparesFiles(server.url);
-      await compared;
+      await holdsTheseFiles(server.url);
       await inBrowser(server, options, body);
     } catch (error) {
       if (error instanceof Error)
@@ -212,26 +259,17 @@ export function browserTest(name, options, body) {
     } finally {
       if (own) await ended(server);
     }
-  };
-  const run = async () => {
-    try {
-      await whole();
-    } catch (error) {
-      failed.push(name);
-      throw error;
-    }
-  };
-  begun.push(test(name, run));
+  });
 }
 
-/** @param {ContextOptions} [options] */
+/** @param {Options} options */
 async function newContext(options) {
-  const context = await (await chromiumBrowser()).newContext({
+  const context = await (await chromiumBrowser(options.browser)).newContext({
     viewport: { width: 1280, height: 800 },
     locale: "en-GB",
     timezoneId: "Europe/Berlin",
     reducedMotion: "reduce",
-    ...options,
+    ...options.context,
   });
   // what a test waits for at most; more where a machine has other things to do
   context.setDefaultTimeout(Number(process.env["FLANKFIT_WAIT_MS"] ?? 30_000));
@@ -255,12 +293,12 @@ async function newPage(context, server, { settings = {} }) {
 /** @param {Server} server @param {Options} options @param {(world: World) => Promise<void>} body */
 export async function inBrowser(server, options, body) {
   const key = JSON.stringify(options.context ?? {});
-  const context = idle.get(key) ?? (await newContext(options.context));
-  idle.delete(key);
+  const context = (options.browser ? undefined : idle.get(key)) ?? (await newContext(options));
+  if (!options.browser) idle.delete(key);
   const page = await newPage(context, server, options);
   const faults = watch(page, server, options);
   // a clock that has been set stays with the context
-  let kept = quick;
+  let kept = quick && !options.browser;
   const install = page.clock.install.bind(page.clock);
   page.clock.install = (at) => {
     kept = false;
@@ -311,17 +349,7 @@ function world(page, server) {
   const stands = async () => {
     await page.locator('main[aria-busy="false"] h1').first().waitFor();
   };
-  /** @type {World["call"]} */
-  const call = async (method, place, body, headers = {}) => {
-    const response = await fetch(server.url + place, {
-      method,
-      headers: { ...(body === undefined ? {} : { "content-type": "application/json" }), ...headers },
-      ...(body === undefined ? {} : { body: typeof body === "string" ? body : JSON.stringify(body) }),
-    });
-    const text = await response.text();
-    assert.ok(response.ok, `${method} ${place}: ${response.status} ${text}`);
-    return text === "" ? undefined : JSON.parse(text);
-  };
+  const call = callOf(server);
   return {
     page,
     server,
@@ -344,6 +372,20 @@ function world(page, server) {
       pressed.catch(() => {});
       await known;
     },
+  };
+}
+
+/** Calls the interface of a server. @param {Server} server @param {Record<string, string>} [always] headers @returns {World["call"]} */
+export function callOf(server, always = {}) {
+  return async (method, place, body, headers = {}) => {
+    const response = await fetch(server.url + place, {
+      method,
+      headers: { ...(body === undefined ? {} : { "content-type": "application/json" }), ...always, ...headers },
+      ...(body === undefined ? {} : { body: typeof body === "string" ? body : JSON.stringify(body) }),
+    });
+    const text = await response.text();
+    assert.ok(response.ok, `${method} ${place}: ${response.status} ${text}`);
+    return text === "" ? undefined : JSON.parse(text);
   };
 }
 

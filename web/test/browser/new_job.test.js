@@ -68,25 +68,29 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).first().waitFor();
 });
 
-browserTest("a gear comes from a file that the program reads", { alone: true }, async ({ page, open, call, server }) => {
-  const form = new FormData();
-  form.append("file", new Blob([rexsModel()]), "gear.rexs");
-  const own = await (await fetch(`${server.url}/v1/gears/read`, { method: "POST", body: form })).json();
-  const [wheel, pinion] = own.gears;
-  await open("/jobs/new");
-  await page
-    .getByLabel("Gear from a file")
-    .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(rexsModel()) });
-  await page.getByText("The file has 2 gears.").waitFor();
-  assert.ok(pinion.missing.length > 0);
-  await page.getByText(`Not complete there: ${pinion.missing.join(", ")}`).waitFor();
-  await page.getByRole("button", { name: "Take over" }).click();
-  assert.equal(await page.getByLabel("Teeth z").inputValue(), String(wheel.gear.teeth));
-  assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), wheel.name);
-  await page.getByRole("button", { name: "Create the job" }).click();
-  await page.getByRole("heading", { name: wheel.name }).waitFor();
-  assert.deepEqual((await call("GET", "/v1/jobs")).items[0].gear, wheel.gear);
-});
+browserTest(
+  "a gear comes from a file that the program reads",
+  { alone: true },
+  async ({ page, open, call, server }) => {
+    const form = new FormData();
+    form.append("file", new Blob([rexsModel()]), "gear.rexs");
+    const own = await (await fetch(`${server.url}/v1/gears/read`, { method: "POST", body: form })).json();
+    const [wheel, pinion] = own.gears;
+    await open("/jobs/new");
+    await page
+      .getByLabel("Gear from a file")
+      .setInputFiles({ name: "gear.rexs", mimeType: "application/xml", buffer: Buffer.from(rexsModel()) });
+    await page.getByText("The file has 2 gears.").waitFor();
+    assert.ok(pinion.missing.length > 0);
+    await page.getByText(`Not complete there: ${pinion.missing.join(", ")}`).waitFor();
+    await page.getByRole("button", { name: "Take over" }).click();
+    assert.equal(await page.getByLabel("Teeth z").inputValue(), String(wheel.gear.teeth));
+    assert.equal(await page.getByLabel("Name", { exact: true }).inputValue(), wheel.name);
+    await page.getByRole("button", { name: "Create the job" }).click();
+    await page.getByRole("heading", { name: wheel.name }).waitFor();
+    assert.deepEqual((await call("GET", "/v1/jobs")).items[0].gear, wheel.gear);
+  },
+);
 
 browserTest("a repeated click or a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
   await open("/jobs/new");
