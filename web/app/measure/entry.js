@@ -1,6 +1,6 @@
 // One file of the queue: what is in it, its map, what the server said of it.
 
-import { ApiError } from "../api/problem.js";
+import { ApiError, OfflineError } from "../api/problem.js";
 import { useAsTable } from "../components/as_table.js";
 import { Badge, Facts } from "../components/figure.js";
 import { Progress } from "../components/progress.js";
@@ -60,7 +60,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
     <header>
       <h3 translate="no">${file.name}</h3>
       <div class="actions">
-        <span aria-live="polite">${h(Badge, { kind: KINDS[state], children: t[state] })}</span>
+        <span aria-live="polite">${h(Badge, { kind: KINDS[state], children: error instanceof OfflineError ? t.unanswered : t[state] })}</span>
         ${to && html`<a class="button small" href=${to}>${common.iteration(number ?? 0)}</a>`}
         ${state === "sending" && html`<button type="button" class="button small" onClick=${onCancel}>${common.cancel}</button>`}
         ${(state === "waiting" || state === "failed") && html`<button type="button" class="button small" onClick=${onRemove}>${t.remove}</button>`}

@@ -3,6 +3,7 @@
 import { Attempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
 import { StoppedError } from "../api/later.js";
+import { OfflineError } from "../api/problem.js";
 import { Allowed } from "../components/allowed.js";
 import { useResource } from "../api/resource.js";
 import { JobPage } from "../components/job_page.js";
@@ -127,7 +128,7 @@ function Measure({ jobId, reread }) {
           break;
         }
         update(id, { state: "failed", error });
-        announce(t.refused);
+        announce(error instanceof OfflineError ? t.noAnswer : t.refused);
         break;
       }
     }
@@ -203,7 +204,7 @@ function Measure({ jobId, reread }) {
     </section>
     <div class="actions">
       <button type="submit" class="button primary" disabled=${busy || waiting.length === 0}>${t.send(waiting.length)}</button>
-      ${waiting.length === 0 && html`<span class="hint">${t.nothingYet}</span>`}
+      ${waiting.length === 0 && !busy && html`<span class="hint">${t.nothingYet}</span>`}
     </div>
   </form>`;
 }

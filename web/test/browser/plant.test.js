@@ -333,9 +333,18 @@ plantTest(
     await page.setInputFiles("#measure-files", grid(4, { model: { type: "polynomial", degree: 1 } }));
     await page.locator(".queue-entry canvas").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
-    await page.getByText("What you have sent waits, and is sent again").waitFor();
-    await page.getByRole("button", { name: "Do not send it again" }).click();
+    // seen where the button is, at the end of a long page
+    const says = "What you have sent waits, and is sent again";
+    const above = (/** @type {string} */ text) =>
+      [...document.querySelectorAll(".notice")].some(
+        (one) => one.textContent?.includes(text) && one.getBoundingClientRect().top >= 0,
+      );
+    await until("the notice", () => page.evaluate(above, says), Boolean);
+    // it may have been tried for the last time by now
+    const pressed = page.getByRole("button", { name: "Do not send it again" }).click();
+    pressed.catch(() => {});
     await page.locator(".queue-entry").getByRole("heading", { name: "The server does not answer" }).waitFor();
+    await page.locator(".queue-entry").getByText("no answer", { exact: true }).waitFor();
     await plant.server.start();
     await page.getByText("Not live since").waitFor({ state: "detached" });
     await stands();
