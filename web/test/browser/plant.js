@@ -1,5 +1,6 @@
-// A plant, as docs/plant.md has it: PostgreSQL, two servers on it, haproxy before them by deploy/haproxy.cfg, with TLS by a
-// certificate of an authority of its own. The browser comes through the proxy alone; who else there is asks a server itself.
+// A plant, as docs/plant.md has it: PostgreSQL, two servers on it, and before them haproxy by
+// deploy/haproxy.cfg, with TLS by a certificate of an authority of its own. The browser comes through
+// the proxy alone; who else there is asks a server itself.
 
 import assert from "node:assert/strict";
 import { execFile, spawn } from "node:child_process";
@@ -150,7 +151,10 @@ async function certificate(folder) {
   return { file, trusted: createHash("sha256").update(publicKey).digest("base64") };
 }
 
-/** The proxy, which says what it does. @param {string} folder @param {number} port @param {readonly number[]} ports of the servers */
+/**
+ * The proxy, which says what it does.
+ * @param {string} folder @param {number} port @param {readonly number[]} ports of the servers
+ */
 async function proxy(folder, port, ports) {
   const given = await readFile(configuration, "utf8");
   assert.match(given, BIND);

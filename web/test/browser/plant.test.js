@@ -1,5 +1,6 @@
-// The dashboard on a plant: two servers on one PostgreSQL, and the browser comes by TLS through haproxy. One of them may
-// be lost at any time, and what is done at the other is seen. One plant for all of these tests.
+// The dashboard on a plant: two servers on one PostgreSQL, and the browser comes by TLS through
+// haproxy. One of them may be lost at any time, and what is done at the other is seen. One plant for
+// all of these tests.
 
 import assert from "node:assert/strict";
 import { atEnd, counted, example, holdsTheseFiles, inBrowser } from "./harness.js";
@@ -27,7 +28,8 @@ atEnd(async () => (await started)?.server.stop());
 
 /**
  * @param {string} name
- * @param {Omit<import("./harness.js").Options, "serve" | "browser"> & { role?: import("./plant.js").Role }} options `role`: whose key the browser has
+ * @param {Omit<import("./harness.js").Options, "serve" | "browser"> & { role?: import("./plant.js").Role }} options
+ *   `role`: whose key the browser has
  * @param {(world: World) => Promise<void>} body
  */
 function plantTest(name, { role, ...options }, body) {
@@ -64,14 +66,20 @@ const measure = async (call, id, file = "flank_z52.json") =>
 /** When a document was begun: another after a reload. @param {Page} page */
 const birth = (page) => page.evaluate(() => performance.timeOrigin);
 
-/** Does what opens a page, and waits until it follows what happens. @param {Page} page @param {() => Promise<unknown>} opened */
+/**
+ * Does what opens a page, and waits until it follows what happens.
+ * @param {Page} page @param {() => Promise<unknown>} opened
+ */
 async function following(page, opened) {
   const begun = page.waitForResponse((response) => response.url().endsWith("/events"));
   await opened();
   assert.equal((await begun).status(), 200);
 }
 
-/** Does what opens a page of a job, and waits until nothing is under way but news. @param {Page} page @param {() => Promise<unknown>} opened */
+/**
+ * Does what opens a page of a job, and waits until nothing is under way but news.
+ * @param {Page} page @param {() => Promise<unknown>} opened
+ */
 async function rests(page, opened) {
   let asked = 0;
   page.on("request", (request) => {
