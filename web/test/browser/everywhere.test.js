@@ -3,7 +3,7 @@
 import assert from "node:assert/strict";
 import { asTables, graphics } from "./graphics.js";
 import { axeFinds, browserTest } from "./harness.js";
-import { jumped, pressed, show, strays, watchShifts, wide } from "./looks.js";
+import { jumps, pressed, show, strays, watchShifts, wide } from "./looks.js";
 import { closes, opens, pageList, visit } from "./pages.js";
 
 /** @typedef {import("./harness.js").World} World */
@@ -59,8 +59,7 @@ browserTest("every page stands, in each theme, language and width", { settings: 
     const add = (/** @type {readonly string[]} */ found, name = listed.name) =>
       faults.push(...found.map((one) => `${name}: ${one}`));
     const address = server.url + listed.path;
-    await world.open(listed.path);
-    add(await jumped(page));
+    add(await jumps(page, () => world.open(listed.path)));
     if (listed.fill) await visit(world, listed);
     const before = await seen(page);
     if (page.url() !== address) add([`stands at ${page.url()}`]);

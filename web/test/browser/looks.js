@@ -1,20 +1,14 @@
 // What holds of every page, each as the faults of the one that is shown.
 
 /** @typedef {import("playwright-core").Page} Page */
+/** @typedef {import("playwright-core").Route} Route */
 /** @typedef {{ value: number, what: string[] }} Shift */
 
-/**
- * How much of the window may move, weighted by how far; 0.1 is what is commonly called good. All pages stay below 0.02 on
- * a quiet machine; on a busy one answers come in another order.
- */
-const MOST = 0.05;
+/** How much of the window may move, weighted by how far; 0.1 is what is commonly called good. */
+const MOST = 0.02;
 
 /** Has pages count what jumps while they come. @param {Page} page */
 export async function watchShifts(page) {
-  const session = await page.context().newCDPSession(page);
-  // answers come one after another, as from a server that is not on the same machine
-  const slow = { offline: false, latency: 40, downloadThroughput: 1_250_000, uploadThroughput: 1_250_000 };
-  await session.send("Network.emulateNetworkConditions", slow);
   await page.addInitScript(() => {
     /** @type {{ value: number, what: string[] }[]} */
     const shifts = [];
@@ -31,8 +25,45 @@ export async function watchShifts(page) {
   });
 }
 
+/** What the interface answers, but for news. @param {URL} url */
+const ofInterface = ({ pathname }) => pathname.startsWith("/v1/") && !pathname.endsWith("/events");
+
+/**
+ * What jumps while a page comes. Answers of the interface are let through one at a time, that asked for last first, each
+ * painted before the next one: so they come on no machine, and on none worse.
+ * @param {Page} page @param {() => Promise<void>} open
+ */
+export async function jumps(page, open) {
+  /** @type {Route[]} */
+  const held = [];
+  let letting = false;
+  // the page may have gone on to the next one meanwhile, which wants nothing of what was asked for before
+  const gone = () => undefined;
+  const letThrough = async () => {
+    letting = true;
+    for (;;) {
+      await painted(page).catch(gone);
+      const route = held.pop();
+      if (!route) break;
+      await route.continue().catch(gone);
+      const response = await route.request().response().catch(gone);
+      await response?.finished().catch(gone);
+    }
+    letting = false;
+  };
+  await page.route(ofInterface, (route) => {
+    // which shows all that it asks for, much of it, at once
+    if (page.url().endsWith("/report")) return route.continue();
+    held.push(route);
+    return letting ? undefined : letThrough();
+  });
+  await open();
+  await page.unroute(ofInterface);
+  return jumped(page);
+}
+
 /** What has jumped since the page was loaded. @param {Page} page */
-export async function jumped(page) {
+async function jumped(page) {
   // the browser reports what it has painted
   await painted(page);
   const shifts = await page.evaluate(() => /** @type {{ shifts: Shift[] }} */ (/** @type {any} */ (window)).shifts);

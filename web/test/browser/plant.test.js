@@ -375,8 +375,12 @@ plantTest("all that a page asks for comes from the proxy, by TLS alone", { role:
   for (const place of ["/jobs", `/jobs/${id}/measure`, `/jobs/${id}/iterations/1`, `/jobs/${id}/report`])
     await open(place);
   const fetched = responses.filter((response) => !/^(blob|data):/.test(response.url()));
-  assert.ok(fetched.length > 60, `${fetched.length}`);
+  /** @type {Set<string>} */
+  const known = new Set();
   for (const response of fetched) {
+    // what comes from the browser's own cache comes without some of its headers
+    if (known.has(response.url())) continue;
+    known.add(response.url());
     const place = response.url();
     assert.equal(new URL(place).origin, url);
     const headers = await response.allHeaders();
@@ -385,6 +389,7 @@ plantTest("all that a page asks for comes from the proxy, by TLS alone", { role:
     assert.match(headers["content-security-policy"] ?? "", /default-src 'none'.*frame-ancestors 'none'/, place);
     assert.equal(headers["set-cookie"], undefined, place);
   }
+  assert.ok(known.size > 60, `${known.size}`);
   const document = await responses.find((response) => response.url() === `${url}/jobs`)?.allHeaders();
   assert.ok(document);
   const policy = (document["content-security-policy"] ?? "").split("; ");
