@@ -80,6 +80,38 @@ browserTest("of a REXS model the gear is named, and its topography is a map", { 
   assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
 });
 
+browserTest("points in space become a map of what stands out of the flank", {}, async (world) => {
+  const { page, open, stands, job, call, server } = world;
+  const { id } = await job({ gear: SPUR });
+  const flank = {
+    gear: SPUR,
+    flank: "left",
+    profile: { axis: "diameter", values: [51, 51.5, 52, 52.5] },
+    face_width_positions_mm: [2, 6, 10, 14],
+  };
+  const headers = { "content-type": "application/json", accept: "text/csv" };
+  const asked = await fetch(`${server.url}/v1/gears/flank`, { method: "POST", headers, body: JSON.stringify(flank) });
+  assert.equal(asked.status, 200);
+  const [head, ...lines] = (await asked.text()).trim().split(/\r?\n/);
+  assert.equal(head, "id,x,y,z,i,j,k");
+  // 5 µm along the normals, and 8 µm at one node
+  const moved = lines.map((line, k) => {
+    const [name, ...numbers] = line.split(",");
+    const [x = 0, y = 0, z = 0, ...normal] = numbers.map(Number);
+    return [name, ...[x, y, z].map((at, c) => at + (k === 5 ? 0.008 : 0.005) * (normal[c] ?? 0)), ...normal].join(",");
+  });
+  assert.equal(moved.length, 16);
+  await open(`/jobs/${id}/measure`);
+  await page.setInputFiles(picker, file("p.csv", [head, ...moved].join("\n")));
+  await page.locator(".queue-entry", { hasText: "points in space" }).waitFor();
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.waitForURL(`**/jobs/${id}/iterations/1`);
+  await stands();
+  await page.locator('[data-extreme="greatest"]', { hasText: "8.0 µm" }).waitFor();
+  await page.locator('[data-extreme="least"]', { hasText: "5.0 µm" }).waitFor();
+  assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1`)).node_count, 16);
+});
+
 browserTest("a file of values shows its gear, and is no measurement", {}, async ({ page, open, job }) => {
   const { id } = await job();
   await open(`/jobs/${id}/measure`);
