@@ -36,6 +36,25 @@ async function decide({ call }, at, decision) {
   await call("PATCH", at, { decision, reason });
 }
 
+/** Of the gear of the example, where its involute has a roll length. @param {number} roll mm */
+const diameter = (roll) => Number((2 * Math.hypot(26 * Math.cos(Math.PI / 9), roll)).toFixed(4));
+
+/** The traces through the middle of the nodes. @param {{ u: number[], v: number[], z: (number | null)[][] }} nodes */
+async function evaluation({ u, v, z }) {
+  const asked = JSON.parse(await example("requests/gear_evaluate.json"));
+  const [row, column] = [4, 7];
+  const diameters = u.map(diameter);
+  asked.evaluation.profile_diameter_range_mm = [diameters[0], diameters.at(-1)];
+  const of = { tooth: "1", flank: "left" };
+  const profile = { kind: "profile", diameter_mm: diameters, deviation_um: z.map((line) => line[column]) };
+  const helix = { kind: "helix", z_mm: v, deviation_um: z[row] };
+  asked.traces = [
+    { ...of, ...profile, section_z_mm: v[column] },
+    { ...of, ...helix, section_diameter_mm: diameters[row] },
+  ];
+  return asked;
+}
+
 /** @param {World} world */
 async function jobs(world) {
   const { call, job, iteration } = world;
@@ -45,13 +64,23 @@ async function jobs(world) {
     await iteration(id, i === 2 ? "flank_z52_remachined.json" : "flank_z52.json");
     const decision = ["remachine", "", "accept"][i];
     if (decision)
-      await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision, reason: "as the limits of class 5 say" });
+      await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision, reason: "as the limits of class 6 say" });
   }
+  const { nodes } = JSON.parse(await example("flank_z52.json"));
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
-  // a band that ends where the traces of the example have samples
+  // a band over all that was measured
+  const band = (/** @type {[number, number][]} */ corners) => corners.map(([row, at]) => [diameter(nodes.u[row]), at]);
   Object.assign(requirements.k_bands[0], {
-    upper: [51.044, 53.276, 53.648].map((at, i) => [at, [2, 2, 0][i]]),
-    lower: [51.044, 52.532, 53.648].map((at, i) => [at, [-8, -3, -9][i]]),
+    upper: band([
+      [2, 2],
+      [7, 2],
+      [8, 0],
+    ]),
+    lower: band([
+      [2, -8],
+      [5, -3],
+      [8, -9],
+    ]),
   });
   const { id } = await job({ requirements });
   const { fits } = await iteration(id);
@@ -62,9 +91,12 @@ async function jobs(world) {
     regularization: { ...spec.regularization, lambda_star: { criterion: "l_curve" } },
     reason: "what l_curve makes of it",
   });
-  await call("POST", `${at}/1/evaluations`, JSON.parse(await example("requests/gear_evaluate.json")));
+  await call("POST", `${at}/1/evaluations`, await evaluation(nodes));
   await call("POST", `${at}/1/pitch`, JSON.parse(await example("requests/iteration_pitch.json")));
-  await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
+  const correction = JSON.parse(await example("requests/iteration_correction.json"));
+  // what the job asks for stays
+  Object.assign(correction.limits, { profile_crowning: { fixed: true }, helix_crowning: { fixed: true } });
+  await call("POST", `${at}/1/correction`, correction);
   await decide(world, `${at}/1`, "remachine");
   await iteration(id, "flank_z52_remachined.json");
   await decide(world, `${at}/2`, "accept");

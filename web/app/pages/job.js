@@ -119,7 +119,7 @@ function Iterations({ job, iterations }) {
   const height = (/** @type {TracedIteration} */ one, /** @type {number | null | undefined} */ value) => {
     if (value == null) return ABSENT;
     const unit = unitOf(one);
-    const written = unit === "µm" ? f.um(value) : unit === "mm" ? f.mm(value) : f.three(value);
+    const written = unit === "mm" ? f.mm(value) : f.three(value);
     return html`<span translate="no">${written} ${unit ?? ""}</span>${!unit && html`<span class="quiet">${common.callersUnit}</span>`}`;
   };
   return html`<section class="panel" aria-labelledby="iterations">

@@ -28,7 +28,7 @@ browserTest("the first page stands alone, with the figures of the interface and 
   }
   for (const fit of standing) holds(first, [f.three(fit.rms), f.three(fit.lambda_star), fit.criterion]);
   // what is absent says so, and why
-  holds(first, ["Neither the job nor an evaluation names limits", "iteration 2 has none"]);
+  holds(first, ["No limits are named for it", "iteration 2 has none"]);
   assert.ok(!first.includes("Flank maps"), "the rest begins on the next page");
   assert.match(pages[1] ?? "", /Flank maps/);
   assert.ok(!(pages[1] ?? "").includes("Signature"), "nothing of the first page runs over");

@@ -83,10 +83,10 @@ test("what cannot be told apart is said in German by its data", () => {
   assert.equal(
     dependency(["u v", "u v²", "u² v", "v", "u", "1"], figures),
     "u v ist über diesen Knoten fast eine Mischung aus u v², u² v, v und 2 weiteren Termen (R² = 0,999996, " +
-      "Konditionsindex 2279). Ihre Koeffizienten sind nicht zu unterscheiden.",
+      "Konditionsindex 2279). Deren Koeffizienten sind nicht zu unterscheiden.",
   );
   assert.equal(
     dependency(["v", "v²"], { cosine: "-0,98" }),
-    "v und v² verlaufen über diesen Knoten fast gleich (Kosinus -0,98). Ihre Koeffizienten sind nicht zu unterscheiden.",
+    "v und v² verlaufen über diesen Knoten fast gleich (Kosinus -0,98). Deren Koeffizienten sind nicht zu unterscheiden.",
   );
 });

@@ -15,10 +15,10 @@ export default function sentence(terms, { cosine, rSquared, index }) {
   ].filter(Boolean);
   const told = of.length > 0 ? ` (${of.join(", ")})` : "";
   const [first = "", ...others] = terms;
-  const end = "Ihre Koeffizienten sind nicht zu unterscheiden.";
+  const end = "Deren Koeffizienten sind nicht zu unterscheiden.";
   if (others.length === 1) return `${first} und ${others[0]} verlaufen über diesen Knoten fast gleich${told}. ${end}`;
   const named = others.slice(0, NAMED - 1).join(", ");
   const more = others.length - (NAMED - 1);
-  const rest = more > 0 ? ` und ${more} ${more === 1 ? "weiteren" : "weiteren Termen"}` : "";
+  const rest = more > 0 ? ` und ${more === 1 ? "einem weiteren Term" : `${more} weiteren Termen`}` : "";
   return `${first} ist über diesen Knoten fast eine Mischung aus ${named}${rest}${told}. ${end}`;
 }

@@ -41,7 +41,7 @@ export default {
     "Mit Standardfehlern. Die der regularisierten Werte nehmen λ* als gegeben und enthalten die Verzerrung nicht; diese begrenzt die Schranke.",
   filterFactors: "Filterfaktoren",
   filterSummary: (reduced, all) => `${reduced} von ${all} Richtungen sind um mehr als 0,5 % vermindert.`,
-  filterFactor: "Rest der Richtung",
+  filterFactor: "Erhaltener Anteil",
   eigenvalue: "Eigenwert",
   direction: "Richtung",
   directions: "Regularisierte Eigenwerte L",

@@ -124,7 +124,7 @@ export default {
   cutoffHint: "In der Einheit der Achse.",
   nothingYet: "Es gibt keine Datei zu senden.",
   refused: "Der Server hat es abgelehnt.",
-  noAnswer: "Es kam keine Antwort. Was Sie noch einmal senden, wird nur einmal gespeichert.",
+  noAnswer: "Es kam keine Antwort. Senden Sie es noch einmal: Gespeichert wird es nur einmal.",
   send: (/** @type {number} */ count) => (count > 1 ? `${count} Iterationen speichern` : "Als Iteration speichern"),
   stored: (/** @type {number} */ number) => `Gespeichert als Iteration ${number}.`,
   previewOf: (/** @type {string} */ name) => `Vorschau von ${name}`,

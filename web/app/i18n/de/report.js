@@ -63,7 +63,7 @@ export default {
   cannot_be_told: "nicht zu entscheiden",
   whyFigures: (numbers) =>
     `Die Achsen von Iteration ${numbers} sagen nicht, was u, v und die Höhen sind, oder ihre Messpunkte lassen Winkelabweichungen, Balligkeiten und Verschränkung nicht erkennen.`,
-  whyLimits: "Weder der Auftrag noch eine Auswertung nennt Grenzen dafür.",
+  whyLimits: "Dafür sind keine Grenzen genannt, oder keine Unsicherheit, nach der zu entscheiden wäre (ISO 14253-1).",
   whyClass: (numbers) =>
     `Klassen nach ISO 1328-1 werden mit ausgewerteten Kurven beantwortet; Iteration ${numbers} hat keine.`,
   whyHeights: "Die Messpunkte sind keine Flanke.",

@@ -6,8 +6,7 @@ export default {
     `Decide on iteration ${number}: look at its map, choose λ*, then accept it, machine again or reject it.`,
   nextCorrect: (/** @type {number} */ number) =>
     `Iteration ${number} is to be machined again: correct the machine, machine, and measure anew.`,
-  nextAccepted: (/** @type {number} */ number) =>
-    `Iteration ${number} is accepted. The report says how it came to that.`,
+  nextAccepted: (/** @type {number} */ number) => `Iteration ${number} is accepted. The report says why.`,
   nextRejected: (/** @type {number} */ number) => `Iteration ${number} is rejected. There is nothing left to do.`,
   toMeasure: "Measure",
   toMap: "Look at the map",

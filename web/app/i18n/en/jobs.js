@@ -37,7 +37,7 @@ export default {
   left: "left",
   right: "right",
   flankHint: (/** @type {string} */ limit) =>
-    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip above, face I left. ✓, ✗: whether all figures lie within their limits.`,
+    `Flanks by the slopes, crownings and twist of the last iteration, colours from −${limit} to ${limit} µm: tip above, face I left. ✓, ✗: whether all figures lie within their limits. Class: of the evaluation kept last.`,
   withinLimits: "Within limits",
   class: "Class",
   rms: "RMS",

@@ -40,7 +40,7 @@ export default {
   filterFactors: "Filter factors",
   filterSummary: (/** @type {number} */ reduced, /** @type {number} */ all) =>
     `${reduced} of ${all} directions are reduced by more than 0.5 %.`,
-  filterFactor: "Left of the direction",
+  filterFactor: "Share kept",
   eigenvalue: "Eigenvalue",
   direction: "Direction",
   directions: "Regularised eigenvalues L",

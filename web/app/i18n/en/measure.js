@@ -122,7 +122,7 @@ export default {
   cutoffHint: "In the unit of the axis.",
   nothingYet: "There is no file to be sent.",
   refused: "The server refused it.",
-  noAnswer: "There was no answer. What you have sent is stored once only, if you send it again.",
+  noAnswer: "There was no answer. Send it again: it is stored once only.",
   send: (/** @type {number} */ count) => (count > 1 ? `Store ${count} iterations` : "Store as iteration"),
   stored: (/** @type {number} */ number) => `Stored as iteration ${number}.`,
   previewOf: (/** @type {string} */ name) => `Preview of ${name}`,

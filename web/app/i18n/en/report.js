@@ -62,7 +62,7 @@ export default {
   cannot_be_told: "cannot be told",
   whyFigures: (/** @type {string} */ numbers) =>
     `The axes of iteration ${numbers} do not say what u, v and the heights are, or its nodes tell no slopes, crownings and twist.`,
-  whyLimits: "Neither the job nor an evaluation names limits of it.",
+  whyLimits: "No limits are named for it, or no uncertainty by which to decide (ISO 14253-1).",
   whyClass: (/** @type {string} */ numbers) =>
     `Classes of ISO 1328-1 are answered with evaluated traces; iteration ${numbers} has none.`,
   whyHeights: "The nodes are no flank.",
