@@ -9,12 +9,19 @@ use std::{
 };
 
 use flankfit::{
-    jobs::{ANSWERS_KEPT, Answer, Clock, EVENTS_TOLD, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds},
-    store::{OpenError, SqliteStore, StoreSettings},
+    jobs::{
+        ANSWERS_KEPT, Answer, Clock, EVENTS_TOLD, Job, JobDraft, JobService, Keyed, KeyedRequest, OrderedIds,
+        Store as _, SystemClock, Upkeep as _,
+    },
+    store::{OpenError, PostgresSettings, PostgresStore, SqliteStore, StoreSettings},
 };
 use jiff::Timestamp;
+use sqlx::{Connection as _, PgConnection};
 
-use crate::support::{Place, all_jobs, caller, ids, still};
+use crate::{
+    server::Server,
+    support::{Place, Values, all_jobs, caller, ids, still},
+};
 
 #[tokio::test]
 async fn a_second_writer_is_refused_and_the_next_one_is_not() {
@@ -120,4 +127,32 @@ async fn old_events_are_forgotten_while_the_service_runs() {
     upkeep.abort();
     assert_eq!(jobs.all_events(first, 10).await.unwrap(), []);
     assert!(jobs.last_place().await.unwrap() > first);
+}
+
+/// A dump brings what was told by a server whose transactions had come farther.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn what_another_server_told_hides_nothing_that_happens_here() {
+    let url = Server::shared().database().await;
+    let mut db = PgConnection::connect(&url).await.unwrap();
+    let brought = "INSERT INTO told_until (at, changed_by, gone) VALUES (now() - interval '8 days', 4000000000, true);
+                   INSERT INTO told (tenant, changed_by, job, state, created_at)
+                   VALUES ('default', 4000000001, gen_random_uuid(), 'created', now() - interval '8 days')";
+    sqlx::raw_sql(brought).execute(&mut db).await.unwrap();
+    let mut settings = PostgresSettings::of_url(&url).unwrap();
+    settings.unsafe_store = true;
+    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let (repository, values) = (store.of(&caller("default")), Values::default());
+    let first = repository.last_place().await.unwrap();
+    assert!(repository.tells_all_after(first).await.unwrap());
+    values.stored_job(&repository).await;
+    let now = SystemClock.now();
+    for _ in 0..2 {
+        assert_eq!(store.forget_told(now, now - EVENTS_TOLD, 100).await.unwrap(), 0);
+        assert!(repository.tells_all_after(first).await.unwrap());
+    }
+    let left: Vec<i64> = sqlx::query_scalar("SELECT changed_by FROM told").fetch_all(&mut db).await.unwrap();
+    assert!(left.len() == 1 && left[0] < 4_000_000_000, "{left:?}");
+    db.close().await.unwrap();
+    store.close().await;
 }

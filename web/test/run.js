@@ -15,6 +15,9 @@ const worker = fileURLToPath(new URL("worker.js", import.meta.url));
 /** These take longest, and begin first. */
 const LONG = ["everywhere.test.js", "plant.test.js", "report.test.js", "story.test.js"];
 
+/** After so long a test never ends. */
+const LONGEST_MS = 1_200_000;
+
 /** @param {string} name */
 const place = (name) => (LONG.includes(name) ? LONG.indexOf(name) : LONG.length);
 
@@ -24,10 +27,14 @@ const place = (name) => (LONG.includes(name) ? LONG.indexOf(name) : LONG.length)
  */
 function outcome(child, name) {
   return new Promise((resolve) => {
-    const ended = (/** @type {number | null} */ code) =>
+    const ended = (/** @type {number | null} */ code) => {
+      clearTimeout(late);
       resolve({ count: 0, failed: [`(the process ended with ${code})`], leftOut: [] });
+    };
     child.once("exit", ended);
+    const late = setTimeout(() => child.kill("SIGKILL"), LONGEST_MS);
     child.once("message", (answer) => {
+      clearTimeout(late);
       child.off("exit", ended);
       resolve(/** @type {Outcome} */ (answer));
     });
@@ -70,6 +77,7 @@ async function work(names, apart, told) {
 const files = (await readdir(new URL(`${folder}/`, import.meta.url)))
   .filter((name) => name.endsWith(".test.js"))
   .sort();
+if (files.length === 0) throw new Error(`there are no tests in ${folder}/`);
 const names = [...files].sort((a, b) => place(a) - place(b));
 let all = 0;
 /** @type {Map<string, string[]>} */

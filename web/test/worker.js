@@ -4,6 +4,15 @@ import { close, settled } from "./browser/harness.js";
 
 const folder = process.argv[2];
 
+/** What nobody has waited for. @type {string[]} */
+const stray = [];
+for (const event of /** @type {const} */ (["unhandledRejection", "uncaughtException"]))
+  process.on(event, (/** @type {unknown} */ error) => {
+    console.error(error);
+    stray.push(`(${event}: ${error})`);
+    process.exitCode = 1;
+  });
+
 /** @param {unknown} name of a file */
 async function run(name) {
   console.log(`— ${name}`);
@@ -16,7 +25,7 @@ async function run(name) {
     unread.push("(it cannot be loaded)");
   }
   const { count, failed, leftOut } = await settled();
-  process.send?.({ count, failed: [...unread, ...failed], leftOut });
+  process.send?.({ count, failed: [...unread, ...failed, ...stray.splice(0)], leftOut });
 }
 
 process.on("message", (name) => void run(name));

@@ -1,6 +1,6 @@
 //! Events of a job and of all jobs, which triggers write.
 
-use sqlx::PgPool;
+use sqlx::{PgConnection, PgPool};
 
 use super::{locate::signed, session::Session, time::stamp, upkeep};
 use crate::{
@@ -106,7 +106,8 @@ impl Read<PgPool> for TellsAllAfter {
         // of a transaction that is gone the place may be the last one, and need not be
         let told = sqlx::query_scalar(
             "SELECT NOT EXISTS
-                 (SELECT FROM told_until WHERE gone AND (changed_by, 9223372036854775807::bigint) > ($1, $2))",
+                 (SELECT FROM told_until WHERE gone AND (changed_by, 9223372036854775807::bigint) > ($1, $2)
+                  AND changed_by < pg_snapshot_xmin(pg_current_snapshot())::text::bigint)",
         );
         Ok(told.bind(signed(self.place.change)).bind(signed(self.place.number)).fetch_one(from).await?)
     }
@@ -119,22 +120,20 @@ impl Run<Session> for ForgetTold {
         if !upkeep::alone(db).await? {
             return Ok(0);
         }
+        forget_what_another_server_told(db).await?;
         sqlx::query(
             "INSERT INTO told_until (at, changed_by)
              SELECT $1, pg_snapshot_xmin(pg_current_snapshot())::text::bigint - 1
-             WHERE NOT EXISTS (SELECT FROM told_until WHERE at > $2)",
+             WHERE NOT EXISTS (SELECT FROM told_until WHERE at > $2 AND at <= $1)",
         )
         .bind(stamp(self.now))
         .bind(stamp(self.now - NOTED_EVERY))
         .execute(&mut *db)
         .await?;
-        sqlx::query(
-            "UPDATE told_until SET gone = true
-             WHERE NOT gone AND at = (SELECT max(at) FROM told_until WHERE at < $1)",
-        )
-        .bind(stamp(self.before))
-        .execute(&mut *db)
-        .await?;
+        sqlx::query("UPDATE told_until SET gone = true WHERE NOT gone AND at < $1")
+            .bind(stamp(self.before))
+            .execute(&mut *db)
+            .await?;
         let forgotten = sqlx::query(
             "WITH RECURSIVE whose AS (
                  (SELECT tenant FROM told ORDER BY tenant LIMIT 1)
@@ -154,10 +153,34 @@ impl Run<Session> for ForgetTold {
         .bind(i64::from(self.most))
         .execute(&mut *db)
         .await?;
-        // the last of them says what is gone
-        sqlx::query("DELETE FROM told_until WHERE at < (SELECT max(at) FROM told_until WHERE gone)")
-            .execute(db)
-            .await?;
+        // the farthest of them says what is gone, also of those before it with a clock that was wrong
+        sqlx::query(
+            "DELETE FROM told_until WHERE (changed_by, at) <
+             (SELECT changed_by, at FROM told_until WHERE gone ORDER BY changed_by DESC, at DESC LIMIT 1)",
+        )
+        .execute(db)
+        .await?;
         Ok(forgotten.rows_affected())
     }
+}
+
+/// A dump brings places among the transactions of the server that it is of, to which this one has
+/// yet to come: by these everything that happens here would count as told long ago.
+async fn forget_what_another_server_told(db: &mut PgConnection) -> Outcome<()> {
+    let brought: bool = sqlx::query_scalar(
+        "WITH notes AS (DELETE FROM told_until
+                        WHERE changed_by >= pg_snapshot_xmin(pg_current_snapshot())::text::bigint RETURNING 1)
+         SELECT EXISTS (SELECT FROM notes) OR NOT EXISTS (SELECT FROM told_until)",
+    )
+    .fetch_one(&mut *db)
+    .await?;
+    if brought {
+        sqlx::query(
+            "DELETE FROM told WHERE changed_by >=
+             greatest(pg_snapshot_xmax(pg_current_snapshot())::text::bigint, pg_current_xact_id()::text::bigint + 1)",
+        )
+        .execute(db)
+        .await?;
+    }
+    Ok(())
 }

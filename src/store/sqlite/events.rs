@@ -115,21 +115,18 @@ impl Read<SqlitePool> for TellsAllAfter {
 impl Run<SqliteConnection> for ForgetTold {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<u64> {
         sqlx::query(concat!(
-            "INSERT INTO told_until (at, place) SELECT ?, ",
+            "INSERT INTO told_until (at, place) SELECT ?1, ",
             last_place!(),
-            " WHERE NOT EXISTS (SELECT 1 FROM told_until WHERE at > ?)",
+            " WHERE NOT EXISTS (SELECT 1 FROM told_until WHERE at > ?2 AND at <= ?1)",
         ))
         .bind(time::to_text(self.now))
         .bind(time::to_text(self.now - NOTED_EVERY))
         .execute(&mut *db)
         .await?;
-        sqlx::query(
-            "UPDATE told_until SET gone = 1
-             WHERE gone = 0 AND at = (SELECT max(at) FROM told_until WHERE at < ?)",
-        )
-        .bind(time::to_text(self.before))
-        .execute(&mut *db)
-        .await?;
+        sqlx::query("UPDATE told_until SET gone = 1 WHERE gone = 0 AND at < ?")
+            .bind(time::to_text(self.before))
+            .execute(&mut *db)
+            .await?;
         let forgotten = sqlx::query(
             "DELETE FROM told WHERE place IN
              (SELECT place FROM told WHERE place <= (SELECT max(place) FROM told_until WHERE gone = 1)
@@ -138,10 +135,13 @@ impl Run<SqliteConnection> for ForgetTold {
         .bind(i64::from(self.most))
         .execute(&mut *db)
         .await?;
-        // the last of them says what is gone
-        sqlx::query("DELETE FROM told_until WHERE at < (SELECT max(at) FROM told_until WHERE gone = 1)")
-            .execute(db)
-            .await?;
+        // the farthest of them says what is gone, also of those before it with a clock that was wrong
+        sqlx::query(
+            "DELETE FROM told_until WHERE (place, at) <
+             (SELECT place, at FROM told_until WHERE gone = 1 ORDER BY place DESC, at DESC LIMIT 1)",
+        )
+        .execute(db)
+        .await?;
         Ok(forgotten.rows_affected())
     }
 }

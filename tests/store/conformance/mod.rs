@@ -178,7 +178,8 @@ conformance! {
         told:
             all_events_are_told_in_order_to_their_tenant_alone,
             what_many_write_is_told_once_to_who_reads_meanwhile,
-            what_was_told_long_ago_is_forgotten;
+            what_was_told_long_ago_is_forgotten,
+            a_clock_that_was_ahead_keeps_nothing_for_ever;
         trace:
             a_job_comes_back_and_counts_its_changes,
             only_an_empty_job_is_deleted,

@@ -165,3 +165,27 @@ pub async fn what_was_told_long_ago_is_forgotten(pair: &mut Pair) {
     let next = told(&store, first, 1).await;
     assert!(next[0].place > young[0].place && next[0].event.number == 3, "{next:?}");
 }
+
+/// What was noted by a clock that was ahead is no note of now.
+pub async fn a_clock_that_was_ahead_keeps_nothing_for_ever(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let first = store.last_place().await.unwrap();
+    place.stored_job(&store).await;
+    told(&store, first, 1).await;
+    pair.ground.settled().await;
+    let [one, two] = &pair.handles;
+    let now = place.now();
+    let (hour, year) = (SignedDuration::from_hours(1), SignedDuration::from_hours(365 * 24));
+    assert_eq!(one.forget_told(now + year, now - hour, 10).await.unwrap(), 0);
+    // it is right again
+    assert_eq!(two.forget_told(now, now - hour, 10).await.unwrap(), 0);
+    assert!(store.tells_all_after(first).await.unwrap());
+    assert_eq!(one.forget_told(now + 2 * hour, now + hour, 10).await.unwrap(), 1);
+    assert!(!store.tells_all_after(first).await.unwrap());
+    // and the note of the future does not stand in the way of what comes after it
+    place.stored_job(&store).await;
+    told(&store, first, 1).await;
+    pair.ground.settled().await;
+    assert_eq!(two.forget_told(now + 4 * hour, now + hour, 10).await.unwrap(), 0);
+    assert_eq!(two.forget_told(now + 6 * hour, now + 5 * hour, 10).await.unwrap(), 1);
+}

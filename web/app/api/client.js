@@ -40,7 +40,7 @@ export async function transport(request) {
     throw new OfflineError("no answer", { cause: error });
   }
   if (isOfProxy(response)) {
-    disconnected();
+    disconnected(true);
     throw new OfflineError("no answer", { cause: response.status, ofProxy: true });
   }
   connected();

@@ -2,7 +2,7 @@
 // shown stays.
 
 import { signal } from "../../vendor/ui.js";
-import { session } from "./key.js";
+import { currentKey, session } from "./key.js";
 import { OfflineError } from "./problem.js";
 
 /** Since when the server has not answered. @type {import("../../vendor/ui.js").Signal<Date | null>} */
@@ -10,20 +10,29 @@ export const lostAt = signal(/** @type {Date | null} */ (null));
 
 const LONGEST = 30_000;
 let wait = 1000;
+/** Whether it was a proxy that has said so: it may answer others meanwhile. */
+let byProxy = false;
+let foundAt = Number.NEGATIVE_INFINITY;
 /** @type {ReturnType<typeof setTimeout> | undefined} */
 let timer;
 
-export function connected() {
-  if (lostAt.peek() === null) return;
+/** @param {boolean} [probed] the server was asked whether it is there */
+export function connected(probed = false) {
+  // else one answer that a proxy has not would have all others asked for anew, again and again
+  if (lostAt.peek() === null || (byProxy && !probed)) return;
   lostAt.value = null;
-  wait = 1000;
+  foundAt = performance.now();
   clearTimeout(timer);
   // what could not be loaded is asked for again
   session.value += 1;
 }
 
-export function disconnected() {
+/** @param {boolean} [ofProxy] */
+export function disconnected(ofProxy = false) {
   if (lostAt.peek() === null) {
+    byProxy = ofProxy;
+    // what is lost again at once is asked less and less often
+    wait = performance.now() - foundAt < 2 * LONGEST ? Math.min(2 * wait, LONGEST) : 1000;
     lostAt.value = new Date();
     schedule();
   }
@@ -44,7 +53,7 @@ export async function probe() {
   clearTimeout(timer);
   try {
     if (isOfProxy(await fetch("/healthz", { cache: "no-store" }))) throw new Error("no server");
-    connected();
+    connected(true);
     return true;
   } catch {
     lostAt.value ??= new Date();
@@ -81,13 +90,16 @@ const LONGEST_PAUSE_S = 60;
  */
 export async function sendAgain(request, send) {
   if (!request.headers.has("idempotency-key")) return send(request);
+  const key = currentKey();
   for (let tries = 1; ; tries += 1) {
     // what is sent is read, and cannot be sent twice
     const copy = tries < MOST_TRIES ? request.clone() : request;
     const answered = await send(copy).catch(lostBehindProxy);
     const lost = answered instanceof OfflineError;
     const seconds = lost ? 2 ** (tries - 1) : secondsOf(answered);
-    if (tries < MOST_TRIES && seconds !== undefined && (await waited({ seconds, lost }, request.signal))) continue;
+    const goesOn = tries < MOST_TRIES && seconds !== undefined && (await waited({ seconds, lost }, request.signal));
+    // what somebody has sent is not sent by another
+    if (goesOn && currentKey() === key) continue;
     if (lost) throw answered;
     return answered;
   }
@@ -102,7 +114,8 @@ function lostBehindProxy(error) {
 /** After how long a response asks to be asked again, where that is worth waiting for. @param {Response} response */
 function secondsOf({ status, headers }) {
   const value = headers.get("retry-after");
-  if (status !== 503 || value === null) return undefined;
+  // 409: the server still does what was sent first
+  if ((status !== 503 && status !== 409) || value === null) return undefined;
   const seconds = Number(value);
   return seconds >= 0 && seconds <= LONGEST_PAUSE_S ? seconds : undefined;
 }

@@ -10,7 +10,7 @@ import { lacking, startPlant, until } from "./plant.js";
 /** @typedef {import("./harness.js").World["call"]} Call */
 /** @typedef {import("playwright-core").Page} Page */
 /** @typedef {import("playwright-core").Locator} Locator */
-/** @typedef {Pick<import("./harness.js").World, "page" | "open" | "stands"> & { plant: Plant }} World */
+/** @typedef {Pick<import("./harness.js").World, "page" | "open" | "stands" | "startAgain"> & { plant: Plant }} World */
 
 const why = lacking();
 /** The gate takes no excuse. */
@@ -38,12 +38,12 @@ function plantTest(name, { role, ...options }, body) {
     await holdsTheseFiles(plant.servers[0].url);
     try {
       await inBrowser(plant.server, { ...options, browser: plant.browser }, async (world) => {
-        const { page, open, stands } = world;
+        const { page, open, stands, startAgain } = world;
         if (role)
           await page.context().addInitScript((key) => {
             sessionStorage.setItem("flankfit.key", key);
           }, plant.keys[role].key);
-        await body({ page, open, stands, plant });
+        await body({ page, open, stands, startAgain, plant });
       });
     } catch (error) {
       if (error instanceof Error) error.message += `\n--- plant ---\n${plant.server.log()}`;
@@ -330,7 +330,7 @@ plantTest(
 plantTest(
   "while all servers are away the page says so, and keeps what is there",
   { role: "operator", statuses: [502, 503], offline: true },
-  async ({ page, open, stands, plant }) => {
+  async ({ page, open, stands, startAgain, plant }) => {
     const { id } = await newJob(plant.at(0), "stays");
     await following(page, () => open(`/jobs/${id}/measure`));
     const born = await birth(page);
@@ -353,8 +353,7 @@ plantTest(
     pressed.catch(() => {});
     await page.locator(".queue-entry").getByRole("heading", { name: "The server does not answer" }).waitFor();
     await page.locator(".queue-entry").getByText("no answer", { exact: true }).waitFor();
-    await plant.server.start();
-    await page.getByText("Not live since").waitFor({ state: "detached" });
+    await startAgain();
     await stands();
     assert.equal(await page.getByLabel("Note").inputValue(), "typed all the same");
     assert.equal(await birth(page), born, "it is one document all the time");
