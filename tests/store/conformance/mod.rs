@@ -31,6 +31,13 @@ mod trace;
 mod upkeep;
 mod writers;
 
+use std::pin::Pin;
+
+/// Cases that go on beside each other where one test has all of them.
+const AT_A_TIME: usize = 4;
+
+type Case<'a> = Pin<Box<dyn Future<Output = ()> + 'a>>;
+
 /// Makes a test of each case on each store, and one that the cases leave nothing out, which may
 /// have another ground of the store.
 macro_rules! conformance {
@@ -41,7 +48,9 @@ macro_rules! conformance {
         mod $store {
             use std::sync::Arc;
 
-            use super::{grounds, pair::Pair, recorder::Exercised};
+            use futures_util::stream::{self, StreamExt as _};
+
+            use super::{AT_A_TIME, Case, grounds, pair::Pair, recorder::Exercised};
 
             $($(
                 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
@@ -56,13 +65,11 @@ macro_rules! conformance {
             #[cfg_attr(not($there), ignore = "there is no server of this kind")]
             async fn every_operation_and_every_refusal_is_met() {
                 let exercised = Arc::<Exercised>::default();
-                $($(
-                    Box::pin(async {
-                        let ground = grounds::$store::$ground().await;
-                        super::$group::$case(&mut Pair::on(ground, exercised.clone()).await).await;
-                    })
-                    .await;
-                )+)+
+                let cases = vec![$($(Box::pin(async {
+                    let ground = grounds::$store::$ground().await;
+                    super::$group::$case(&mut Pair::on(ground, exercised.clone()).await).await;
+                }) as Case<'_>,)+)+];
+                stream::iter(cases).buffer_unordered(AT_A_TIME).collect::<Vec<()>>().await;
                 assert_eq!(exercised.missed(), Vec::<&str>::new());
             }
         }
