@@ -153,7 +153,7 @@ impl Run<Session> for ForgetTold {
         .bind(i64::from(self.most))
         .execute(&mut *db)
         .await?;
-        // the farthest of them says what is gone, also of those before it with a clock that was wrong
+        // the farthest of them says what is gone; those before it may be of a clock that was wrong
         sqlx::query(
             "DELETE FROM told_until WHERE (changed_by, at) <
              (SELECT changed_by, at FROM told_until WHERE gone ORDER BY changed_by DESC, at DESC LIMIT 1)",

@@ -135,7 +135,7 @@ impl Run<SqliteConnection> for ForgetTold {
         .bind(i64::from(self.most))
         .execute(&mut *db)
         .await?;
-        // the farthest of them says what is gone, also of those before it with a clock that was wrong
+        // the farthest of them says what is gone; those before it may be of a clock that was wrong
         sqlx::query(
             "DELETE FROM told_until WHERE (place, at) <
              (SELECT place, at FROM told_until WHERE gone = 1 ORDER BY place DESC, at DESC LIMIT 1)",
