@@ -97,7 +97,7 @@ browserTest(
     await page.getByText("Über Iteration 1 entscheiden").waitFor();
     assert.equal(await page.locator("html").getAttribute("lang"), "de");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
-    const rms = iterations[0].fits[0].rms.toFixed(1).replace(".", ",");
+    const rms = iterations[0].fits[0].rms.toPrecision(3).replace(".", ",");
     assert.ok(((await page.locator("tbody").first().textContent()) ?? "").includes(rms), rms);
     await page.getByRole("link", { name: "Einstellungen" }).click();
     await page.getByLabel("Sprache").selectOption("en");

@@ -18,7 +18,7 @@ browserTest(
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
     const fit = iterations[0].fits[0];
     const row = (await rows.nth(0).textContent()) ?? "";
-    assert.ok(first && row.includes(fit.rms.toFixed(1)), row);
+    assert.ok(first && row.includes(fit.rms.toPrecision(3)), row);
     assert.match(row, /machine again/);
     assert.match(row, new RegExp(String(fit.condition.toPrecision(2)).split("e")[0] ?? "?"));
   },
