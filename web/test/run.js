@@ -1,6 +1,6 @@
 // Runs the tests of a folder: `node test/run.js browser 2`, all of its files in two processes that each keep their
-// browser and their server; `node test/run.js budget`, a process for each file. What fails is run once more, alone. Only
-// what fails then too fails the run; what passes only then, or was left out, is told, and written to the file FLANKFIT_TOLD.
+// browser and their server; `node test/run.js budget`, a process for each file. What was left out is told, and written
+// to the file FLANKFIT_LEFT_OUT.
 
 import { fork } from "node:child_process";
 import { appendFile, readdir } from "node:fs/promises";
@@ -80,31 +80,20 @@ const files = (await readdir(new URL(`${folder}/`, import.meta.url)))
 if (files.length === 0) throw new Error(`there are no tests in ${folder}/`);
 const names = [...files].sort((a, b) => place(a) - place(b));
 let all = 0;
-/** @type {Map<string, string[]>} */
-const failed = new Map();
-/** @type {string[]} */
-const last = [];
-const first = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed: these, leftOut }) => {
-  all += count;
-  last.push(...leftOut.map((one) => `left out: ${one}`));
-  if (these.length > 0) failed.set(name, these);
-};
-await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, first)));
-
 /** @type {string[]} */
 const faults = [];
-const second = (/** @type {string} */ name, /** @type {Outcome} */ { failed: these }) => {
-  faults.push(...these.map((one) => `${name}: ${one}`));
-  const passed = (failed.get(name) ?? []).filter((one) => !these.includes(one));
-  last.push(...passed.map((one) => `passed only when run again: ${name}: ${one}`));
+/** @type {string[]} */
+const last = [];
+const told = (/** @type {string} */ name, /** @type {Outcome} */ { count, failed, leftOut }) => {
+  all += count;
+  last.push(...leftOut.map((one) => `left out: ${one}`));
+  faults.push(...failed.map((one) => `${name}: ${one}`));
 };
-if (failed.size > 0) {
-  console.log(`run again, alone: ${[...failed.keys()].join(", ")}`);
-  await work([...failed.keys()], true, second);
-}
+await Promise.all(Array.from({ length: Number(workers ?? 1) }, () => work(names, workers === undefined, told)));
+
 console.log(`${all} tests of ${files.length} files, ${faults.length} failed`);
-for (const fault of faults) console.log(`failed twice: ${fault}`);
+for (const fault of faults) console.log(`failed: ${fault}`);
 for (const one of last) console.log(one);
-const record = process.env["FLANKFIT_TOLD"];
+const record = process.env["FLANKFIT_LEFT_OUT"];
 if (record && last.length > 0) await appendFile(record, `${last.join("\n")}\n`);
 process.exitCode = faults.length > 0 ? 1 : 0;
