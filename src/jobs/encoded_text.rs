@@ -4,14 +4,19 @@ use std::{cell::RefCell, io, ops::Deref, sync::Arc};
 
 use serde::Deserialize;
 use serde_json::{Deserializer, value::RawValue};
-use zstd::bulk::Compressor;
+use zstd::{bulk::Compressor, zstd_safe::CParameter};
 
 use super::frames;
 
 /// Longer texts are compressed.
 pub const LONG: usize = 8 << 10;
+/// What the trace tells of longer results is kept beside them.
+pub const READ_AT_ONCE: usize = 64 << 10;
 /// Fast: whoever posts a fit waits for it.
 const LEVEL: i32 = 1;
+/// Places, as a power of two, of the table for texts up to [`READ_AT_ONCE`]: it stays in the nearest
+/// cache, where the level's own, eight times as large, does not, and finds no more in them.
+const SMALL_TABLE: u32 = 12;
 /// What frames of zstd begin with; its second byte begins no letter of UTF-8.
 const FRAME: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
@@ -92,27 +97,44 @@ fn compressed(text: &[u8]) -> Option<Vec<u8>> {
         if kept.is_none() {
             *kept = Compressor::new(LEVEL).ok();
         }
-        kept.as_mut()?.compress(text).ok()
+        let compressor = kept.as_mut()?;
+        // 0: as the level has it
+        let table = if text.len() <= READ_AT_ONCE { SMALL_TABLE } else { 0 };
+        compressor.set_parameter(CParameter::HashLog(table)).ok()?;
+        compressor.compress(text).ok()
     })
 }
 
-/// The answer of a fit, with what the trace tells of it as it stands there.
+/// The answer of a fit. What the trace tells of a long one is kept beside it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EncodedResult {
     whole: EncodedText,
-    told: Told,
+    told: KeptBeside,
+}
+
+/// What is kept beside a result: of one that is unpacked and read at once nothing.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct KeptBeside {
+    pub coefficients: Option<EncodedText>,
+    pub prior: Option<EncodedText>,
 }
 
 impl EncodedResult {
-    pub fn told(&self) -> &Told {
+    pub fn kept_beside(&self) -> &KeptBeside {
         &self.told
     }
 }
 
 impl From<Arc<str>> for EncodedResult {
     fn from(text: Arc<str>) -> Self {
-        let told = Told::of(&text);
+        let told = if text.len() > READ_AT_ONCE { Told::of(&text).into() } else { KeptBeside::default() };
         EncodedResult { whole: text.into(), told }
+    }
+}
+
+impl From<Told<'_>> for KeptBeside {
+    fn from(Told { coefficients, prior }: Told<'_>) -> Self {
+        KeptBeside { coefficients: coefficients.map(Into::into), prior: prior.map(Into::into) }
     }
 }
 
@@ -137,10 +159,10 @@ impl Deref for EncodedResult {
 }
 
 /// What the trace tells of a result, as it stands there.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Told {
-    pub coefficients: Option<EncodedText>,
-    pub prior: Option<EncodedText>,
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Told<'a> {
+    pub coefficients: Option<&'a str>,
+    pub prior: Option<&'a str>,
 }
 
 #[derive(Default, Deserialize)]
@@ -151,29 +173,22 @@ struct Parts<'a> {
     prior: Option<&'a RawValue>,
 }
 
-impl Told {
-    pub fn of(result: &str) -> Self {
+impl<'a> Told<'a> {
+    pub fn of(result: &'a str) -> Self {
         Told::of_the_beginning(result).unwrap_or_else(|| Told::of_the_whole(result))
     }
 
     /// Answers begin with their coefficients, and few have a prior: the rest need not be read. A
     /// word in a text has its quotation marks escaped, so it is not taken for a field.
-    fn of_the_beginning(result: &str) -> Option<Self> {
-        let rest = result.strip_prefix(r#"{"coefficients":["#).filter(|rest| !rest.contains(r#""prior":"#))?;
-        let array = &result[result.len() - rest.len() - 1..];
+    fn of_the_beginning(result: &'a str) -> Option<Self> {
+        let array = result.strip_prefix(r#"{"coefficients":"#).filter(|rest| !rest.contains(r#""prior":"#))?;
         let coefficients: &RawValue = Deserializer::from_str(array).into_iter().next()?.ok()?;
-        Some(Told { coefficients: Some(coefficients.get().into()), prior: None })
+        coefficients.get().starts_with('[').then(|| Told { coefficients: Some(coefficients.get()), prior: None })
     }
 
-    fn of_the_whole(result: &str) -> Self {
-        let parts: Parts<'_> = serde_json::from_str(result).unwrap_or_default();
-        let text = |value: Option<&RawValue>| value.map(|value| value.get().into());
-        Told { coefficients: text(parts.coefficients), prior: text(parts.prior) }
-    }
-
-    /// Whether it tells this.
-    pub fn is(&self, coefficients: Option<&str>, prior: Option<&str>) -> bool {
-        self.coefficients.as_deref() == coefficients && self.prior.as_deref() == prior
+    fn of_the_whole(result: &'a str) -> Self {
+        let Parts { coefficients, prior } = serde_json::from_str(result).unwrap_or_default();
+        Told { coefficients: coefficients.map(RawValue::get), prior: prior.map(RawValue::get) }
     }
 }
 
@@ -201,14 +216,30 @@ mod tests {
 
     #[test]
     fn what_the_trace_tells_is_as_it_was_answered() {
-        let told = Told::of(r#"{"a":[{"coefficients":1}],"coefficients":[ 1.50,"\u0000"],"prior":{"of": 2}}"#);
-        assert!(told.is(Some(r#"[ 1.50,"\u0000"]"#), Some(r#"{"of": 2}"#)));
-        assert!(!told.is(Some("[]"), Some(r#"{"of": 2}"#)) && !told.is(Some(r#"[ 1.50,"\u0000"]"#), None));
-        let told = Told::of(r#"{"coefficients":[ 1.50,[2]] ,"note":"\"prior\": 1","b":[3]}"#);
-        assert!(told.is(Some("[ 1.50,[2]]"), None), "{told:?}");
-        assert!(Told::of(r#"{"coefficients":[1],"prior":[2]}"#).is(Some("[1]"), Some("[2]")));
-        assert!(Told::of(r#"{"coefficients":[1"#).is(None, None));
-        assert!(Told::of("{}").is(None, None));
-        assert!(Told::of(r#"{"coefficients":[],"prior":null}"#).is(Some("[]"), None));
+        let told = |text| {
+            let Told { coefficients, prior } = Told::of(text);
+            (coefficients, prior)
+        };
+        let all = r#"{"a":[{"coefficients":1}],"coefficients":[ 1.50,"\u0000"],"prior":{"of": 2}}"#;
+        assert_eq!(told(all), (Some(r#"[ 1.50,"\u0000"]"#), Some(r#"{"of": 2}"#)));
+        let prior_in_a_text = r#"{"coefficients":[ 1.50,[2]] ,"note":"\"prior\": 1","b":[3]}"#;
+        assert_eq!(told(prior_in_a_text), (Some("[ 1.50,[2]]"), None));
+        assert_eq!(told(r#"{"coefficients":[1],"prior":[2]}"#), (Some("[1]"), Some("[2]")));
+        assert_eq!(told(r#"{"coefficients":[],"prior":null}"#), (Some("[]"), None));
+        for nothing in [r#"{"coefficients":[1"#, "{}", ""] {
+            assert_eq!(told(nothing), (None, None));
+        }
+    }
+
+    #[test]
+    fn of_long_results_it_is_kept_beside_them() {
+        let result = |padding| format!(r#"{{"coefficients":[{}],"prior":{{"of":1}}}}"#, "1,".repeat(padding) + "2");
+        let short = EncodedResult::from(result(10_000));
+        assert!(short.len() > LONG && *short.kept_beside() == KeptBeside::default());
+        let long = EncodedResult::from(result(READ_AT_ONCE / 2));
+        let Told { coefficients, prior } = Told::of(&long);
+        let kept = long.kept_beside();
+        assert_eq!((kept.coefficients.as_deref(), kept.prior.as_deref()), (coefficients, prior));
+        assert!(coefficients.is_some() && prior == Some(r#"{"of":1}"#));
     }
 }

@@ -60,7 +60,7 @@ pub use callers::{
 };
 pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
-pub use encoded_text::{EncodedResult, EncodedText, Told};
+pub use encoded_text::{EncodedResult, EncodedText, KeptBeside, Told};
 pub use event::{EVENTS_TOLD, EventKind, EventPlace, JobChange, JobEvent, JobNotifier, StreamEvent, ToldEvent};
 pub use fit::{Computed, Figures, FitRecord, NewFit, scheme_name};
 pub use gear::JobGear;

@@ -89,7 +89,7 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
         concat!(
             "SELECT number, id, reason, actor, created_at, ",
             figure_columns!(),
-            ", spec, result, flank_figures, coefficients, prior, true AS has_told
+            ", spec, result, flank_figures, coefficients, prior
              FROM fits WHERE job = $1 ORDER BY number, position"
         ),
         job,

@@ -13,8 +13,8 @@ use super::{
 };
 use crate::{
     jobs::{
-        Caller, Choice, EncodedText, Figures, FitRecord, FitSummary, MAX_LISTED, NewFit, Page, PageRequest,
-        RepositoryError, Resource, Stored, Told, TracedFit, audit::Action,
+        Caller, Choice, EncodedText, Figures, FitRecord, FitSummary, KeptBeside, MAX_LISTED, NewFit, Page, PageRequest,
+        RepositoryError, Resource, Stored, TracedFit, audit::Action,
     },
     store::shared::{
         Asked, ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome,
@@ -60,8 +60,8 @@ pub struct Placed<'a> {
 
 /// Stores fits, in the order given.
 pub async fn insert_rows(db: &mut PgConnection, rows: &[Placed<'_>]) -> Outcome<()> {
-    let told = |of: fn(&Told) -> Option<&EncodedText>| {
-        rows.iter().map(|row| of(row.fit.computed.result.told()).map(EncodedText::bytes)).collect::<Vec<_>>()
+    let beside = |of: fn(&KeptBeside) -> Option<&EncodedText>| {
+        rows.iter().map(|row| of(row.fit.computed.result.kept_beside()).map(EncodedText::bytes)).collect::<Vec<_>>()
     };
     let place = |of: fn(&FitPlace) -> i64| rows.iter().map(|row| of(&row.place)).collect::<Vec<i64>>();
     let figure = |of: fn(&Figures) -> Option<f64>| {
@@ -99,8 +99,8 @@ pub async fn insert_rows(db: &mut PgConnection, rows: &[Placed<'_>]) -> Outcome<
     .bind(rows.iter().map(|row| encode(&row.fit.computed.spec)).collect::<Vec<_>>())
     .bind(rows.iter().map(|row| row.fit.computed.result.bytes()).collect::<Vec<_>>())
     .bind(rows.iter().map(|row| row.fit.computed.flank.as_deref()).collect::<Vec<_>>())
-    .bind(told(|told| told.coefficients.as_ref()))
-    .bind(told(|told| told.prior.as_ref()))
+    .bind(beside(|kept| kept.coefficients.as_ref()))
+    .bind(beside(|kept| kept.prior.as_ref()))
     .execute(db)
     .await?;
     Ok(())
@@ -142,13 +142,14 @@ pub async fn last_with_coefficients(
     number: i64,
     text: usize,
 ) -> Outcome<(Vec<TracedFit>, u64)> {
-    // compressed ones are counted by their bytes here, so what is sent is some times the room at
-    // most; what is told is counted by its text
+    // those kept beside their results are counted by their bytes here, perhaps compressed, so what
+    // is sent is some times the room at most; what is told is counted by its text
     let rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT * FROM (SELECT ",
         total!(),
         summary_columns!(),
-        ", coefficients, prior, position, coalesce(sum(octet_length(coefficients)) OVER
+        ", coefficients, prior, CASE WHEN coefficients IS NULL AND prior IS NULL THEN result END AS result,
+           position, coalesce(sum(octet_length(coefficients)) OVER
                (ORDER BY position DESC ROWS BETWEEN UNBOUNDED PRECEDING AND 1 PRECEDING), 0) AS after
            FROM fits WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3) AS told
          WHERE after <= $4 ORDER BY position DESC"

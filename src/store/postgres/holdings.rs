@@ -14,7 +14,7 @@ use uuid::Uuid;
 use super::{audit_reads, document, error::failure, open::snapshot, settings::PostgresSettings, time::stamp};
 use crate::{
     jobs::{
-        EncodedText, RepositoryError, RepositoryFuture, Tenant, Told,
+        EncodedResult, EncodedText, KeptBeside, RepositoryError, RepositoryFuture, Tenant,
         archive::{Coming, Holdings, Key, Kind, Row, Section, TABLES, Value, given_up, keys_of},
         audit::{Chain, Verdict},
     },
@@ -288,10 +288,10 @@ async fn insert(db: &mut PgConnection, key: &Key, row: &Row) -> Outcome<()> {
     let query = columns.fold(sqlx::query(statements.write).bind(key.job), bound);
     let query = match (statements.table, row.values.last()) {
         ("job" | "audit", _) => query.bind(key.tenant.as_str()),
-        // what the trace tells of a result
         ("fit", Some(Value::Text(result))) => {
-            let Told { coefficients, prior } = Told::of(result);
-            let bytes = |text: Option<EncodedText>| text.map(|text| text.bytes().to_vec());
+            let encoded = EncodedResult::from(result.as_str());
+            let KeptBeside { coefficients, prior } = encoded.kept_beside();
+            let bytes = |text: &Option<EncodedText>| text.as_ref().map(|text| text.bytes().to_vec());
             query.bind(bytes(coefficients)).bind(bytes(prior))
         }
         _ => query,

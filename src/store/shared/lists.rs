@@ -1,5 +1,7 @@
 //! Lists of which the last entries are read, or a page.
 
+use std::collections::VecDeque;
+
 use futures_util::{TryStream, TryStreamExt as _};
 use sqlx::FromRow;
 
@@ -40,13 +42,16 @@ pub async fn told(
     mut rows: impl TryStream<Ok = Counted<TracedFitRow>, Error = sqlx::Error> + Unpin,
     text: usize,
 ) -> Result<(Vec<TracedFit>, u64), sqlx::Error> {
-    let (mut fits, mut length) = (Vec::new(), 0);
-    while let Some(fit) = rows.try_next().await? {
-        length += fit.row.coefficients.as_ref().map_or(0, |text| text.0.len());
+    let (mut fits, mut length, mut total) = (VecDeque::<TracedFit>::new(), 0, 0);
+    while let Some(row) = rows.try_next().await? {
+        let fit = TracedFit::from(row.row);
+        length += fit.coefficients.len();
         if length > text && !fits.is_empty() {
             break;
         }
-        fits.push(fit);
+        total = row.total.0;
+        fits.push_front(fit);
     }
-    Ok(in_order(fits))
+    let earlier = total.saturating_sub(fits.len() as u64);
+    Ok((fits.into(), earlier))
 }

@@ -93,7 +93,7 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
         concat!(
             "SELECT (SELECT number FROM iterations WHERE seq = iteration) AS number, id, reason, actor, created_at, ",
             figure_columns!(),
-            ", spec, coalesce(frame, result) AS result, flank_figures, coefficients, prior, frame IS NOT NULL AS has_told FROM fits
+            ", spec, coalesce(frame, result) AS result, flank_figures, coefficients, prior FROM fits
              WHERE iteration IN (SELECT i.seq FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?)
              ORDER BY iteration, seq"
         ),

@@ -12,8 +12,8 @@ use super::{
 };
 use crate::{
     jobs::{
-        Caller, Choice, Computed, EncodedResult, EncodedText, FitRecord, FitSummary, MAX_LISTED, NewFit, Page,
-        PageRequest, RepositoryError, Resource, Stored, Told, TracedFit, audit::Action,
+        Caller, Choice, Computed, EncodedResult, EncodedText, FitRecord, FitSummary, KeptBeside, MAX_LISTED, NewFit,
+        Page, PageRequest, RepositoryError, Resource, Stored, TracedFit, audit::Action,
     },
     store::shared::{
         Asked, ChoiceRow, Choose, Counted, FitRow, FitSummaryRow, GetFit, InsertFit, Latest, ListFits, Listed, Outcome,
@@ -82,17 +82,16 @@ pub fn bind<'q>(
     bind_result(query, result)
 }
 
-/// Binds the columns of a result: its text; or nothing, a frame, and what the trace tells of it.
+/// Binds the columns of a result: its text; or nothing, a frame, and what is kept beside it.
 pub fn bind_result<'q>(
     query: Query<'q, Sqlite, SqliteArguments>,
     result: &EncodedResult,
 ) -> Query<'q, Sqlite, SqliteArguments> {
     let Some(frame) = result.frame() else {
-        // the trace finds in a text what it tells
         return query.bind(result.text().clone()).bind(None::<&[u8]>).bind(None::<&str>).bind(None::<&str>);
     };
     let told = |text: &Option<EncodedText>| text.as_ref().map(|text| text.text().clone());
-    let Told { coefficients, prior } = result.told();
+    let KeptBeside { coefficients, prior } = result.kept_beside();
     query.bind("").bind(frame.clone()).bind(told(coefficients)).bind(told(prior))
 }
 
@@ -129,14 +128,13 @@ pub async fn last_with_coefficients(
     iteration: i64,
     text: usize,
 ) -> Outcome<(Vec<TracedFit>, u64)> {
-    // of an answer, which may be long, only the coefficients leave the database, as they were
-    // answered
+    // of a long answer only the coefficients leave the database
     let rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT (SELECT count(*) FROM fits WHERE iteration = ?1) AS total, ",
         summary_columns!(),
-        ", CASE WHEN frame NOTNULL THEN coefficients WHEN result <> '' THEN result -> '$.coefficients' END AS coefficients,
-           CASE WHEN frame NOTNULL THEN prior WHEN result <> '' THEN result -> '$.prior' END AS prior
-         FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
+        ", coefficients, prior, CASE WHEN coefficients IS NULL AND prior IS NULL THEN ",
+        result_column!(),
+        " END AS result FROM fits WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2"
     ))
     .bind(iteration)
     .bind(MAX_LISTED)

@@ -159,19 +159,22 @@ pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
     assert_eq!(found(pair, job, forgotten).await, Verdict::Broken { number: 7, what: What::Content });
 }
 
-/// A long result is stored in another form, with what the trace tells of it beside; it is the same
-/// for whoever reads it, and as well guarded.
+/// A long result is stored in another form, and what the trace tells of a longer one is kept beside
+/// it; it is the same for whoever reads it, and as well guarded.
 pub async fn long_results_are_guarded_too(pair: &mut Pair) {
     let job = pair.values.stored_job(&pair.store).await.id;
-    let values = |from: u32| (from..from + 3000).map(|i| f64::from(i).sqrt().to_string()).collect::<Vec<_>>().join(",");
+    let values = |from: u32, count: u32| {
+        (from..from + count).map(|i| f64::from(i).sqrt().to_string()).collect::<Vec<_>>().join(",")
+    };
     let mut stored = Vec::new();
-    for from in [1, 100_000] {
+    for (from, count) in [(1, 600), (100_000, 5_000)] {
         let mut new = NewIteration::clone(&iteration(pair, job, f64::from(from), 0));
         let prior = format!(r#"{{"of":[ {from}]}}"#);
         new.fit.computed.result =
-            format!(r#"{{"coefficients":[{from},1.50],"prior":{prior},"values":[{}]}}"#, values(from)).into();
+            format!(r#"{{"coefficients":[{from},1.50],"prior":{prior},"values":[{}]}}"#, values(from, count)).into();
         let whole = new.fit.computed.result.text().clone();
         assert!(new.fit.computed.result.bytes().len() < whole.len());
+        assert_eq!(new.fit.computed.result.kept_beside().coefficients.is_some(), count > 600);
         let fit = new.fit.id;
         let number = pair.store.insert_iteration(Arc::new(new), None).await.unwrap().number;
         assert_eq!(pair.store.fit(job, number, fit).await.unwrap().result, whole);
@@ -184,23 +187,22 @@ pub async fn long_results_are_guarded_too(pair: &mut Pair) {
     }
     let verdict = pair.store.verify_audit(Chain::Job(job)).await.unwrap();
     assert!(matches!(verdict, Verdict::Intact { entries: 3, .. }), "{verdict:?}");
-    let broken = Verdict::Broken { number: 3, what: What::Content };
-    let undo =
-        "UPDATE fits SET coefficients = (SELECT v FROM kept), prior = (SELECT p FROM kept) WHERE lambda_star > 2";
-    let keep = "CREATE TABLE kept AS SELECT coefficients AS v, prior AS p FROM fits WHERE lambda_star > 2";
+    let undo = "UPDATE fits SET coefficients = v, prior = p FROM kept WHERE fits.lambda_star = kept.l";
+    let keep = "CREATE TABLE kept AS SELECT lambda_star AS l, coefficients AS v, prior AS p FROM fits";
     pair.ground.intrude(keep.to_owned()).await;
-    for sql in [
-        "UPDATE fits SET coefficients = '[1]' WHERE lambda_star > 2",
-        "UPDATE fits SET prior = NULL WHERE lambda_star > 2",
+    for (number, sql) in [
+        (2, "UPDATE fits SET coefficients = '[1]' WHERE lambda_star < 2"),
+        (3, "UPDATE fits SET coefficients = '[1]' WHERE lambda_star > 2"),
+        (3, "UPDATE fits SET prior = NULL WHERE lambda_star > 2"),
     ] {
-        assert_eq!(found(pair, job, sql).await, broken, "{sql}");
+        assert_eq!(found(pair, job, sql).await, Verdict::Broken { number, what: What::Content }, "{sql}");
         pair.ground.intrude(undo.to_owned()).await;
         assert!(matches!(pair.store.verify_audit(Chain::Job(job)).await.unwrap(), Verdict::Intact { .. }));
     }
     let result = if pair.ground.refusal("SELECT frame FROM fits").await.is_none() { "frame" } else { "result" };
     let other = format!("(SELECT {result} FROM fits WHERE lambda_star < 2)");
     let exchanged = format!("UPDATE fits SET {result} = {other} WHERE lambda_star > 2");
-    assert_eq!(found(pair, job, &exchanged).await, broken);
+    assert_eq!(found(pair, job, &exchanged).await, Verdict::Broken { number: 3, what: What::Content });
 }
 
 /// Everything, in an order that no reference forbids.

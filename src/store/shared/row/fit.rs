@@ -4,7 +4,7 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{Choice, Decision, DecisionEvent, Event, Figures, FitRecord, FitSummary, TracedFit},
+    jobs::{Choice, Decision, DecisionEvent, Event, Figures, FitRecord, FitSummary, Told, TracedFit},
     store::shared::columns::{CriterionName, Document, Integer, Moment, SchemeName},
 };
 
@@ -122,17 +122,21 @@ impl From<FitSummaryRow> for FitSummary {
 pub struct TracedFitRow {
     #[sqlx(flatten)]
     summary: FitSummaryRow,
-    /// None where the result was purged.
-    pub coefficients: Option<Document>,
+    coefficients: Option<Document>,
     prior: Option<Document>,
+    /// Where neither is kept beside it; empty where it was purged.
+    result: Option<Document>,
 }
 
 impl From<TracedFitRow> for TracedFit {
-    fn from(TracedFitRow { summary, coefficients, prior }: TracedFitRow) -> Self {
+    fn from(TracedFitRow { summary, coefficients, prior, result }: TracedFitRow) -> Self {
+        let told = result.as_ref().map_or_else(Told::default, |Document(result)| Told::of(result));
+        let text =
+            |kept: Option<Document>, found: Option<&str>| kept.map(|Document(text)| text).or(found.map(Into::into));
         TracedFit {
             summary: summary.into(),
-            coefficients: coefficients.map_or_else(|| "[]".to_owned(), |text| text.0),
-            prior: prior.map(Into::into),
+            coefficients: text(coefficients, told.coefficients).unwrap_or_else(|| "[]".to_owned()),
+            prior: text(prior, told.prior).map(Into::into),
         }
     }
 }

@@ -77,19 +77,22 @@ struct FoundFit {
 pub struct FoundFitTold {
     #[sqlx(flatten)]
     fit: FoundFit,
-    has_told: bool,
     coefficients: Option<Document>,
     prior: Option<Document>,
+}
+
+fn text(document: &Option<Document>) -> Option<&str> {
+    document.as_ref().map(|Document(text)| text.as_str())
 }
 
 impl FoundRow for FoundFitTold {
     const KIND: Kind = Kind::Fit;
 
     fn digest(self) -> Sha256Digest {
-        let FoundFitTold { fit, has_told, coefficients, prior } = self;
-        let text = |document: &Option<Document>| document.as_ref().map(|Document(text)| text.clone());
-        let is_told = || Told::of(&fit.result.0).is(text(&coefficients).as_deref(), text(&prior).as_deref());
-        if has_told && !is_told() {
+        let FoundFitTold { fit, coefficients, prior } = self;
+        let kept = Told { coefficients: text(&coefficients), prior: text(&prior) };
+        // where nothing is kept the trace reads the result itself
+        if kept != Told::default() && kept != Told::of(&fit.result.0) {
             return [0; 32];
         }
         let FoundFit { id, event, figures, spec, result, flank_figures } = fit;
