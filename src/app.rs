@@ -7,7 +7,7 @@ use std::{io, net::SocketAddr, sync::Arc, time::Duration};
 
 use tokio::{net::TcpListener, sync::oneshot, task::JoinSet, time::Instant};
 
-use retention::{NoArchives, Retention};
+pub use retention::{NoArchives, Retention};
 use seals::{SealError, SealKeeper};
 
 use crate::{

@@ -20,8 +20,6 @@ use crate::{
     jobs::{JobService, RepositoryError, Turn, actor, archive::Key},
 };
 
-/// Jobs that are looked up at a time.
-const AT_A_TIME: u32 = 100;
 /// A turn ends after it; others, or this process again, go on.
 const LONGEST_TURN: Duration = Duration::from_secs(50);
 
@@ -49,6 +47,9 @@ enum Done {
 }
 
 impl Retention {
+    /// Jobs that are looked up at a time.
+    pub const AT_A_TIME: u32 = 100;
+
     /// As it is set; none where nothing is purged by its age. The folder is made where it is not
     /// there.
     pub fn of(settings: &RetentionSettings) -> Result<Option<Self>, NoArchives> {
@@ -83,7 +84,7 @@ impl Retention {
         let (begun, since) = (tokio::time::Instant::now(), jobs.now() - self.after);
         let mut purged = 0;
         let failed = std::mem::take(&mut *self.failed());
-        let mut due = jobs.untouched(since, AT_A_TIME.saturating_add(failed.len() as u32)).await?;
+        let mut due = jobs.untouched(since, Self::AT_A_TIME.saturating_add(failed.len() as u32)).await?;
         due.sort_by_key(|key| failed.contains(&key.job));
         *self.failed() = due.iter().map(|key| key.job).filter(|job| failed.contains(job)).collect();
         for key in due {
@@ -178,160 +179,7 @@ fn digest(file: &Path) -> io::Result<[u8; 32]> {
 
 #[cfg(test)]
 mod tests {
-    use jiff::Timestamp;
-
     use super::*;
-    use crate::{
-        jobs::{Clock, Job, JobDraft, OrderedIds, Store},
-        store::{SqliteStore, StoreSettings},
-    };
-
-    /// A clock that is put forward.
-    struct Put(Mutex<Timestamp>);
-
-    impl Put {
-        fn forward(&self, days: i64) {
-            let mut now = self.0.lock().unwrap();
-            *now += SignedDuration::from_hours(24 * days);
-        }
-    }
-
-    impl Clock for Put {
-        fn now(&self) -> Timestamp {
-            *self.0.lock().unwrap()
-        }
-    }
-
-    struct Plant {
-        place: tempfile::TempDir,
-        clock: Arc<Put>,
-        service: Arc<JobService>,
-        store: Arc<dyn Store>,
-    }
-
-    impl Plant {
-        async fn new() -> Self {
-            let place = tempfile::tempdir().unwrap();
-            let clock = Arc::new(Put(Mutex::new("2026-11-21T08:00:00Z".parse().unwrap())));
-            let ids = Arc::new(OrderedIds::new());
-            let settings = StoreSettings::of_file(place.path().join("jobs.db"));
-            let store: Arc<dyn Store> =
-                Arc::new(SqliteStore::open(settings, ids.clone(), clock.clone()).await.unwrap());
-            let service = JobService::new(store.clone(), clock.clone(), ids);
-            Plant { place, clock, service, store }
-        }
-
-        fn retention(&self, days: u32) -> Retention {
-            let settings = RetentionSettings {
-                retain_bulk_days: Some(days.try_into().unwrap()),
-                archive_dir: Some(self.place.path().join("archives")),
-            };
-            Retention::of(&settings).unwrap().unwrap()
-        }
-
-        async fn job(&self) -> Arc<Job> {
-            let key = Key { tenant: Default::default(), job: Default::default() };
-            let draft = JobDraft {
-                name: "wheel".into(),
-                part_number: None,
-                serial_number: None,
-                machine: None,
-                gear: None,
-                requirements: None,
-                tags: Default::default(),
-            };
-            self.service.for_retention(&key).create_job(draft, None).await.unwrap()
-        }
-
-        async fn is_purged(&self, job: &Job) -> bool {
-            let key = Key { tenant: Default::default(), job: job.id };
-            self.service.for_retention(&key).job(job.id).await.unwrap().purged_at.is_some()
-        }
-
-        /// Files of the folder of the tenant.
-        fn files(&self) -> Vec<PathBuf> {
-            let folder = self.place.path().join("archives/default");
-            let mut all: Vec<_> = fs::read_dir(folder).into_iter().flatten().map(|file| file.unwrap().path()).collect();
-            all.sort();
-            all
-        }
-    }
-
-    #[tokio::test]
-    async fn what_nobody_touches_is_archived_and_then_purged() {
-        let plant = Plant::new().await;
-        let retention = plant.retention(30);
-        let old = plant.job().await;
-        plant.clock.forward(20);
-        let young = plant.job().await;
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
-        plant.clock.forward(11);
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
-        assert!(plant.is_purged(&old).await && !plant.is_purged(&young).await);
-        // the archive is there under its digest, and is the job's
-        let [file] = &plant.files()[..] else { panic!("{:?}", plant.files()) };
-        let name = file.file_name().unwrap().to_str().unwrap();
-        assert_eq!(name, format!("{}-{}.jsonl.zst", old.id, told(&digest(file).unwrap())));
-        let listed = crate::jobs::archive::listed(File::open(file).unwrap()).unwrap();
-        assert_eq!((listed.len(), listed[0].0.job), (1, old.id));
-        #[cfg(unix)]
-        {
-            use std::os::unix::fs::PermissionsExt as _;
-            assert_eq!(file.metadata().unwrap().permissions().mode() & 0o777, 0o600);
-        }
-        // once
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
-        assert_eq!(plant.files().len(), 1);
-        plant.clock.forward(20);
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
-        assert_eq!(plant.files().len(), 2);
-        plant.store.close().await;
-    }
-
-    #[tokio::test]
-    async fn without_a_file_that_reads_as_it_was_written_nothing_is_purged() {
-        let plant = Plant::new().await;
-        let retention = plant.retention(1);
-        let job = plant.job().await;
-        plant.clock.forward(2);
-        // a file stands where the folder of the tenant would
-        let folder = plant.place.path().join("archives/default");
-        fs::write(&folder, "").unwrap();
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
-        assert!(!plant.is_purged(&job).await);
-        fs::remove_file(&folder).unwrap();
-        // a disk that takes everything and keeps nothing
-        fs::create_dir(&folder).unwrap();
-        let partial = folder.join(format!("{}.partial", job.id));
-        std::os::unix::fs::symlink("/dev/null", &partial).unwrap();
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
-        assert!(!plant.is_purged(&job).await);
-        assert_eq!(plant.files(), std::slice::from_ref(&partial), "nothing has the name of an archive");
-        fs::remove_file(partial).unwrap();
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
-        assert!(plant.is_purged(&job).await);
-        plant.store.close().await;
-    }
-
-    #[tokio::test]
-    async fn jobs_that_cannot_be_purged_keep_no_other_from_it() {
-        let plant = Plant::new().await;
-        let retention = plant.retention(1);
-        let folder = plant.place.path().join("archives/default");
-        fs::create_dir(&folder).unwrap();
-        for _ in 0..AT_A_TIME {
-            let job = plant.job().await;
-            // a disk that takes everything and keeps nothing
-            std::os::unix::fs::symlink("/dev/null", folder.join(format!("{}.partial", job.id))).unwrap();
-        }
-        plant.clock.forward(1);
-        let last = plant.job().await;
-        plant.clock.forward(2);
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
-        assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
-        assert!(plant.is_purged(&last).await);
-        plant.store.close().await;
-    }
 
     #[test]
     fn a_folder_that_takes_nothing_is_told_at_the_start() {

@@ -15,6 +15,7 @@ use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection, migrate:
 use crate::{
     heard::Heard,
     server::Server,
+    service::served,
     support::{Values, caller},
 };
 
@@ -186,13 +187,7 @@ const RESTRICTED: &str = "23001";
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn the_service_has_no_right_to_change_the_trace() {
-    let url = empty().await;
-    let mut owner = PgConnection::connect(&url).await.unwrap();
-    for sql in ["CREATE ROLE flankfit_app NOLOGIN", "CREATE ROLE service LOGIN IN ROLE flankfit_app"] {
-        owner.execute(sql).await.unwrap();
-    }
-    migrate(&settings(&url)).await.unwrap();
-    let url = url.replace("owner@", "service@");
+    let [_, url] = served().await;
     let mut settings = settings(&url);
     settings.migrate = Migrate::Check;
     let store = open(settings).await.unwrap();

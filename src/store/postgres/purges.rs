@@ -136,6 +136,11 @@ pub async fn untouched(from: &PgPool, since: jiff::Timestamp, most: u32) -> Resu
 }
 
 /// A turn, of which there is one for all processes: it ends with its connection.
+///
+/// The lock is the session's, not a transaction's. A turn lasts for many transactions of other
+/// connections, each of which purges a job for good, and a transaction that is idle meanwhile would
+/// be ended by the server, and the lock with it. (Nothing depends on the turn but work that would
+/// be done twice: a purge looks itself whether there was one.)
 pub async fn turn(settings: &PostgresSettings) -> Result<Option<Turn>, sqlx::Error> {
     let mut db = PgConnection::connect_with(&settings.past_a_pooler()).await?;
     let own: bool =
