@@ -2,7 +2,10 @@
 
 use flankfit::jobs::{Decision, DecisionEvent, Event, Precondition, RecordKind};
 
-use super::pair::Pair;
+use super::{
+    pair::Pair,
+    purges::{filled, purged},
+};
 use crate::support::actor;
 
 /// What must be refused, of every table of the trace.
@@ -29,6 +32,25 @@ const CHANGES: [&str; 20] = [
     "DELETE FROM audit_sealed",
 ];
 
+/// The same of what says that a job was purged.
+const CHANGES_OF_PURGES: [&str; 2] = ["UPDATE purges SET reason = reason", "DELETE FROM purges"];
+
+/// The same of whole tables, which no trigger of a row sees. (What others refer to goes with these,
+/// or not at all.)
+const TRUNCATIONS: [(&str, &str); 11] = [
+    ("iterations", "TRUNCATE iterations CASCADE"),
+    ("nodes", "TRUNCATE nodes"),
+    ("fits", "TRUNCATE fits CASCADE"),
+    ("fit_choices", "TRUNCATE fit_choices"),
+    ("decisions", "TRUNCATE decisions"),
+    ("records", "TRUNCATE records"),
+    ("events", "TRUNCATE events"),
+    ("audit", "TRUNCATE audit"),
+    ("audit_seals", "TRUNCATE audit_seals CASCADE"),
+    ("audit_sealed", "TRUNCATE audit_sealed"),
+    ("purges", "TRUNCATE purges"),
+];
+
 pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await.id;
@@ -46,4 +68,20 @@ pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     assert!(pair.ground.refusal("DELETE FROM jobs").await.is_some());
     assert!(pair.ground.refusal("UPDATE jobs SET tenant = 'other'").await.is_some());
     assert_eq!(pair.ground.refusal("UPDATE jobs SET name = name").await, None);
+    let old = filled(pair).await;
+    purged(pair, old).await;
+    for sql in CHANGES_OF_PURGES {
+        let refusal = pair.ground.refusal(sql).await;
+        assert!(refusal.as_deref().is_some_and(|why| why.contains("append-only")), "{sql}: {refusal:?}");
+    }
+    if pair.ground.truncates() {
+        for (table, sql) in TRUNCATIONS {
+            let refusal = pair.ground.refusal(sql).await;
+            let told = format!("{table} is append-only");
+            assert!(refusal.as_deref().is_some_and(|why| why.contains(&told)), "{sql}: {refusal:?}");
+        }
+        for sql in ["TRUNCATE jobs CASCADE", "TRUNCATE api_keys"] {
+            assert!(pair.ground.refusal(sql).await.is_some(), "{sql}");
+        }
+    }
 }

@@ -28,6 +28,7 @@ mod teeth;
 mod tenants;
 mod told;
 mod trace;
+mod unaudited;
 mod upkeep;
 mod writers;
 
@@ -196,6 +197,8 @@ conformance! {
             iterations_are_listed_with_what_stands,
             the_trace_and_the_fits_come_in_pages,
             a_page_of_the_trace_is_bounded_in_bytes_too;
+        unaudited:
+            what_cannot_be_entered_is_not_changed;
         upkeep:
             kept_answers_are_forgotten_by_their_age,
             a_store_answers_until_it_is_closed,

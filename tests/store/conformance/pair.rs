@@ -38,6 +38,12 @@ pub trait Ground {
     /// says against it.
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>>;
 
+    /// Whether the database's SQL has TRUNCATE.
+    fn truncates(&self) -> bool;
+
+    /// Has the database refuse each new entry of the audit, or take them again.
+    fn refuse_entries(&self, refused: bool) -> Soon<'_, ()>;
+
     /// A number that the database tells.
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64>;
 

@@ -223,9 +223,15 @@ impl Upkeep for Watched {
     }
 }
 
-/// The names of a trait's operations.
+/// The names of a trait's operations, and of those of them that write.
 trait Named {
     const NAMES: &'static [&'static str];
+    const WRITES: &'static [&'static str];
+}
+
+/// The names of all that callers write.
+pub fn writes() -> BTreeSet<&'static str> {
+    <dyn Repository as Named>::WRITES.iter().chain(<dyn Keys as Named>::WRITES).copied().collect()
 }
 
 /// A trait's operations of which each call goes to the other of two handles.
@@ -243,6 +249,7 @@ macro_rules! take_turns {
     ) => {
         impl Named for dyn $Trait {
             const NAMES: &'static [&'static str] = &[$(stringify!($read),)* $(stringify!($write),)*];
+            const WRITES: &'static [&'static str] = &[$(stringify!($write),)*];
         }
 
         impl $Trait for Turns<dyn $Trait> {

@@ -12,19 +12,19 @@ use uuid::Uuid;
 use super::pair::Pair;
 use crate::support::{Values, WHOLE, actor, all_jobs, receipt};
 
-const SCOPE: &str = "POST /there";
+pub const SCOPE: &str = "POST /there";
 
 /// Something of everything.
-struct Possessions {
-    job: Uuid,
+pub struct Possessions {
+    pub job: Uuid,
     iteration: Arc<NewIteration>,
     record: Uuid,
-    stream: Uuid,
+    pub stream: Uuid,
     /// A stream without blocks, so that it can be told what is refused for the tenant alone.
-    empty: Uuid,
+    pub empty: Uuid,
 }
 
-async fn possessions(store: &Arc<dyn Repository>, place: &Values) -> Possessions {
+pub async fn possessions(store: &Arc<dyn Repository>, place: &Values) -> Possessions {
     let job = place.job("wheel");
     store.insert_job(job.clone(), Some(receipt("k", SCOPE))).await.unwrap();
     let (iteration, _) = place.stored_iteration(store, job.id).await;
@@ -38,7 +38,7 @@ async fn possessions(store: &Arc<dyn Repository>, place: &Values) -> Possessions
 }
 
 /// Everything that can be read of it.
-async fn everything(store: &Arc<dyn Repository>, of: &Possessions) -> String {
+pub async fn everything(store: &Arc<dyn Repository>, of: &Possessions) -> String {
     let Possessions { job, iteration, record, stream, empty } = of;
     let all: [Box<dyn Debug>; 15] = [
         Box::new(store.audit(Chain::Job(*job), WHOLE).await.unwrap()),

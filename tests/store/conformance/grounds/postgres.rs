@@ -118,6 +118,27 @@ impl Ground for Postgres {
         })
     }
 
+    fn truncates(&self) -> bool {
+        true
+    }
+
+    fn refuse_entries(&self, refused: bool) -> Soon<'_, ()> {
+        let sql = match refused {
+            true => {
+                "CREATE FUNCTION no_entry() RETURNS trigger LANGUAGE plpgsql AS $$ BEGIN
+                     RAISE EXCEPTION 'no entry';
+                 END $$;
+                 CREATE TRIGGER no_entry BEFORE INSERT ON audit FOR EACH ROW EXECUTE FUNCTION no_entry()"
+            }
+            false => "DROP TRIGGER no_entry ON audit; DROP FUNCTION no_entry()",
+        };
+        Box::pin(async move {
+            let mut own = PgConnection::connect(&self.url).await.unwrap();
+            sqlx::raw_sql(sql).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
+    }
+
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
         Box::pin(async move {
             let mut own = PgConnection::connect(&self.url).await.unwrap();

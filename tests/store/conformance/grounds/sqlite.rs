@@ -80,6 +80,22 @@ impl Ground for Sqlite {
         })
     }
 
+    fn truncates(&self) -> bool {
+        false
+    }
+
+    fn refuse_entries(&self, refused: bool) -> Soon<'_, ()> {
+        let sql = match refused {
+            true => "CREATE TRIGGER no_entry BEFORE INSERT ON audit BEGIN SELECT RAISE (ABORT, 'no entry'); END",
+            false => "DROP TRIGGER no_entry",
+        };
+        Box::pin(async move {
+            let mut own = self.place.connect().await;
+            sqlx::raw_sql(sql).execute(&mut own).await.unwrap();
+            own.close().await.unwrap();
+        })
+    }
+
     fn scalar(&self, sql: &'static str) -> Soon<'_, i64> {
         Box::pin(async move {
             let mut own = self.place.connect().await;
