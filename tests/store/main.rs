@@ -22,3 +22,4 @@ mod starts;
 mod streams;
 mod support;
 mod upkeep;
+mod wakes;

@@ -11,6 +11,7 @@ mod conditional;
 mod estimators;
 pub mod events;
 mod examples;
+mod gate;
 mod idempotency;
 pub mod kill;
 mod lean;

@@ -3,17 +3,19 @@
 use std::time::{Duration, Instant};
 
 use reqwest::Method;
-use serde_json::json;
-use sqlx::{Connection as _, PgConnection};
+use serde_json::{Value, json};
+use sqlx::{Connection as _, PgConnection, postgres::PgListener};
 use tokio::time::{sleep, timeout};
 
 use super::{
     app::{iteration, send},
     events::Listener,
+    gate::Gate,
     several::Replicas,
     socket,
     streams::block,
 };
+use crate::postgres::Server;
 
 /// Servers look by themselves every two seconds. What comes sooner has been told.
 const LOOK: Duration = Duration::from_secs(2);
@@ -25,6 +27,12 @@ impl Replicas {
             .expect("a listener")
     }
 
+    /// The number of a new iteration of a job, which the first server stores.
+    async fn stored(&self, job: &str) -> Value {
+        let stored = self.post(0, &format!("{job}/iterations"), &iteration()).await.expect(201);
+        stored.json()["number"].clone()
+    }
+
     /// How long it takes the others to hear of iterations, each posted some time after the one
     /// before.
     async fn delays(&self, job: &str, count: u64, apart: Duration) -> Vec<Duration> {
@@ -32,8 +40,7 @@ impl Replicas {
         let mut delays = Vec::new();
         for _ in 0..count {
             sleep(apart).await;
-            let number =
-                self.post(0, &format!("{job}/iterations"), &iteration()).await.expect(201).json()["number"].clone();
+            let number = self.stored(job).await;
             let stored = Instant::now();
             let (_, name, event) = listener.next().await.expect("an event");
             delays.push(stored.elapsed());
@@ -91,6 +98,46 @@ async fn servers_hear_again_after_their_connections_were_lost() {
         let delays = replicas.delays(&job, 5, Duration::from_millis(300)).await;
         assert!(delays[2] < LOOK / 4, "{delays:?}");
     }
+}
+
+/// What is told while a server does not hear is not told again: once it hears, it looks everywhere,
+/// and does not wait until it would look anyway.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn whoever_hears_again_looks_everywhere_at_once() {
+    // servers hear by this way alone
+    let gate = Gate::to(Server::shared().folder.join(".s.PGSQL.5432")).await;
+    let replicas = Replicas::on_postgres_with(2, |settings| {
+        let database = settings.database_url.split(['/', '?']).nth(3).expect("a database").to_owned();
+        let direct = format!("postgres://owner@127.0.0.1:{}/{database}?sslmode=disable", gate.port);
+        settings.postgres.database_direct_url = Some(direct);
+    })
+    .await;
+    let mut told = PgListener::connect(&replicas.url).await.unwrap();
+    told.listen("flankfit").await.unwrap();
+    let job = replicas.job().await;
+    let mut reader = replicas.listen(1, &job).await;
+    let mut delays = Vec::new();
+    for _ in 0..3 {
+        let other = replicas.job().await;
+        let id = other.rsplit('/').next().unwrap().replace('-', "");
+        gate.shut().await;
+        // found by a look, so the next one is two seconds away
+        let number = replicas.stored(&job).await;
+        let (_, _, event) = reader.next().await.expect("an event");
+        assert_eq!(event["iteration_number"], number, "{event}");
+        let number = replicas.stored(&job).await;
+        // what happened after it has been told by now
+        replicas.stored(&other).await;
+        while !told.recv().await.unwrap().payload().contains(&id) {}
+        let opened = Instant::now();
+        gate.open();
+        let (_, _, event) = reader.next().await.expect("an event");
+        delays.push(opened.elapsed());
+        assert_eq!(event["iteration_number"], number, "{event}");
+    }
+    // a busy machine may hold some of them up
+    assert!(delays.iter().min().is_some_and(|least| *least < LOOK / 2), "{delays:?}");
 }
 
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
