@@ -67,7 +67,7 @@ def sealed(tenant, job, seals):
 def verify(tenant, job, entries, seals=()):
     told = sealed(tenant, job, seals)
     head = sha256("flankfit audit 1", tenant, job)
-    nameless, first = b"", None
+    nameless, first, unnamed = b"", None, 0
     for number, entry in enumerate(entries, 1):
         own = sha256(bytes.fromhex(entry["previous"]), number, entry["id"], entry["at"], entry.get("actor", ""),
                      entry["action"], entry["target"], entry.get("request_id"), entry.get("peer"),
@@ -76,6 +76,7 @@ def verify(tenant, job, entries, seals=()):
             # a purge took the name away, and has a digest of what is left of such entries
             whole = bytes.fromhex(entry["sha256"])
             nameless, first, own = nameless + field(own) + field(whole), first or number, whole
+            unnamed += 1
         if entry["number"] != number or own.hex() != entry["sha256"]:
             return f"{number} entry"
         if entry["previous"] != head.hex():
@@ -85,10 +86,11 @@ def verify(tenant, job, entries, seals=()):
         if "entries" in entry["contents"]:
             if hashlib.sha256(nameless).hexdigest() != entry["contents"]["entries"]:
                 return f"{number} content"
-            nameless, first = b"", None
+            nameless, first, unnamed = b"", None, 0
         head = own
     if first:
-        return f"{first} entry"
+        # a purge takes the name from every entry: where none has one, its own is missing
+        return f"{len(entries) + 1 if unnamed == len(entries) else first} entry"
     if told:
         return f"{len(entries) + 1} entry"
     return f"intact {len(entries)} {head.hex() if entries else '-'}"

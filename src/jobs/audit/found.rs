@@ -4,7 +4,10 @@ use std::collections::BTreeMap;
 
 use uuid::Uuid;
 
-use super::layout::{Fields, Sha256Digest};
+use super::{
+    changing::Versioned,
+    layout::{Fields, Sha256Digest},
+};
 
 /// The tables whose rows entries have digests of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -29,7 +32,7 @@ pub struct FoundStream {
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
     /// The job's own; none of one that was deleted.
-    pub job: Option<Sha256Digest>,
+    pub job: Option<Versioned>,
     /// Those of one kind and one iteration in the order in which they were stored.
     rows: BTreeMap<(u64, Kind), Vec<Sha256Digest>>,
     pub streams: BTreeMap<Uuid, FoundStream>,
@@ -38,8 +41,8 @@ pub struct Found {
     pub purge: Option<Sha256Digest>,
     /// Of a tenant: its own, and those of its keys and of the purges of its jobs by the names that
     /// entries give them.
-    pub tenant: Option<Sha256Digest>,
-    pub keys: BTreeMap<String, Sha256Digest>,
+    pub tenant: Option<Versioned>,
+    pub keys: BTreeMap<String, Versioned>,
     pub purges: BTreeMap<String, Sha256Digest>,
 }
 

@@ -7,6 +7,7 @@
 //! in `docs/audit.md`.
 
 mod auditor;
+mod changing;
 mod contents;
 mod digests;
 mod entry;
@@ -19,6 +20,7 @@ mod signing;
 mod verify;
 
 pub use auditor::{Auditor, Evidence, Fault, Findings, Place, examine};
+pub use changing::Versioned;
 pub use contents::Contents;
 pub use digests::{
     block_digest, choice_digest, decision_digest, fit_digest, iteration_digest, job_digest, key_digest, new_iteration,

@@ -15,8 +15,9 @@ use crate::jobs::{job::Job, purge::Purge};
 #[derive(Default)]
 pub struct Nameless {
     fields: Fields,
-    /// The number of the first that no purge has told of so far.
+    /// The number of the first that no purge has told of so far, and how many these are.
     pub first: Option<u64>,
+    pub count: u64,
 }
 
 impl Nameless {
@@ -26,12 +27,13 @@ impl Nameless {
             let fields = std::mem::take(&mut self.fields);
             self.fields = fields.bytes(&entry.digest()).bytes(&entry.sha256);
             self.first = self.first.or(Some(entry.number));
+            self.count += 1;
         }
     }
 
     /// The digest of those that came.
     pub fn digest(&mut self) -> Sha256Digest {
-        self.first = None;
+        (self.first, self.count) = (None, 0);
         std::mem::take(&mut self.fields).digest()
     }
 }

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use uuid::Uuid;
 
 use super::{
+    changing::LastTold,
     contents::{SALT, with_salt},
     entry::{Action, Chain, Entry, Head},
     found::{Found, Kind},
@@ -71,13 +72,13 @@ pub struct Verifier {
     head: Head,
     /// What seals say of it: digests by numbers.
     sealed: BTreeMap<u64, Sha256Digest>,
-    job: Option<Told>,
+    job: Option<LastTold>,
     rows: BTreeMap<(u64, Kind), Vec<Told>>,
     streams: BTreeMap<Uuid, Told>,
     blocks: BTreeMap<(Uuid, u64), Told>,
     /// Of a tenant: its own row, and its keys by their names.
-    tenant: Option<Told>,
-    keys: BTreeMap<String, Told>,
+    tenant: Option<LastTold>,
+    keys: BTreeMap<String, LastTold>,
     /// The rows that are older than the chain, or that a purge has left.
     older: Option<Told>,
     /// That of a purge, and the streams that it has left.
@@ -160,7 +161,7 @@ impl Verifier {
             let told = Told { digest, salt: None, by: entry.number };
             let kind = match name {
                 "job" => {
-                    self.job = Some(told);
+                    self.job = Some(LastTold::told(self.job.as_ref(), digest, entry));
                     continue;
                 }
                 "found" => {
@@ -168,7 +169,7 @@ impl Verifier {
                     continue;
                 }
                 "tenant" => {
-                    self.tenant = Some(told);
+                    self.tenant = Some(LastTold::told(self.tenant.as_ref(), digest, entry));
                     continue;
                 }
                 "archive" => continue,
@@ -191,6 +192,7 @@ impl Verifier {
                     continue;
                 }
                 key if key.starts_with("key.") => {
+                    let told = LastTold::told(self.keys.get(key), digest, entry);
                     self.keys.insert(key.to_owned(), told);
                     continue;
                 }
@@ -221,14 +223,17 @@ impl Verifier {
 
     /// Compares what was told with what is found.
     pub fn conclude(mut self, found: &Found) -> Verdict {
-        if !self.torn {
-            // what is sealed beyond the end was there once
-            if let Some(&number) = self.sealed.keys().next() {
-                self.note(number.min(self.head.number + 1), What::Entry);
-            }
+        let next = self.head.number + 1;
+        if let (false, Some(&number)) = (self.torn, self.sealed.keys().next()) {
+            // what is sealed beyond the end was there once, and rows may be as it told
+            self.note(number.min(next), What::Entry);
+            self.torn = true;
         }
         if let Some(first) = self.nameless.first.filter(|_| !self.torn) {
-            self.note(first, What::Entry);
+            // a purge takes the name from every entry: where none has one, its own is missing
+            let purged = self.nameless.count == self.head.number;
+            self.note(if purged { next } else { first }, What::Entry);
+            self.torn = purged;
         }
         if self.head.number > 0 {
             self.compare(found);
@@ -268,9 +273,8 @@ impl Verifier {
         }
         if !self.torn {
             faults.extend(self.older.filter(|told| told.digest != older.digest()).map(|told| told.by));
-            let job = self.job;
-            faults.extend(job.filter(|told| found.job != Some(told.digest)).map(|told| told.by));
-            faults.extend((job.is_none() && found.job.is_some()).then_some(next));
+            faults.extend(self.job.and_then(|told| told.fault(found.job.as_ref(), next)));
+            faults.extend((self.job.is_none() && found.job.is_some()).then_some(next));
             self.compare_streams(found, &mut faults, next);
             self.compare_keys(found, &mut faults, next);
             self.compare_purges(found, &mut faults, next);
@@ -282,9 +286,8 @@ impl Verifier {
 
     /// A tenant may be older than its chain; its keys begin that.
     fn compare_keys(&self, found: &Found, faults: &mut Vec<u64>, next: u64) {
-        faults.extend(self.tenant.filter(|told| found.tenant != Some(told.digest)).map(|told| told.by));
-        let differs = |(name, told): &(&String, &Told)| found.keys.get(*name) != Some(&told.digest);
-        faults.extend(self.keys.iter().filter(differs).map(|(_, told)| told.by));
+        faults.extend(self.tenant.and_then(|told| told.fault(found.tenant.as_ref(), next)));
+        faults.extend(self.keys.iter().filter_map(|(name, told)| told.fault(found.keys.get(name), next)));
         let untold = found.keys.keys().any(|name| !self.keys.contains_key(name));
         faults.extend(untold.then_some(next));
     }

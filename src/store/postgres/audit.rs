@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::{locate::signed, time::stamp};
 use crate::{
-    jobs::audit::{Entry, Found, Sha256Digest, job_digest},
+    jobs::audit::{Entry, Found, Sha256Digest, Versioned},
     store::shared::{
         ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
         FoundStreamRow, HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
@@ -130,7 +130,7 @@ async fn own(db: &mut PgConnection, job: Uuid, found: &mut Found) -> Outcome<()>
         .bind(job)
         .fetch_optional(&mut *db)
         .await?;
-    found.job = row.map(|row| job_digest(&row.into()));
+    found.job = row.map(|row| Versioned::job(&row.into()));
     let purge = sqlx::query(
         "SELECT j.purged_at, p.at, p.reason, p.archive_sha256
          FROM jobs j LEFT JOIN purges p ON p.job = j.id WHERE j.id = $1",

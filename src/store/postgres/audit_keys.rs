@@ -6,7 +6,7 @@ use sqlx::{FromRow as _, PgConnection, Row as _};
 use crate::{
     jobs::{
         KeyId, NewKey, Tenant,
-        audit::{Found, key_digest, plant_digest},
+        audit::{Found, Versioned},
     },
     store::shared::{FoundPurge, KeptKeyRow, Outcome, PlantRow, key_columns, plant_columns},
 };
@@ -34,13 +34,14 @@ pub async fn found(db: &mut PgConnection, tenant: &Tenant) -> Outcome<Found> {
     let mut rows = sqlx::query(kept!()).bind(tenant.as_str()).fetch(&mut *db);
     while let Some(row) = rows.try_next().await? {
         let id: String = row.try_get("id")?;
-        let digest = KeptKeyRow::from_row(&row).map_or([0; 32], |row| key_digest(&row.into()));
-        found.keys.insert(format!("key.{id}"), digest);
+        let key = KeptKeyRow::from_row(&row).map_or(Versioned::UNREADABLE, |row| Versioned::key(&row.into()));
+        found.keys.insert(format!("key.{id}"), key);
     }
     drop(rows);
     let plant = sqlx::query(concat!("SELECT ", plant_columns!(), " FROM tenants WHERE name = $1"));
     let plant = plant.bind(tenant.as_str()).fetch_optional(&mut *db).await?;
-    found.tenant = plant.map(|row| PlantRow::from_row(&row).map_or([0; 32], |row| plant_digest(&row.into())));
+    found.tenant =
+        plant.map(|row| PlantRow::from_row(&row).map_or(Versioned::UNREADABLE, |row| Versioned::plant(&row.into())));
     let purges: Vec<FoundPurge> = sqlx::query_as(
         "SELECT p.job, p.at, p.reason, p.archive_sha256 FROM jobs j JOIN purges p ON p.job = j.id WHERE j.tenant = $1",
     )

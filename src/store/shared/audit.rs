@@ -40,7 +40,7 @@ impl Growing {
     /// The chain of a job that is older than the entries: it begins with what was found.
     pub fn begin(by: By<'_>, job: Uuid, found: &Found) -> Self {
         let mut chain = Growing::from(&by.caller.tenant, Chain::Job(job), None);
-        let own = found.job.map(|digest| ("job".to_owned(), digest));
+        let own = found.job.map(|job| ("job".to_owned(), job.digest));
         let rows = own.into_iter().chain([("found".to_owned(), found.digest())]);
         let prepared = Prepared::begin(job, Contents::of(rows.collect()));
         chain.add(by, prepared, Action::Begin, target::job(job));

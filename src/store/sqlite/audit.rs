@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::{locate::signed, time};
 use crate::{
-    jobs::audit::{By, Chain, Found, job_digest},
+    jobs::audit::{By, Chain, Found, Versioned},
     store::shared::{
         ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
         FoundStreamRow, Growing, HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
@@ -142,7 +142,7 @@ async fn own(db: &mut SqliteConnection, job: Uuid, found: &mut Found) -> Outcome
         .bind(job)
         .fetch_optional(&mut *db)
         .await?;
-    found.job = row.map(|row| job_digest(&row.into()));
+    found.job = row.map(|row| Versioned::job(&row.into()));
     let purge = sqlx::query(
         "SELECT j.purged_at AS purged_at, p.at AS at, p.reason AS reason, p.archive_sha256 AS archive_sha256
          FROM jobs j LEFT JOIN purges p ON p.job = j.seq WHERE j.id = ?",

@@ -164,6 +164,37 @@ pub async fn changed_keys_are_found_at_their_numbers(pair: &mut Pair) {
     assert_eq!(verdict(pair, &tenant).await, Verdict::Broken { number: 4, what: What::Content });
 }
 
+/// A key that was changed more often than is told, and one that nothing is told of.
+pub async fn missing_last_entries_of_keys_are_found_at_their_numbers(pair: &mut Pair) {
+    let (place, tenant) = (pair.values.clone(), Tenant::named("plant-7").unwrap());
+    let root = pair.keys_of(&Tenant::root());
+    // entries: 1 the tenant with its first key, 2 another one, which 3 changes, 4 replaces and 5
+    // ends; 6 changes the tenant
+    let first = NewPlant { plant: plant(&place, "plant-7"), key: key(&place, &tenant, None) };
+    root.insert_plant(Arc::new(first), None).await.unwrap();
+    let keys = pair.keys_of(&tenant);
+    let one = key(&place, &tenant, None);
+    let id = one.key.id;
+    keys.insert_key(Arc::new(one), None).await.unwrap();
+    let patch = KeyPatch { name: Some("other".to_owned()), expires_at: None };
+    keys.patch_key(id, patch, Precondition::None).await.unwrap();
+    // it would have ended earlier: nothing of it is changed, and it is told of all the same
+    let rotation = Rotation { of: id, old_ends: place.now() + HOUR * 2, new: key(&place, &tenant, None) };
+    keys.rotate_key(Arc::new(rotation), None).await.unwrap();
+    keys.revoke_key(id, place.now()).await.unwrap();
+    let patch = PlantPatch { description: Some("hall 2".to_owned()), suspended: None };
+    root.patch_plant(tenant.clone(), patch, Precondition::None, place.now()).await.unwrap();
+    pair.ground.intrude("CREATE TABLE audit_kept AS SELECT * FROM audit".to_owned()).await;
+    for last in 1..6 {
+        pair.ground.intrude(format!("DELETE FROM audit WHERE number > {last}")).await;
+        let missing = Verdict::Broken { number: last + 1, what: What::Content };
+        assert_eq!(verdict(pair, &tenant).await, missing);
+        let again = format!("INSERT INTO audit SELECT * FROM audit_kept WHERE number > {last}");
+        pair.ground.intrude(again).await;
+        assert!(matches!(verdict(pair, &tenant).await, Verdict::Intact { entries: 6, .. }));
+    }
+}
+
 /// At both handles at once.
 pub async fn chains_of_keys_have_no_gaps(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());

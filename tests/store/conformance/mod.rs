@@ -97,10 +97,13 @@ conformance! {
             changes_of_keys_and_tenants_are_entered,
             keys_from_before_begin_the_chain,
             changed_keys_are_found_at_their_numbers,
+            missing_last_entries_of_keys_are_found_at_their_numbers,
             chains_of_keys_have_no_gaps;
         tampering:
             what_is_as_it_was_written_is_intact,
             changed_entries_are_found_at_their_numbers,
+            missing_last_entries_are_found_at_their_numbers,
+            a_missing_entry_of_what_was_deleted_is_known_by_its_seal,
             changed_rows_are_found_at_their_numbers,
             a_job_from_before_is_verified_too,
             a_chain_that_began_without_salts_is_verified_too,

@@ -103,7 +103,7 @@ pub async fn what_is_changed_after_a_purge_is_found(pair: &mut Pair) {
         ("audit", "UPDATE audit SET sha256 = previous WHERE number = 3", 4, What::Link),
         ("audit", "UPDATE audit SET peer = 'x' WHERE number = 3", count, What::Content),
         ("audit", "DELETE FROM audit WHERE number = 3", 3, What::Entry),
-        ("audit", "DELETE FROM audit WHERE action = 'job.purge'", 1, What::Entry),
+        ("audit", "DELETE FROM audit WHERE action = 'job.purge'", count, What::Entry),
     ];
     for (table, sql, number, what) in cases {
         pair.ground.intrude(sql.to_owned()).await;

@@ -10,7 +10,7 @@ use flankfit::jobs::{
 use flankfit_engine::estimation::Nodes;
 use uuid::Uuid;
 
-use super::{audit::entries, pair::Pair, purges::purged};
+use super::{audit::entries, pair::Pair, purges::purged, seals::sealed};
 use crate::support::{WHOLE, actor, nodes};
 
 /// An iteration whose fit and whose nodes are no others', by λ* and by how many nodes there are.
@@ -90,8 +90,8 @@ pub async fn changed_entries_are_found_at_their_numbers(pair: &mut Pair) {
         ("UPDATE audit SET sha256 = previous WHERE number = 9", 9, What::Entry),
         ("DELETE FROM audit WHERE number = 1", 1, What::Entry),
         ("DELETE FROM audit WHERE number = 10", 10, What::Entry),
-        // the last: the job is no longer as it was at first
-        ("DELETE FROM audit WHERE number = 12", 1, What::Content),
+        // the last: the job was changed once more than is told
+        ("DELETE FROM audit WHERE number = 12", 12, What::Content),
         ("UPDATE audit SET number = 100 + number WHERE number IN (4, 5)", 4, What::Entry),
     ];
     for (sql, number, what) in cases {
@@ -103,6 +103,40 @@ pub async fn changed_entries_are_found_at_their_numbers(pair: &mut Pair) {
     let swap = "UPDATE audit SET number = 104 WHERE number = 4; UPDATE audit SET number = 4 WHERE number = 5;
                 UPDATE audit SET number = 5 WHERE number = 104";
     assert_eq!(found(pair, job, swap).await, Verdict::Broken { number: 4, what: What::Entry });
+}
+
+/// Whatever the last entries told of is there, and told of no more.
+pub async fn missing_last_entries_are_found_at_their_numbers(pair: &mut Pair) {
+    let job = filled(pair).await;
+    pair.ground.intrude("CREATE TABLE audit_kept AS SELECT * FROM audit".to_owned()).await;
+    for last in 1..12 {
+        let verdict = found(pair, job, &format!("DELETE FROM audit WHERE number > {last}")).await;
+        assert_eq!(verdict, Verdict::Broken { number: last + 1, what: What::Content });
+        let again = format!("INSERT INTO audit SELECT * FROM audit_kept WHERE number > {last}");
+        let verdict = found(pair, job, &again).await;
+        assert!(matches!(verdict, Verdict::Intact { entries: 12, .. }), "{verdict:?}");
+    }
+}
+
+/// What is gone may have been deleted with an entry, which is missing, or without one: by rows alone
+/// it is a row of the entry that told of it last. A seal knows better.
+pub async fn a_missing_entry_of_what_was_deleted_is_known_by_its_seal(pair: &mut Pair) {
+    let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
+    let [job, other] = [place.stored_job(&store).await.id, place.stored_job(&store).await.id];
+    store.delete_job(job, none.clone()).await.unwrap();
+    let stream = Arc::new(place.stream(other));
+    store.insert_stream(stream.clone(), None).await.unwrap();
+    store.delete_stream(stream.id, none, place.now()).await.unwrap();
+    pair.ground.intrude("CREATE TABLE audit_kept AS SELECT * FROM audit".to_owned()).await;
+    let missing = "DELETE FROM audit WHERE action IN ('job.delete', 'stream.delete')";
+    let content = |number| Verdict::Broken { number, what: What::Content };
+    assert_eq!(found(pair, job, missing).await, content(1));
+    assert_eq!(found(pair, other, missing).await, content(2));
+    pair.ground.intrude("DELETE FROM audit; INSERT INTO audit SELECT * FROM audit_kept".to_owned()).await;
+    sealed(pair, 2).await;
+    let entry = |number| Verdict::Broken { number, what: What::Entry };
+    assert_eq!(found(pair, job, missing).await, entry(2));
+    assert_eq!(found(pair, other, missing).await, entry(3));
 }
 
 pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
