@@ -18,6 +18,7 @@ mod retention;
 mod schema;
 mod server;
 mod service;
+mod snapshots;
 mod starts;
 mod streams;
 mod support;

@@ -1,0 +1,101 @@
+//! Reads of several statements on PostgreSQL, between which something is stored: what they answer
+//! is of the state in which they began.
+
+use std::{cell::Cell, fmt::Debug, sync::Arc};
+
+use flankfit::{
+    jobs::{
+        JobPatch, OrderedIds, Precondition, Repository, Store as _, SystemClock, Tenant, Upkeep as _,
+        archive::{Key, archive},
+        audit::Chain,
+    },
+    store::{PostgresSettings, PostgresStore},
+};
+use sqlx::{Connection as _, Executor as _, PgConnection};
+use uuid::Uuid;
+
+use crate::{
+    server::Server,
+    support::{Values, WHOLE, caller},
+};
+
+/// A job of two iterations.
+struct Held {
+    url: String,
+    repository: Arc<dyn Repository>,
+    values: Values,
+    job: Uuid,
+}
+
+impl Held {
+    /// Stores something that is read behind the records of the first iteration, of all reads below.
+    async fn change(&self) {
+        let patch = JobPatch { name: Some(self.values.id().to_string()), ..JobPatch::default() };
+        self.repository.patch_job(self.job, patch, Precondition::None, self.values.now()).await.unwrap();
+        self.repository.insert_fit(self.job, 2, Arc::new(self.values.fit(0.5)), None).await.unwrap();
+    }
+
+    /// Has a read wait in its middle for the table of records, which is held, while something is
+    /// stored.
+    async fn sees_one_state<T: PartialEq + Debug>(&self, read: impl AsyncFn() -> Result<T, String>) {
+        let mut holder = PgConnection::connect(&self.url).await.unwrap();
+        let mut looking = PgConnection::connect(&self.url).await.unwrap();
+        let waits = "SELECT EXISTS (SELECT FROM pg_stat_activity
+                                    WHERE datname = current_database() AND wait_event_type = 'Lock')";
+        let mut failures = Vec::new();
+        while failures.len() < 5 {
+            let before = read().await.unwrap();
+            holder.execute("BEGIN; LOCK TABLE records IN ACCESS EXCLUSIVE MODE").await.unwrap();
+            let done = Cell::new(false);
+            let reading = async {
+                let found = read().await;
+                done.set(true);
+                found
+            };
+            let storing = async {
+                while !done.get() && !sqlx::query_scalar::<_, bool>(waits).fetch_one(&mut looking).await.unwrap() {}
+                self.change().await;
+                holder.execute("ROLLBACK").await.unwrap();
+            };
+            let (meanwhile, ()) = tokio::join!(reading, storing);
+            match meanwhile {
+                Ok(meanwhile) => {
+                    assert_eq!(meanwhile, before, "it has not seen what was stored meanwhile");
+                    assert_ne!(read().await.unwrap(), before, "which is there to be seen");
+                    return;
+                }
+                // a read waits two seconds for a lock, which a busy machine may take longer to give
+                Err(error) => failures.push(error),
+            }
+        }
+        panic!("{failures:?}");
+    }
+}
+
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn reads_of_several_statements_see_one_state() {
+    let url = Server::shared().database().await;
+    let mut settings = PostgresSettings::of_url(&url).unwrap();
+    (settings.writers, settings.readers, settings.unsafe_store) = (1, 2, true);
+    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let (repository, values) = (store.of(&caller("default")), Values::default());
+    let job = values.stored_job(&repository).await.id;
+    for _ in 0..2 {
+        values.stored_iteration(&repository, job).await;
+    }
+    let held = Held { url, repository: repository.clone(), values, job };
+    // fits of the second iteration, behind the records of the first
+    held.sees_one_state(async || repository.trace(job, WHOLE).await.map_err(|error| error.to_string())).await;
+    // the row of the job behind the entries and all other rows: one of another state would be a break
+    held.sees_one_state(async || repository.verify_audit(Chain::Job(job)).await.map_err(|error| error.to_string()))
+        .await;
+    // entries behind the rows that they tell of
+    held.sees_one_state(async || {
+        let key = Key { tenant: Tenant::default(), job };
+        let archived = archive(store.holdings(), key, Vec::new()).await.map_err(|error| error.to_string())?;
+        Ok(archived.map(|(_, told)| told))
+    })
+    .await;
+    store.close().await;
+}
