@@ -1,5 +1,6 @@
 //! Jobs that nobody has touched for long are archived and then purged, on both stores: on
-//! PostgreSQL by a server that is a member of `flankfit_app` alone, and by one of several at a time.
+//! PostgreSQL by a server that is no more than a member of `flankfit_app`, and by one of several at
+//! a time.
 
 use std::{
     fs::{self, File},

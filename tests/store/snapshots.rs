@@ -87,7 +87,7 @@ async fn reads_of_several_statements_see_one_state() {
     let held = Held { url, repository: repository.clone(), values, job };
     // fits of the second iteration, behind the records of the first
     held.sees_one_state(async || repository.trace(job, WHOLE).await.map_err(|error| error.to_string())).await;
-    // the row of the job behind the entries and all other rows: one of another state would be a break
+    // the row of the job behind the entries: of another state it would be a break
     held.sees_one_state(async || repository.verify_audit(Chain::Job(job)).await.map_err(|error| error.to_string()))
         .await;
     // entries behind the rows that they tell of

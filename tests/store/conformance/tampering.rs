@@ -118,8 +118,8 @@ pub async fn missing_last_entries_are_found_at_their_numbers(pair: &mut Pair) {
     }
 }
 
-/// What is gone may have been deleted with an entry, which is missing, or without one: by rows alone
-/// it is a row of the entry that told of it last. A seal knows better.
+/// What is gone may have been deleted with an entry, which is missing, or without one: by rows
+/// alone it is a row of the entry that told of it last. A seal knows better.
 pub async fn a_missing_entry_of_what_was_deleted_is_known_by_its_seal(pair: &mut Pair) {
     let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
     let [job, other] = [place.stored_job(&store).await.id, place.stored_job(&store).await.id];
