@@ -16,6 +16,9 @@ pub const MOST_NODES: usize = 4_000_000;
 /// Chords of one curve at most.
 const MOST_CHORDS: usize = 1 << 20;
 
+/// From so many on, finding the chords of a curve is computing: fewer take some milliseconds.
+const MANY_CHORDS: usize = 10_000;
+
 /// A surface at the nodes of a grid of parameters, v running fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceSample {
@@ -164,6 +167,7 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, E
     if waiting.len() > MOST_CHORDS {
         return Err(ExportFault::TooManyNodes { wanted: waiting.len(), most: MOST_CHORDS });
     }
+    let many = MANY_CHORDS.max(waiting.len());
     while let Some(worst) = waiting.peek().copied().filter(|worst| !(worst.strays <= tolerance)) {
         let [a, b] = worst.ends;
         let middle = a + (b - a) / 2.0;
@@ -174,6 +178,9 @@ pub fn curve_parameters(curve: &dyn Curve, tolerance: f64) -> Result<Vec<f64>, E
             return Err(ExportFault::Chords { tolerance, reached: worst.strays });
         }
         cancel::checkpoint();
+        if waiting.len() == many {
+            cancel::computing();
+        }
         waiting.pop();
         waiting.extend([chord(a, middle), chord(middle, b)]);
     }
@@ -235,7 +242,10 @@ pub fn curve_nodes(curve: &dyn Curve, parameters: &[f64]) -> Result<Vec<Vector>,
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{BSplineBasis, curve::BSplineCurve, space::Dimension, surface::BSplineSurface};
+    use crate::{
+        geometry::{BSplineBasis, curve::BSplineCurve, space::Dimension, surface::BSplineSurface},
+        numerics::cancel::Handle,
+    };
 
     /// Rulings from the apex (0, 0, 1), at v = 0, to the points (1, 0, 0) and (0, 1, 0).
     fn wedge() -> BSplineSurface {
@@ -299,6 +309,17 @@ mod tests {
         // a tolerance below rounding is refused, in bounded time
         let Err(ExportFault::Chords { tolerance, reached }) = curve_parameters(&arc, 1e-30) else { panic!() };
         assert!(tolerance == 1e-30 && reached > 1e-30 && reached < 1e-10, "{reached}");
+    }
+
+    #[test]
+    fn many_chords_are_computed_and_a_few_are_not() {
+        let basis = BSplineBasis::new(2, vec![0., 0., 0., 1., 1., 1.]).unwrap();
+        let points = [[10., 0.], [10., 10.], [0., 10.]].map(|[x, y]| Vector::new(x, y, 0.0)).to_vec();
+        let curve = BSplineCurve::new(basis, Dimension::Plane, points, None).unwrap();
+        let checks = Handle::for_checks();
+        assert!(checks.run(|| curve_parameters(&curve, 1e-3)).is_ok() && !checks.has_begun());
+        assert!(checks.run(|| curve_parameters(&curve, 1e-9)).is_err() && checks.has_begun());
+        assert!(curve_parameters(&curve, 1e-9).is_ok_and(|found| found.len() > MANY_CHORDS));
     }
 
     #[test]

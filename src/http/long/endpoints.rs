@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use axum::{
-    http::{HeaderMap, StatusCode},
+    http::{HeaderMap, HeaderValue, StatusCode, header},
     response::{IntoResponse, Response},
 };
 use tokio::time::{Instant, sleep};
@@ -183,10 +183,14 @@ pub async fn ended_within(state: &CallerState, mut task: Task, wait: Duration) -
 
 /// The result of a task that has ended.
 pub async fn result(state: &CallerState, id: Uuid) -> Result<Response, Problem> {
-    match state.jobs.task_result(id).await? {
-        (_, Some(result)) => state.pool.run(move || answer::response(result)).await?,
-        _ => Err(Problem::new(ProblemCode::OperationCancelled, "The operation was cancelled; nothing is kept of it.")),
-    }
+    let (_, Some(result)) = state.jobs.task_result(id).await? else {
+        let detail = "The operation was cancelled; nothing is kept of it.";
+        return Err(Problem::new(ProblemCode::OperationCancelled, detail));
+    };
+    let mut response = state.pool.run(move || answer::response(result)).await??;
+    // as the answer to a POST: its version is one of what was stored, and not of this place
+    response.headers_mut().entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
+    Ok(response)
 }
 
 fn applied(mut response: Response, preference: Preference) -> Response {

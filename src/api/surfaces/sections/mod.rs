@@ -33,6 +33,7 @@ use flankfit_engine::{
             },
         },
     },
+    numerics::cancel::{self, Parts},
 };
 
 /// What a point takes: itself, as a piece of a curve, and its text.
@@ -45,7 +46,10 @@ const SECTION: usize = 400;
 /// Answers a request, as far as there is `room` for its points. Processor work.
 pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     let Checked { surface, families, how, mesh } = read(text)?;
-    let found = cut(&surface, &families, how, room)?;
+    let planes: usize = families.iter().map(|planes| planes.offsets.len()).sum();
+    // the mesh goes through all planes once more
+    let all = cancel::parts(if mesh { 2 * planes } else { planes });
+    let found = cut(&surface, &families, how, &all, room)?;
     let mut warnings = Vec::new();
     let mut told = BTreeMap::new();
     let mut answered = Vec::with_capacity(families.len());
@@ -63,8 +67,8 @@ pub fn answer(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
     }
     let mut body = SectionsBody { families: answered, mesh: None, mesh_frame: None, mesh_error: None, warnings };
     if let (true, [u, v], [of_u, of_v]) = (mesh, &families[..], &found[..]) {
-        let MeshOfSections { frame, mesh, error } =
-            mesh_of_sections(&surface, [family(u, of_u), family(v, of_v)], how).map_err(no_mesh)?;
+        let made = all.run(planes, || mesh_of_sections(&surface, [family(u, of_u), family(v, of_v)], how));
+        let MeshOfSections { frame, mesh, error } = made.map_err(no_mesh)?;
         let curves =
             |family: &[Option<CurveShape>]| family.iter().map(|curve| curve.as_ref().map(CurveBody::from)).collect();
         let [u_curves, v_curves] = [curves(&mesh.over_v), curves(&mesh.over_u)];
@@ -84,6 +88,7 @@ fn cut(
     surface: &SurfaceShape,
     families: &[Planes],
     how: Description,
+    planes: &Parts,
     room: Room,
 ) -> Result<Vec<Vec<Section>>, Problem> {
     let sections = Sections::of(surface);
@@ -93,7 +98,8 @@ fn cut(
         let mut of_family = Vec::with_capacity(offsets.len());
         for offset in offsets {
             let plane = Plane { normal: *normal, offset: *offset };
-            let found = sections.by(&plane, Description { most: left, ..how }).map_err(refused)?;
+            let by = || sections.by(&plane, Description { most: left, ..how });
+            let found = planes.run(1, by).map_err(refused)?;
             let points: usize = found.curves.iter().map(|curve| curve.points.len()).sum();
             left = left.saturating_sub(points);
             room(SECTION + points * POINT)?;
