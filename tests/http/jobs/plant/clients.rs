@@ -43,6 +43,8 @@ pub struct Counts {
     /// Answers that nothing can be said now, and among them those that the outcome is not known.
     pub refused: AtomicU64,
     pub unknown: AtomicU64,
+    /// Operations that were begun more than once.
+    pub again: AtomicU64,
 }
 
 impl Counts {
@@ -148,10 +150,10 @@ impl Plant {
         stored
     }
 
-    /// Has iterations made by operations, one after the other and at least one, and says how many
-    /// of them were begun more than once. One whose servers were lost too often has stored nothing.
-    pub async fn operate(&self, job: &str) -> (Vec<Written>, u64) {
-        let (mut stored, mut again) = (Vec::new(), 0);
+    /// Has iterations made by operations, one after the other and at least one. One whose servers
+    /// were lost too often has stored nothing.
+    pub async fn operate(&self, job: &str) -> Vec<Written> {
+        let mut stored = Vec::new();
         let path = format!("{job}/iterations");
         for turn in 0.. {
             if self.is_over() && !stored.is_empty() {
@@ -164,14 +166,16 @@ impl Plant {
             let begun = self.ask(&path, later).await.expect(202);
             let place = format!("{}{}", self.base, begun.header("location").unwrap());
             let made = self.result(&place).await;
+            if self.get(&place).await.expect(200).json()["attempts"].as_u64() > Some(1) {
+                Counts::add(&self.counts.again);
+            }
             if made.status == 500 {
                 made.problem(500, "interrupted");
                 continue;
             }
             stored.push(written(&made.expect(201), key));
-            again += u64::from(self.get(&place).await.json()["attempts"].as_u64().unwrap() > 1);
         }
-        (stored, again)
+        stored
     }
 
     /// The answer of an operation, once it has one.

@@ -42,6 +42,11 @@ impl Cuts {
         self.next.store(1 + cut as usize, Ordering::SeqCst);
     }
 
+    /// Whether a cut waits for the next commit.
+    pub fn is_armed(&self) -> bool {
+        self.next.load(Ordering::SeqCst) > 0
+    }
+
     /// How many connections were cut, in the order of [`CUTS`].
     pub fn fallen(&self) -> [u64; CUTS.len()] {
         self.fallen.each_ref().map(|count| count.load(Ordering::SeqCst))

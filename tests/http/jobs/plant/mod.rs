@@ -26,7 +26,7 @@ use tokio::{
 };
 
 use self::{
-    clients::Plant,
+    clients::{PATIENCE, Plant},
     cuts::{CUTS, Cuts},
     told::{Told, check_iterations},
 };
@@ -43,8 +43,10 @@ const WRITERS: usize = 8;
 /// A server is killed as often; after every second one something happens to PostgreSQL.
 const BETWEEN_KILLS: Duration = Duration::from_secs(2);
 const BETWEEN_CUTS: Duration = Duration::from_millis(400);
-/// Every kind of interruption comes once.
+/// Every kind of interruption comes once, where servers start in time.
 const SECONDS: u64 = 14;
+/// From here on an operation is begun anew, too: each server lives for six seconds.
+const LONG: Duration = Duration::from_secs(60);
 /// What happens to PostgreSQL, one after the other.
 const INTERRUPTIONS: [&str; 3] = [
     "$BIN/pg_ctl -D data -l log -m fast -w restart",
@@ -56,6 +58,7 @@ const INTERRUPTIONS: [&str; 3] = [
 struct Interrupted<'a> {
     plant: &'a Plant,
     server: &'a Server,
+    cuts: &'a Cuts,
     url: &'a str,
     addresses: [SocketAddr; REPLICAS],
     replicas: Vec<kill::Server>,
@@ -64,12 +67,13 @@ struct Interrupted<'a> {
 }
 
 impl Interrupted<'_> {
-    /// Kills servers and what they store in, until it is enough.
+    /// Kills servers and what they store in for that time, and on a busy machine until everything
+    /// has come at least once.
     async fn run(&mut self, time: Duration) {
         let begun = Instant::now();
         for round in 0.. {
             sleep((BETWEEN_KILLS * (round as u32 + 1)).saturating_sub(begun.elapsed())).await;
-            if begun.elapsed() >= time {
+            if begun.elapsed() >= time && self.is_whole(time) || begun.elapsed() >= time + PATIENCE {
                 break;
             }
             self.replicas.remove(0).kill();
@@ -86,6 +90,24 @@ impl Interrupted<'_> {
             }
         }
         self.plant.over.store(true, Ordering::SeqCst);
+    }
+
+    /// Whether there was everything that a run of that time is to survive.
+    fn is_whole(&self, time: Duration) -> bool {
+        let cuts = self.cuts.fallen();
+        let again = self.plant.counts.again.load(Ordering::Relaxed);
+        self.interruptions.iter().chain(&cuts).all(|count| *count > 0) && (time < LONG || again > 0)
+    }
+
+    /// That there was something to survive.
+    fn assert_whole(&self, time: Duration) {
+        // a busy machine takes its time to start a server: a quarter of what the clock allows
+        let least = time.as_secs() / (4 * BETWEEN_KILLS.as_secs());
+        assert!(self.kills >= least.max(1), "{} servers were killed in {time:?}", self.kills);
+        assert!(self.is_whole(time), "something is missing of what is told above");
+        let broken = self.plant.counts.broken.load(Ordering::Relaxed);
+        let refused = self.plant.counts.refused.load(Ordering::Relaxed);
+        assert!(broken + refused > 0, "no client has met with any of it");
     }
 }
 
@@ -129,14 +151,27 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
         async move {
             for cut in CUTS.into_iter().cycle() {
                 sleep(BETWEEN_CUTS).await;
+                // each has its turn: without PostgreSQL nothing commits
+                while cuts.is_armed() {
+                    sleep(BETWEEN_CUTS).await;
+                }
                 cuts.arm(cut);
             }
         }
     });
     let (addresses, kills, interruptions) = (proxy.servers, 0, Default::default());
-    let mut interrupted =
-        Interrupted { plant: &plant, server: &server, url: &url, addresses, replicas, kills, interruptions };
-    interrupted.run(Duration::from_secs(seconds)).await;
+    let mut interrupted = Interrupted {
+        plant: &plant,
+        server: &server,
+        cuts: &cuts,
+        url: &url,
+        addresses,
+        replicas,
+        kills,
+        interruptions,
+    };
+    let time = Duration::from_secs(seconds);
+    interrupted.run(time).await;
     cutting.abort();
 
     for (of, stored) in writers.join_all().await {
@@ -145,9 +180,10 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
     for (of, answers) in probes.join_all().await {
         told[of].blocks = answers;
     }
-    let (mut made, again) = operating.await.unwrap();
-    tell(&interrupted, &cuts, &told);
-    println!("{} operations, of which {again} were begun more than once", made.len());
+    let mut made = operating.await.unwrap();
+    tell(&interrupted, &told);
+    println!("{} operations have made an iteration", made.len());
+    interrupted.assert_whole(time);
     let failures = std::mem::take(&mut *plant.failures.lock().unwrap());
     assert!(failures.is_empty(), "{} failures: {:#?}", failures.len(), &failures[..failures.len().min(5)]);
     let mut checks = JoinSet::new();
@@ -163,7 +199,7 @@ async fn nothing_is_lost_or_repeated_whatever_is_killed() {
 }
 
 /// Prints what happened.
-fn tell(interrupted: &Interrupted<'_>, cuts: &Cuts, told: &[Told]) {
+fn tell(interrupted: &Interrupted<'_>, told: &[Told]) {
     let counts = &interrupted.plant.counts;
     let count = |count: &AtomicU64| count.load(Ordering::Relaxed);
     println!(
@@ -178,8 +214,9 @@ fn tell(interrupted: &Interrupted<'_>, cuts: &Cuts, told: &[Told]) {
         "{} servers killed; PostgreSQL restarted {fast} times, {immediate} times at once, killed {killed} times",
         interrupted.kills
     );
-    let [before, with, after] = cuts.fallen();
+    let [before, with, after] = interrupted.cuts.fallen();
     println!("connections cut before COMMIT {before}, with it {with}, before its answer {after}");
+    println!("operations begun more than once: {}", count(&counts.again));
     let iterations: usize = told.iter().map(|told| told.iterations.len()).sum();
     let blocks: usize = told.iter().map(|told| told.blocks.len()).sum();
     println!("acknowledged: {iterations} iterations, {blocks} blocks");
