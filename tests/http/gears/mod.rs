@@ -7,7 +7,7 @@ mod correction_kept;
 mod evaluation;
 mod exchange;
 mod fit_figures;
-mod import;
+pub mod import;
 mod kept_traces;
 #[path = "../../../engine/tests/formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
