@@ -1,6 +1,6 @@
 //! Migrations and the dashboard are embedded at compile time; a new file must lead to a new build.
-//! And tests that need a PostgreSQL server, or haproxy, are ignored where there is none, unless
-//! FLANKFIT_TEST_POSTGRES=required; those that need promtool or openssl are wherever there is none.
+//! And tests that need a PostgreSQL server, haproxy or openssl are ignored where there is none, unless
+//! FLANKFIT_TEST_POSTGRES=required; those that need promtool are wherever there is none.
 
 use std::{env, fs, path::PathBuf};
 
@@ -20,11 +20,11 @@ fn main() {
     if !required && !has_haproxy() {
         println!("cargo:rustc-cfg=without_haproxy");
     }
+    if !required && !is_in_path("openssl") {
+        println!("cargo:rustc-cfg=without_openssl");
+    }
     if !is_in_path("promtool") {
         println!("cargo:rustc-cfg=without_promtool");
-    }
-    if !is_in_path("openssl") {
-        println!("cargo:rustc-cfg=without_openssl");
     }
 }
 

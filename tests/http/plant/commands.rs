@@ -27,7 +27,10 @@ fn commands(document: &str) -> String {
 }
 
 #[test]
-#[cfg_attr(any(without_postgres, without_haproxy), ignore = "there is no PostgreSQL server, or no haproxy")]
+#[cfg_attr(
+    any(without_postgres, without_haproxy, without_openssl),
+    ignore = "there is no PostgreSQL server, no haproxy or no openssl"
+)]
 fn the_commands_of_the_document_lead_to_a_plant() {
     let document = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("docs/plant.md")).unwrap();
     let commands = commands(&document);
