@@ -1,6 +1,6 @@
 //! Migrations and the dashboard are embedded at compile time; a new file must lead to a new build.
-//! And tests that need a PostgreSQL server, haproxy or openssl are ignored where there is none, unless
-//! FLANKFIT_TEST_POSTGRES=required; those that need promtool are wherever there is none.
+//! And tests that need a PostgreSQL server, haproxy or openssl are ignored where there is none,
+//! unless FLANKFIT_TEST_POSTGRES=required; those that need promtool are wherever there is none.
 
 use std::{env, fs, path::PathBuf};
 

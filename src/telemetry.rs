@@ -64,7 +64,8 @@ pub const LISTENERS: &str = "flankfit_open_connections";
 /// `tenant_share`, `body_memory`, `idle_connection`, `rate_limit`, `refusals`).
 pub const SHED: &str = "flankfit_shed_total";
 /// Requests to the versioned interface by what their key is. Label: `outcome` (`ok`, `none` where
-/// none is asked for, `missing`, `invalid`, `unavailable` where nobody could be asked).
+/// none is asked for, `missing`, `invalid`, `unavailable` where nobody could be asked; once more as
+/// `forbidden` what a good key has no scope for).
 pub const AUTHENTICATIONS: &str = "flankfit_auth_total";
 /// 1 from the signal to stop on.
 pub const DRAINING: &str = "flankfit_draining";

@@ -74,11 +74,4 @@ async fn a_peer_that_guesses_is_held_up_and_a_good_key_is_not() {
     assert!(held.header("retry-after").parse::<u32>().is_ok_and(|seconds| (1..=6).contains(&seconds)));
     assert_eq!(fit("right".into()).await.status, 200);
     send(app.post("/v1/fits", CURVE)).await.problem(429, "too_many_requests");
-    let metrics = send(app.get("/metrics")).await.text;
-    for outcome in ["ok", "missing", "invalid", "none"] {
-        let line = format!("flankfit_auth_total{{outcome=\"{outcome}\"}}");
-        // other tests of this process have servers without keys
-        assert!(metrics.contains(&line) || outcome == "none", "{line}");
-    }
-    assert!(metrics.contains(r#"flankfit_shed_total{reason="refusals"}"#));
 }

@@ -4,6 +4,7 @@ mod callers;
 mod collector;
 mod draining;
 mod fairness;
+mod figures;
 mod issuer;
 pub mod keys;
 mod roles;

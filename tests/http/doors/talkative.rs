@@ -64,10 +64,23 @@ impl Talkative {
         self.said.lock().unwrap().clone()
     }
 
+    /// Sends the server the signal to end.
+    pub fn terminate(&self) {
+        let told = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().unwrap();
+        assert!(told.success());
+    }
+
     /// Ends the server as a signal does, and tells all that it has said.
     pub fn end(mut self) -> String {
-        let told = Command::new("kill").args(["-TERM", &self.child.id().to_string()]).status().unwrap();
-        assert!(told.success() && self.child.wait().unwrap().success());
+        self.terminate();
+        assert!(self.child.wait().unwrap().success());
         self.said()
+    }
+}
+
+impl Drop for Talkative {
+    fn drop(&mut self) {
+        let _ended_already = self.child.kill();
+        let _status = self.child.wait();
     }
 }

@@ -2,6 +2,7 @@
 
 use std::{
     fs,
+    io::Write as _,
     net::SocketAddr,
     path::PathBuf,
     process::{Command, Stdio},
@@ -14,8 +15,9 @@ use std::{
 
 use flankfit::{
     config::{Authentication, ClientAuthentication, ServeSettings},
-    jobs::{Caller, KeyDraft, Role, San, Tenant},
+    jobs::{Caller, Clock, KeyDraft, Role, San, SystemClock, Tenant},
 };
+use jiff::Timestamp;
 use rcgen::{BasicConstraints, CertificateParams, CertifiedIssuer, DnType, IsCa, KeyPair, SanType};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
@@ -33,7 +35,8 @@ use tokio_rustls::{
     },
 };
 
-use crate::harness::{CURVE, TestApp};
+use super::talkative::Talkative;
+use crate::harness::{CURVE, TestApp, figure};
 
 /// One that signs certificates, and the files of a server.
 struct Authority {
@@ -49,10 +52,14 @@ struct Pair {
 
 impl Authority {
     fn new() -> Self {
+        // of another name than what it signs, which would seem to be signed by itself
+        Self::named("authority of the tests")
+    }
+
+    fn named(name: &str) -> Self {
         let mut params = CertificateParams::new(Vec::<String>::new()).unwrap();
         params.is_ca = IsCa::Ca(BasicConstraints::Unconstrained);
-        // of another name than what it signs, which would seem to be signed by itself
-        params.distinguished_name.push(DnType::CommonName, "authority of the tests");
+        params.distinguished_name.push(DnType::CommonName, name);
         let issuer = CertifiedIssuer::self_signed(params, KeyPair::generate().unwrap()).unwrap();
         let authority = Authority { issuer, directory: tempfile::tempdir().unwrap() };
         fs::write(authority.file("ca.pem"), authority.issuer.pem()).unwrap();
@@ -66,6 +73,13 @@ impl Authority {
 
     fn sign(&self, name: &str) -> Pair {
         self.signed(CertificateParams::new([name.to_owned()]).unwrap())
+    }
+
+    /// Until the first day of a year.
+    fn sign_until(&self, name: &str, year: i32) -> Pair {
+        let mut params = CertificateParams::new([name.to_owned()]).unwrap();
+        params.not_after = rcgen::date_time_ymd(year, 1, 1);
+        self.signed(params)
     }
 
     /// For one that is named by a URI, as workloads are.
@@ -123,6 +137,7 @@ async fn ask(stream: &mut TlsStream<TcpStream>, request: &str) -> std::io::Resul
 }
 
 const HEALTH: &str = "GET /healthz HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n";
+const METRICS: &str = "GET /metrics HTTP/1.1\r\nhost: localhost\r\nconnection: close\r\n\r\n";
 
 #[tokio::test]
 async fn fits_are_the_same_over_both_versions_of_tls() {
@@ -201,8 +216,37 @@ async fn a_new_certificate_is_taken_without_losing_a_request() {
     }
     authority.install(&next);
     while shown().await == first {}
-    assert!(flankfit::telemetry::metrics().render().contains("flankfit_tls_expiry_seconds"));
     assert_eq!(shown().await, *next.certificate.der());
+}
+
+/// Of the certificate that is used, a new one included. (A process of its own: servers of one
+/// process share their metrics.)
+#[tokio::test]
+async fn the_time_left_of_the_certificate_is_told() {
+    let authority = Authority::new();
+    let [certificate, key] = ["cert.pem", "key.pem"].map(|name| authority.file(name).display().to_string());
+    let client = authority.client(&[&TLS13], None);
+    let mut server = None;
+    for year in [2090, 2100] {
+        let begun = SystemClock.now().as_second();
+        authority.install(&authority.sign_until("localhost", year));
+        let ends = format!("{year}-01-01T00:00:00Z").parse::<Timestamp>().unwrap().as_second();
+        let server = server.get_or_insert_with(|| {
+            Talkative::start(&authority.file("test.db"), &["--tls-cert", &certificate, "--tls-key", &key])
+        });
+        let address = server.base.trim_start_matches("http://").parse().unwrap();
+        loop {
+            let answer = ask(&mut connect(&client, address).await.unwrap(), METRICS).await.unwrap();
+            let left = figure(&answer, "flankfit_tls_expiry_seconds");
+            let now = SystemClock.now().as_second();
+            // it is told every five seconds
+            if left.is_some_and(|left| ((ends - now) as f64..=(ends - begun) as f64).contains(&left)) {
+                break;
+            }
+            assert!(now - begun < 60, "{left:?} of {} s", ends - now);
+            tokio::time::sleep(Duration::from_millis(100)).await;
+        }
+    }
 }
 
 /// What the server shows, on a connection that is then used.
@@ -285,6 +329,64 @@ async fn openssl_agrees_on_new_versions_alone() {
         // and a client that speaks nothing else is refused
         let (done, said) = connected(version, "h2").await;
         assert!(!done && said.contains("SSL alert number 120"), "{said}");
+    }
+}
+
+/// The alerts are those of RFC 8446, 6.2, with TLS 1.2 as well.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_openssl, ignore = "openssl is not installed")]
+async fn openssl_is_told_what_is_wrong_with_its_certificate() {
+    let (authority, namesake, stranger) = (Authority::new(), Authority::new(), Authority::named("stranger"));
+    let app = TestApp::start_with(|settings| {
+        authority.serve(settings);
+        settings.tls.client_authorities = Some(authority.file("ca.pem"));
+        settings.tls.client_authentication = ClientAuthentication::Required;
+    })
+    .await;
+    let cases = [
+        ("known", Some(&authority), None),
+        // the name of its issuer is known, but not that issuer's signature
+        ("namesake", Some(&namesake), Some("SSL alert number 51")),
+        ("stranger", Some(&stranger), Some("SSL alert number 48")),
+        ("none", None, Some("SSL alert number 116")),
+    ];
+    for (name, issuer, alert) in cases {
+        let [certificate, key] = ["pem", "key"].map(|end| authority.file(&format!("{name}.{end}")));
+        if let Some(issuer) = issuer {
+            let own = issuer.sign("cell-7.example");
+            fs::write(&certificate, own.certificate.pem()).unwrap();
+            fs::write(&key, own.key.serialize_pem()).unwrap();
+        }
+        for version in ["-tls1_2", "-tls1_3"] {
+            let mut command = Command::new("openssl");
+            command
+                .args(["s_client", "-connect", &app.address.to_string(), "-servername", "localhost", "-CAfile"])
+                .arg(authority.file("ca.pem"))
+                .args(["-verify_return_error", "-ign_eof", version])
+                .env("OPENSSL_CONF", "/dev/null")
+                .stdin(Stdio::piped())
+                .stdout(Stdio::piped())
+                .stderr(Stdio::piped());
+            if issuer.is_some() {
+                command.arg("-cert").arg(&certificate).arg("-key").arg(&key);
+            }
+            let mut child = command.spawn().unwrap();
+            // open until it has ended by itself; with nothing written, the alert is what it reads
+            let mut input = child.stdin.take().unwrap();
+            if alert.is_none() {
+                input.write_all(HEALTH.as_bytes()).unwrap();
+            }
+            let done = spawn_blocking(move || child.wait_with_output()).await.unwrap().unwrap();
+            drop(input);
+            let said = String::from_utf8_lossy(&done.stdout) + String::from_utf8_lossy(&done.stderr);
+            match alert {
+                None => assert!(done.status.success() && said.contains("HTTP/1.1 200"), "{name} {version}: {said}"),
+                Some(alert) => {
+                    assert!(!done.status.success() && said.contains(alert), "{name} {version}: {said}");
+                    assert!(!said.contains("HTTP/1.1"), "{name} {version}: {said}");
+                }
+            }
+        }
     }
 }
 

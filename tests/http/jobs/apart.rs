@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     doors::keys::{key_of, key_on},
-    harness::{CURVE, TestApp},
+    harness::{CURVE, TestApp, figure},
     postgres::{Server, shell},
     program::program,
 };
@@ -266,7 +266,7 @@ impl Programs {
     /// The figure of a metric without labels.
     async fn figure(&self, replica: usize, metric: &str) -> Option<f64> {
         let text = self.ask(replica, Method::GET, "/metrics", None).await.expect(200).text;
-        text.lines().find_map(|line| line.strip_prefix(metric)?.trim().parse().ok())
+        figure(&text, metric)
     }
 
     /// So many jobs that every writer has some.
