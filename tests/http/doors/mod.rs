@@ -5,6 +5,7 @@ mod collector;
 mod draining;
 mod fairness;
 mod figures;
+mod health;
 mod issuer;
 pub mod keys;
 mod roles;

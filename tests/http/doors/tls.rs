@@ -39,7 +39,7 @@ use super::talkative::Talkative;
 use crate::harness::{CURVE, TestApp, figure};
 
 /// One that signs certificates, and the files of a server.
-struct Authority {
+pub struct Authority {
     issuer: CertifiedIssuer<'static, KeyPair>,
     directory: tempfile::TempDir,
 }
@@ -51,7 +51,7 @@ struct Pair {
 }
 
 impl Authority {
-    fn new() -> Self {
+    pub fn new() -> Self {
         // of another name than what it signs, which would seem to be signed by itself
         Self::named("authority of the tests")
     }
@@ -67,7 +67,7 @@ impl Authority {
         authority
     }
 
-    fn file(&self, name: &str) -> PathBuf {
+    pub fn file(&self, name: &str) -> PathBuf {
         self.directory.path().join(name)
     }
 
@@ -101,7 +101,7 @@ impl Authority {
         fs::write(self.file("key.pem"), pair.key.serialize_pem()).unwrap();
     }
 
-    fn serve(&self, settings: &mut ServeSettings) {
+    pub fn serve(&self, settings: &mut ServeSettings) {
         settings.tls.certificate = Some(self.file("cert.pem"));
         settings.tls.key = Some(self.file("key.pem"));
     }
