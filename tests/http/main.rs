@@ -37,6 +37,7 @@ mod plant;
 mod postgres;
 mod prior;
 mod program;
+mod readiness;
 mod regularization;
 mod representative;
 mod schema;

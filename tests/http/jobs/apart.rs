@@ -9,13 +9,15 @@ use flankfit::{
 };
 use reqwest::{Client, Method};
 use serde_json::{Value, json};
-use tokio::time::sleep;
+use tokio::time::{sleep, timeout};
 
 use super::{
     app::{Answer, iteration, send},
+    events::Listener,
     kill,
     long::{begun, slow_iteration, trimmed},
     several::Replicas,
+    socket,
     streams::{block, spec},
 };
 use crate::{
@@ -73,6 +75,44 @@ async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
         println!("told: {is_told}; refused after {:?}", revoked.elapsed());
         // the other keys go on
         asked(&admin).await.expect(200);
+    }
+}
+
+/// What is open at one server ends when the key is revoked at the other: within thirty seconds,
+/// told or not.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn open_connections_at_the_other_server_end_with_a_revoked_key() {
+    const WITHIN: Duration = Duration::from_secs(30);
+    for is_told in [true, false] {
+        let replicas = Replicas::on_postgres_with(2, |settings| {
+            settings.auth = Authentication::Auto;
+            if !is_told {
+                untold(settings);
+            }
+        })
+        .await;
+        let admin = key_on(&replicas.states[0], "default", Role::Admin).await;
+        let key = key_on(&replicas.states[0], "default", Role::Engineer).await;
+        let made = async |path: &str, body: &Value| {
+            let request = replicas.request(1, Method::POST, path).bearer_auth(&key).json(body);
+            send(request).await.expect(201).header("location").unwrap().to_owned()
+        };
+        let job = made("/v1/jobs", &json!({"name": "wheel"})).await;
+        let stream = made(&format!("{job}/streams"), &spec()).await;
+        let events = replicas.request(1, Method::GET, &format!("{job}/events")).bearer_auth(&key);
+        let mut listener = Listener::of(events, None).await.unwrap();
+        assert!(listener.next().await.is_some(), "the stream was opened");
+        let mut socket = socket::connect_with(&replicas.bases[1], &stream, &key).await;
+        let revoked = Instant::now();
+        let place = format!("/v1/keys/{}", &key[4..20]);
+        send(replicas.request(0, Method::DELETE, &place).bearer_auth(&admin)).await.expect(204);
+        let closed = timeout(WITHIN, socket::close(&mut socket)).await.expect("the WebSocket ends");
+        assert_eq!(closed.map(u16::from), Some(1008), "told: {is_told}");
+        let next = timeout(WITHIN, listener.next()).await.expect("the events end");
+        assert!(next.is_none(), "told: {is_told}");
+        assert!(revoked.elapsed() < WITHIN, "told: {is_told}; after {:?}", revoked.elapsed());
+        println!("told: {is_told}; both ended after {:?}", revoked.elapsed());
     }
 }
 

@@ -1,0 +1,195 @@
+//! Readiness by a store that is watched: how often it is asked, and how long it is waited for.
+
+use std::{
+    future::pending,
+    pin::Pin,
+    sync::{
+        Arc,
+        atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst},
+    },
+    time::{Duration, Instant},
+};
+
+use flankfit::{
+    config::ServeSettings,
+    http::{self, AppState},
+    jobs::{
+        Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryFuture, Store, SystemClock, Tasks,
+        Turn, Upkeep,
+        archive::{Holdings, Key},
+        audit::{Auditor, Sealing, WholeSeal},
+    },
+    store::{SqliteStore, StoreSettings},
+};
+use jiff::Timestamp;
+use reqwest::{Client, RequestBuilder};
+use tempfile::TempDir;
+use tokio::{net::TcpListener, task::JoinSet, time::sleep};
+
+use crate::harness::send;
+
+/// A store that counts how often it is asked whether it answers, and may be silent.
+struct Watched {
+    store: Arc<dyn Store>,
+    pings: AtomicUsize,
+    is_silent: AtomicBool,
+}
+
+impl Store for Watched {
+    fn of(&self, caller: &Caller) -> Arc<dyn Repository> {
+        self.store.of(caller)
+    }
+
+    fn keys(&self, caller: &Caller) -> Arc<dyn Keys> {
+        self.store.keys(caller)
+    }
+
+    fn credentials(&self) -> Arc<dyn Credentials> {
+        self.store.credentials()
+    }
+
+    fn auditor(&self) -> Arc<dyn Auditor> {
+        self.store.auditor()
+    }
+
+    fn tasks(&self) -> Arc<dyn Tasks> {
+        self.store.tasks()
+    }
+
+    fn holdings(&self) -> Arc<dyn Holdings> {
+        self.store.holdings()
+    }
+}
+
+impl Upkeep for Watched {
+    fn forget_answers(&self, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.store.forget_answers(before, most)
+    }
+
+    fn forget_told(&self, now: Timestamp, before: Timestamp, most: u32) -> RepositoryFuture<'_, u64> {
+        self.store.forget_told(now, before, most)
+    }
+
+    fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
+        self.store.seal_audit(sealing)
+    }
+
+    fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
+        self.store.turn()
+    }
+
+    fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
+        self.store.untouched(since, most)
+    }
+
+    fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
+        self.store.check_writable(now)
+    }
+
+    fn ping(&self) -> RepositoryFuture<'_, ()> {
+        self.pings.fetch_add(1, SeqCst);
+        if self.is_silent.load(SeqCst) { Box::pin(pending()) } else { self.store.ping() }
+    }
+
+    fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
+        self.store.close()
+    }
+}
+
+/// A server on such a store.
+struct Server {
+    store: Arc<Watched>,
+    base: String,
+    client: Client,
+    begun: Instant,
+    _directory: TempDir,
+}
+
+impl Server {
+    async fn start() -> Self {
+        let directory = tempfile::tempdir().unwrap();
+        let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
+        let store = SqliteStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+        let store =
+            Arc::new(Watched { store: Arc::new(store), pings: AtomicUsize::new(0), is_silent: AtomicBool::new(false) });
+        let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
+        let settings = ServeSettings { workers: 1, ..ServeSettings::default() };
+        let state = AppState::new(settings, jobs, None).unwrap();
+        let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+        let base = format!("http://{}", listener.local_addr().unwrap());
+        tokio::spawn(async move { axum::serve(listener, http::router(state)).await });
+        let client = Client::builder().no_proxy().build().unwrap();
+        Server { store, base, client, begun: Instant::now(), _directory: directory }
+    }
+
+    fn get(&self, path: &str) -> RequestBuilder {
+        self.client.get(format!("{}{path}", self.base))
+    }
+
+    /// Asks so often at a time; each must be answered with that status.
+    async fn ask_at_once(&self, count: usize, status: u16) {
+        let requests = (0..count).map(|_| send(self.get("/readyz"))).collect::<JoinSet<_>>();
+        for answer in requests.join_all().await {
+            assert_eq!(answer.status, status, "{}", answer.text);
+        }
+    }
+
+    /// How often the store was asked, which is once in each second that has begun at most.
+    fn pings(&self) -> u64 {
+        let pings = self.store.pings.load(SeqCst) as u64;
+        let elapsed = self.begun.elapsed();
+        assert!(pings <= 1 + elapsed.as_secs(), "asked {pings} times in {elapsed:?}");
+        pings
+    }
+}
+
+#[tokio::test]
+async fn the_store_is_asked_once_a_second_however_many_ask() {
+    let server = Server::start().await;
+    assert_eq!(server.pings(), 0);
+    server.ask_at_once(50, 200).await;
+    let first = server.pings();
+    assert!(first > 0);
+    // and again when that is old
+    while server.pings() < first + 2 {
+        server.ask_at_once(5, 200).await;
+        assert!(server.begun.elapsed() < Duration::from_secs(60), "the store is not asked again");
+        sleep(Duration::from_millis(50)).await;
+    }
+}
+
+#[tokio::test]
+async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready() {
+    let server = Server::start().await;
+    assert_eq!(send(server.get("/readyz")).await.status, 200);
+    server.store.is_silent.store(true, SeqCst);
+    // what it has said is believed for a second
+    let refused = loop {
+        let asked = Instant::now();
+        let answer = send(server.get("/readyz")).await;
+        if answer.status != 200 {
+            let waited = asked.elapsed();
+            // and what a busy machine takes beside
+            assert!((1..20).contains(&waited.as_secs()), "{waited:?}");
+            break answer;
+        }
+        assert!(server.begun.elapsed() < Duration::from_secs(60), "it is ready for ever");
+        sleep(Duration::from_millis(50)).await;
+    };
+    refused.problem(503, "store_unavailable");
+    assert_eq!(refused.header("retry-after"), "1");
+    // all who ask meanwhile have one outcome
+    server.ask_at_once(20, 503).await;
+    let pings = server.pings();
+    // and what needs no store asks for none
+    for path in ["/healthz", "/readyz?for=compute"] {
+        assert_eq!(send(server.get(path)).await.status, 200, "{path}");
+    }
+    assert_eq!(server.pings(), pings);
+    server.store.is_silent.store(false, SeqCst);
+    while send(server.get("/readyz")).await.status != 200 {
+        assert!(server.begun.elapsed() < Duration::from_secs(120), "it is never ready again");
+        sleep(Duration::from_millis(50)).await;
+    }
+    server.pings();
+}
