@@ -5,6 +5,7 @@
 mod circles;
 mod dependencies;
 mod secrets;
+mod settings;
 mod sizes;
 
 use std::fs;
