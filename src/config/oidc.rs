@@ -1,8 +1,11 @@
 //! Whose tokens are accepted.
 
-use std::path::PathBuf;
+use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
+
+/// Time between two times that a provider is asked for its keys.
+const REFRESH: Duration = Duration::from_secs(600);
 
 /// Audiences of tokens, one of which must be among a token's.
 pub type Audiences = Vec<String>;
@@ -47,6 +50,9 @@ pub struct OidcSettings {
     /// come from; without it those that browsers believe.
     #[arg(long = "oidc-ca", env = "FLANKFIT_OIDC_CA", requires = "issuer")]
     pub authorities: Option<PathBuf>,
+    /// Time between two times that the provider is asked for its keys: no option, another in tests.
+    #[arg(skip = REFRESH)]
+    pub refresh: Duration,
 }
 
 impl Default for OidcSettings {
@@ -58,6 +64,7 @@ impl Default for OidcSettings {
             tenant_claim: None,
             jwks_url: None,
             authorities: None,
+            refresh: REFRESH,
         }
     }
 }
@@ -89,7 +96,17 @@ fn parse_audiences(text: &str) -> Result<Audiences, String> {
 
 #[cfg(test)]
 mod tests {
+    use clap::FromArgMatches as _;
+
     use super::*;
+
+    #[test]
+    fn a_key_that_is_taken_back_is_refused_within_ten_minutes() {
+        assert_eq!(OidcSettings::default().refresh, Duration::from_secs(10 * 60));
+        let command = OidcSettings::augment_args(clap::Command::new("serve"));
+        let parsed = OidcSettings::from_arg_matches(&command.get_matches_from(["serve"])).unwrap();
+        assert_eq!(parsed.refresh, OidcSettings::default().refresh);
+    }
 
     #[test]
     fn issuers_are_asked_by_tls() {

@@ -23,8 +23,7 @@ use crate::{
     telemetry,
 };
 
-/// Between two times that keys are asked for; and where the provider did not answer.
-const REFRESH: Duration = Duration::from_secs(600);
+/// Between two times that keys are asked for where the provider did not answer.
 const RETRY: Duration = Duration::from_secs(15);
 /// Between two times that they are asked for because of a token.
 const PAUSE: Duration = Duration::from_secs(60);
@@ -80,6 +79,8 @@ struct Source {
 /// See the module's documentation.
 pub struct Provider {
     source: Source,
+    /// Between two times that keys are asked for.
+    refresh: Duration,
     /// None as long as it has not answered once.
     current: RwLock<Option<Arc<KeySet>>>,
     /// One asks at a time.
@@ -96,10 +97,10 @@ struct Asked {
 }
 
 impl Asked {
-    /// The time until it is asked again whatever comes.
-    fn rest(&self) -> Duration {
+    /// The time until it is asked again whatever comes, `refresh` after it has answered.
+    fn rest(&self, refresh: Duration) -> Duration {
         self.last.map_or(Duration::ZERO, |(at, answered)| {
-            (if answered { REFRESH } else { RETRY }).saturating_sub(at.elapsed())
+            (if answered { refresh } else { RETRY }).saturating_sub(at.elapsed())
         })
     }
 }
@@ -109,7 +110,7 @@ impl Provider {
         let keys = settings.jwks_url.clone();
         let agent = outgoing::agent(keys.as_deref().unwrap_or(issuer), PATIENCE, settings.authorities.clone())?;
         let source = Source { issuer: issuer.to_owned(), keys, agent };
-        Ok(Provider { source, current: RwLock::default(), asked: Mutex::default() })
+        Ok(Provider { source, refresh: settings.refresh, current: RwLock::default(), asked: Mutex::default() })
     }
 
     /// Keeps the keys current. Never ends.
@@ -117,10 +118,10 @@ impl Provider {
         loop {
             let rest = {
                 let mut asked = self.asked.lock().await;
-                if asked.rest().is_zero() {
+                if asked.rest(self.refresh).is_zero() {
                     self.fetch(&mut asked).await;
                 }
-                asked.rest()
+                asked.rest(self.refresh)
             };
             tokio::time::sleep(rest).await;
         }
@@ -149,7 +150,7 @@ impl Provider {
         let lately = asked.for_token.is_some_and(|at| at.elapsed() < PAUSE);
         match (seen, self.current()) {
             // nothing is known yet: as often as it would be anyway
-            (None, None) if asked.rest().is_zero() => self.fetch(&mut asked).await,
+            (None, None) if asked.rest(self.refresh).is_zero() => self.fetch(&mut asked).await,
             (Some(seen), Some(now)) if Arc::ptr_eq(&seen, &now) && !lately => {
                 asked.for_token = Some(Instant::now());
                 self.fetch(&mut asked).await;

@@ -20,6 +20,11 @@ use crate::{
 
 /// A server that accepts tokens of this provider, and believes a proxy here.
 async fn accepting(issuer: &Issuer) -> TestApp {
+    accepting_anew(issuer, OidcSettings::default().refresh).await
+}
+
+/// The same, with another time between two times that the provider is asked.
+async fn accepting_anew(issuer: &Issuer, refresh: Duration) -> TestApp {
     TestApp::start_with(|settings| {
         settings.auth = flankfit::config::Authentication::Auto;
         settings.trusted_proxies = parse_networks("127.0.0.0/8").unwrap();
@@ -27,6 +32,7 @@ async fn accepting(issuer: &Issuer) -> TestApp {
             issuer: Some(issuer.url.clone()),
             audience: Some(vec!["flankfit".into(), "cell".into()]),
             tenant_claim: Some("plant".into()),
+            refresh,
             ..OidcSettings::default()
         };
     })
@@ -217,6 +223,30 @@ async fn keys_are_asked_for_once_a_minute_however_many_are_unknown() {
     let stranger = SigningKey::es256("new");
     whoami(&app, &issuer.token(&stranger, engineer())).await.problem(401, "invalid_key");
     assert_eq!(issuer.asked().len(), 2);
+    app.stop().await;
+}
+
+/// Without a token that names a key nobody knows, the provider is asked by the clock alone.
+#[tokio::test]
+async fn a_key_that_the_provider_took_back_is_refused_when_it_is_asked_again() {
+    let issuer = Issuer::start();
+    let (old, new) = (SigningKey::es256("old"), SigningKey::es256("new"));
+    issuer.publish(&[&old]);
+    let app = accepting_anew(&issuer, Duration::from_secs(1)).await;
+    let token = issuer.token(&old, engineer());
+    assert_eq!(whoami(&app, &token).await.status, 200);
+    issuer.publish(&[&new]);
+    let begun = Instant::now();
+    let refused = loop {
+        let answer = whoami(&app, &token).await;
+        if answer.status != 200 {
+            break answer;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(60), "its key is known for ever");
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    };
+    refused.problem(401, "invalid_key");
+    assert_eq!(whoami(&app, &issuer.token(&new, engineer())).await.status, 200);
     app.stop().await;
 }
 
