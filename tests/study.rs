@@ -4,6 +4,7 @@ use std::{
     fs,
     path::{Path, PathBuf},
     process::{Command, Output},
+    time::{Duration, Instant},
 };
 
 fn study(arguments: &[&str]) -> Output {
@@ -222,4 +223,69 @@ fn what_is_not_the_whole_is_refused_in_a_sentence() {
         assert!(!study(arguments).status.success(), "{arguments:?}");
     }
     assert!(!Path::new("x").exists());
+}
+
+/// A study that takes some seconds, in a folder, and what it says on standard error where that is
+/// no terminal.
+fn long_study(folder: &Path) -> (PathBuf, Vec<u8>) {
+    let file = folder.join("long.json");
+    let levels: Vec<f64> = (0..60).map(|level| 0.005 * f64::from(level)).collect();
+    for rows in [12, 192, 768, 3072] {
+        let row = |i: u32| [1.0, 0.1 * f64::from(i), 0.1 * f64::from(i) + 0.02 * f64::from(i).sin()];
+        let request = serde_json::json!({
+            "x": (0..rows).map(row).collect::<Vec<_>>(), "coefficients": [1.0, 0.5, 0.5], "noise_sigma": 0.05,
+            "levels": levels, "repetitions": 10_000, "seed": 7, "scaling": "unit_length",
+        });
+        fs::write(&file, request.to_string()).unwrap();
+        let begun = Instant::now();
+        let output = study(&[file.to_str().unwrap(), "--json"]);
+        assert!(output.status.success() && !output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
+        // a bar is shown after the first second
+        if begun.elapsed() > Duration::from_millis(2500) {
+            return (file, output.stderr);
+        }
+    }
+    panic!("this machine is done with all of them at once");
+}
+
+#[test]
+fn what_takes_long_shows_a_bar_on_a_terminal_alone() {
+    let folder = tempfile::tempdir().unwrap();
+    let (file, said) = long_study(folder.path());
+    assert!(said.is_empty(), "{}", String::from_utf8_lossy(&said));
+    #[cfg(target_os = "linux")]
+    {
+        let shown = on_a_terminal(&file);
+        assert!(shown.contains("study ") && shown.contains(" % "), "{shown:?}");
+        assert!(shown.ends_with("\u{1b}[2K"), "nothing is left behind: {shown:?}");
+    }
+    #[cfg(not(target_os = "linux"))]
+    drop(file);
+}
+
+/// What a study shows on standard error where that is a terminal.
+#[cfg(target_os = "linux")]
+fn on_a_terminal(file: &Path) -> String {
+    use rustix::pty::{OpenptFlags, ioctl_tiocgptpeer, openpt, unlockpt};
+    use std::{io::Read as _, process::Stdio};
+    let flags = OpenptFlags::RDWR | OpenptFlags::NOCTTY | OpenptFlags::CLOEXEC;
+    let own = openpt(flags).unwrap();
+    unlockpt(&own).unwrap();
+    let terminal = ioctl_tiocgptpeer(&own, flags).unwrap();
+    let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(["study", file.to_str().unwrap(), "--json"])
+        .env("TERM", "xterm")
+        .env_remove("NO_COLOR")
+        .stdin(Stdio::null())
+        .stdout(Stdio::null())
+        .stderr(terminal)
+        .spawn()
+        .unwrap();
+    let (mut own, mut shown, mut some) = (fs::File::from(own), Vec::new(), [0; 4096]);
+    // once nobody has the terminal any more, reading it is an error
+    while let Ok(length @ 1..) = own.read(&mut some) {
+        shown.extend_from_slice(&some[..length]);
+    }
+    assert!(child.wait().unwrap().success());
+    String::from_utf8(shown).unwrap()
 }
