@@ -136,7 +136,7 @@ impl From<TracedFitRow> for TracedFit {
         TracedFit {
             summary: summary.into(),
             coefficients: text(coefficients, told.coefficients).unwrap_or_else(|| "[]".to_owned()),
-            prior: text(prior, told.prior).map(Into::into),
+            prior: text(prior, told.prior),
         }
     }
 }
