@@ -225,43 +225,46 @@ fn what_is_not_the_whole_is_refused_in_a_sentence() {
     assert!(!Path::new("x").exists());
 }
 
-/// A study that takes some seconds, in a folder, and what it says on standard error where that is
-/// no terminal.
-fn long_study(folder: &Path) -> (PathBuf, Vec<u8>) {
+/// A study of so many levels, in a folder.
+fn study_of(levels: u32, folder: &Path) -> PathBuf {
     let file = folder.join("long.json");
     let row = |i: u32| [1.0, 0.1 * f64::from(i), 0.1 * f64::from(i) + 0.02 * f64::from(i).sin()];
-    // the time is that of the levels, and as many as there may be take several seconds
-    for count in [40, 100, 200] {
-        let levels: Vec<f64> = (0..count).map(|level| 0.3 * f64::from(level) / f64::from(count)).collect();
-        let request = serde_json::json!({
-            "x": (0..8).map(row).collect::<Vec<_>>(), "coefficients": [1.0, 0.5, 0.5], "noise_sigma": 0.05,
-            "levels": levels, "repetitions": 10_000, "seed": 7, "scaling": "unit_length",
-        });
-        fs::write(&file, request.to_string()).unwrap();
-        let begun = Instant::now();
-        let output = study(&[file.to_str().unwrap(), "--json"]);
-        assert!(output.status.success() && !output.stdout.is_empty(), "{}", String::from_utf8_lossy(&output.stderr));
-        // a bar is shown after the first second
-        if begun.elapsed() > Duration::from_millis(2500) {
-            return (file, output.stderr);
-        }
-    }
-    panic!("this machine is done with all of them at once");
+    let level = |level: u32| 0.3 * f64::from(level) / f64::from(levels);
+    let request = serde_json::json!({
+        "x": (0..8).map(row).collect::<Vec<_>>(), "coefficients": [1.0, 0.5, 0.5], "noise_sigma": 0.05,
+        "levels": (0..levels).map(level).collect::<Vec<_>>(), "repetitions": 10_000, "seed": 7, "scaling": "unit_length",
+    });
+    fs::write(&file, request.to_string()).unwrap();
+    file
 }
 
 #[test]
 fn what_takes_long_shows_a_bar_on_a_terminal_alone() {
     let folder = tempfile::tempdir().unwrap();
-    let (file, said) = long_study(folder.path());
-    assert!(said.is_empty(), "{}", String::from_utf8_lossy(&said));
-    #[cfg(target_os = "linux")]
-    {
-        let shown = on_a_terminal(&file);
-        assert!(shown.contains("study ") && shown.contains(" % "), "{shown:?}");
-        assert!(shown.ends_with("\u{1b}[2K"), "nothing is left behind: {shown:?}");
+    // the time is that of the levels, and 200, as many as there may be, take several seconds
+    for levels in [40, 100, 200] {
+        let file = study_of(levels, folder.path());
+        let begun = Instant::now();
+        let output = study(&[file.to_str().unwrap(), "--json"]);
+        let said = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success() && !output.stdout.is_empty() && said.is_empty(), "{said}");
+        // a bar is shown after the first second
+        if begun.elapsed() < Duration::from_millis(2500) {
+            continue;
+        }
+        #[cfg(target_os = "linux")]
+        {
+            let shown = on_a_terminal(&file);
+            if shown.is_empty() {
+                // quicker than before
+                continue;
+            }
+            assert!(shown.contains("study ") && shown.contains(" % "), "{shown:?}");
+            assert!(shown.ends_with("\u{1b}[2K"), "nothing is left behind: {shown:?}");
+        }
+        return;
     }
-    #[cfg(not(target_os = "linux"))]
-    drop(file);
+    panic!("no study took long enough for a bar");
 }
 
 /// What a study shows on standard error where that is a terminal.

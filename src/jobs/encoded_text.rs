@@ -15,7 +15,7 @@ pub const READ_AT_ONCE: usize = 64 << 10;
 /// Fast: whoever posts a fit waits for it.
 const LEVEL: i32 = 1;
 /// Places, as a power of two, of the table for texts up to [`READ_AT_ONCE`]: it stays in the
-/// nearest cache, where the level's own, eight times as large, does not, and finds no more in them.
+/// nearest cache, where the level's own does not, and hardly less is found by it.
 const SMALL_TABLE: u32 = 12;
 /// What frames of zstd begin with; its second byte begins no letter of UTF-8.
 const FRAME: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];

@@ -223,17 +223,17 @@ impl Verifier {
 
     /// Compares what was told with what is found.
     pub fn conclude(mut self, found: &Found) -> Verdict {
-        let next = self.head.number + 1;
-        if let (false, Some(&number)) = (self.torn, self.sealed.keys().next()) {
+        let (next, whole) = (self.head.number + 1, !self.torn);
+        if let (true, Some(&number)) = (whole, self.sealed.keys().next()) {
             // what is sealed beyond the end was there once, and rows may be as it told
             self.note(number.min(next), What::Entry);
             self.torn = true;
         }
-        if let Some(first) = self.nameless.first.filter(|_| !self.torn) {
+        if let Some(first) = self.nameless.first.filter(|_| whole) {
             // a purge takes the name from every entry: where none has one, its own is missing
-            let purged = self.nameless.count == self.head.number;
+            let purged = found.purge.is_some() && self.nameless.count == self.head.number;
             self.note(if purged { next } else { first }, What::Entry);
-            self.torn = purged;
+            self.torn |= purged;
         }
         if self.head.number > 0 {
             self.compare(found);
@@ -259,8 +259,15 @@ impl Verifier {
             let rows = found.rows(number, kind);
             // those that are older than the chain come first
             let before = self.older.map_or(0, |_| rows.len().saturating_sub(told.len()));
-            let differs = |(k, told): &(usize, &Told)| rows.get(before + k).is_none_or(|row| !told.is(row));
-            faults.extend(told.iter().enumerate().find(differs).map(|(_, told)| told.by));
+            // and behind them, where entries are missing, some of which these told
+            let first = if self.torn { 0 } else { before };
+            let differing = |before: usize| {
+                let differs = |(k, told): &(usize, &Told)| rows.get(before + k).is_none_or(|row| !told.is(row));
+                told.iter().enumerate().find(differs).map(|(_, told)| told.by)
+            };
+            if (first..before).all(|before| differing(before).is_some()) {
+                faults.extend(differing(before));
+            }
         }
         for (number, kind, rows) in found.iter() {
             let told = self.rows.get(&(number, kind)).map_or(0, Vec::len);

@@ -142,8 +142,9 @@ pub async fn last_with_coefficients(
     number: i64,
     text: usize,
 ) -> Outcome<(Vec<TracedFit>, u64)> {
-    // those kept beside their results are counted by their bytes here, perhaps compressed, so what
-    // is sent is some times the room at most; what is told is counted by its text
+    // those kept beside their results are counted by their bytes here, perhaps compressed, and no
+    // result up to 64 kB is, so what is sent is some times the room and a hundred of these at most;
+    // what is told is counted by its text
     let rows = sqlx::query_as::<_, Counted<TracedFitRow>>(concat!(
         "SELECT * FROM (SELECT ",
         total!(),

@@ -34,7 +34,8 @@ const ROWS_AHEAD: usize = 4;
 const BUSY_TIMEOUT: Duration = Duration::from_secs(10);
 /// A stored fit is some 5 kB: of bigger pages each would hold one, and be half empty.
 const PAGE_SIZE: u32 = 4096;
-/// Pages of write-ahead log after which it is copied into the database (32 MiB).
+/// Pages of write-ahead log after which it is copied into the database (32 MiB;
+/// 64 MiB of an older one, whose pages stay twice as large).
 const CHECKPOINT_PAGES: &str = "8192";
 /// The log is cut back to this after a checkpoint (64 MiB).
 const LOG_LIMIT: &str = "67108864";

@@ -104,6 +104,8 @@ conformance! {
             changed_entries_are_found_at_their_numbers,
             missing_last_entries_are_found_at_their_numbers,
             a_missing_entry_of_what_was_deleted_is_known_by_its_seal,
+            a_fault_before_a_missing_end_is_told_first,
+            a_missing_end_is_told_from_what_is_older,
             changed_rows_are_found_at_their_numbers,
             a_job_from_before_is_verified_too,
             a_chain_that_began_without_salts_is_verified_too,

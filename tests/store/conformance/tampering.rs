@@ -139,6 +139,35 @@ pub async fn a_missing_entry_of_what_was_deleted_is_known_by_its_seal(pair: &mut
     assert_eq!(found(pair, other, missing).await, entry(3));
 }
 
+/// That the end of a chain is missing, as its seal tells, hides nothing that is wrong before it.
+pub async fn a_fault_before_a_missing_end_is_told_first(pair: &mut Pair) {
+    let job = pair.values.stored_job(&pair.store).await.id;
+    for lambda_star in [2.0, 3.0, 4.0] {
+        pair.store.insert_iteration(iteration(pair, job, lambda_star, 7), None).await.unwrap();
+    }
+    sealed(pair, 1).await;
+    let entry = |number| Verdict::Broken { number, what: What::Entry };
+    assert_eq!(found(pair, job, "DELETE FROM audit WHERE number = 4").await, entry(4));
+    assert_eq!(found(pair, job, "UPDATE audit SET actor = '' WHERE number = 2").await, entry(2));
+    // nobody has purged it, so the names are not gone with a purge
+    assert_eq!(found(pair, job, "UPDATE audit SET actor = ''").await, entry(1));
+}
+
+/// What an entry told that is missing is not taken for what is older than the chain.
+pub async fn a_missing_end_is_told_from_what_is_older(pair: &mut Pair) {
+    let job = pair.values.stored_job(&pair.store).await.id;
+    pair.store.insert_iteration(iteration(pair, job, 2.0, 7), None).await.unwrap();
+    pair.ground.intrude("DELETE FROM audit".to_owned()).await;
+    for lambda_star in [4.0, 5.0, 6.0] {
+        pair.store.insert_fit(job, 1, Arc::new(pair.values.fit(lambda_star)), None).await.unwrap();
+    }
+    sealed(pair, 1).await;
+    let broken = |number, what| Verdict::Broken { number, what };
+    assert_eq!(found(pair, job, "DELETE FROM audit WHERE number = 4").await, broken(4, What::Entry));
+    let changed = "UPDATE fits SET rms = 0.5 WHERE lambda_star = 5.0";
+    assert_eq!(found(pair, job, changed).await, broken(2, What::Content));
+}
+
 pub async fn changed_rows_are_found_at_their_numbers(pair: &mut Pair) {
     let swap = |table: &str, column: &str, by: &str, one: &str, two: &str| {
         format!(

@@ -120,7 +120,7 @@ async fn who_would_wait_has_the_answer_within_that_time_or_is_told_where() {
     same(&quick, &app.post("/v1/studies/randomization", &study(50)).await.expect(200));
     let begun = Instant::now();
     let slow = asked("/v1/fits", "1", &trimmed(150)).await.expect(202);
-    assert!((1..8).contains(&begun.elapsed().as_secs()), "{:?}", begun.elapsed());
+    assert!((1..30).contains(&begun.elapsed().as_secs()), "{:?}", begun.elapsed());
     let operation = slow.header("location").unwrap().to_owned();
     let begun = Instant::now();
     let running = send(app.request(Method::GET, &operation).header("Prefer", "wait=1")).await.expect(200);
