@@ -225,6 +225,13 @@ fn what_is_not_the_whole_is_refused_in_a_sentence() {
     assert!(!Path::new("x").exists());
 }
 
+/// A study in a file, on one core: so it takes long where there are many, too.
+fn on_one_core(file: &Path) -> Command {
+    let mut command = Command::new(env!("CARGO_BIN_EXE_flankfit"));
+    command.args(["study", file.to_str().unwrap(), "--json"]).env("RAYON_NUM_THREADS", "1");
+    command
+}
+
 /// A study of so many levels, in a folder.
 fn study_of(levels: u32, folder: &Path) -> PathBuf {
     let file = folder.join("long.json");
@@ -245,7 +252,7 @@ fn what_takes_long_shows_a_bar_on_a_terminal_alone() {
     for levels in [40, 100, 200] {
         let file = study_of(levels, folder.path());
         let begun = Instant::now();
-        let output = study(&[file.to_str().unwrap(), "--json"]);
+        let output = on_one_core(&file).output().unwrap();
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(output.status.success() && !output.stdout.is_empty() && said.is_empty(), "{said}");
         // a bar is shown after the first second
@@ -276,8 +283,7 @@ fn on_a_terminal(file: &Path) -> String {
     let own = openpt(flags).unwrap();
     unlockpt(&own).unwrap();
     let terminal = ioctl_tiocgptpeer(&own, flags).unwrap();
-    let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-        .args(["study", file.to_str().unwrap(), "--json"])
+    let mut child = on_one_core(file)
         .env("TERM", "xterm")
         .env_remove("NO_COLOR")
         .stdin(Stdio::null())

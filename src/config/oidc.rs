@@ -103,8 +103,8 @@ mod tests {
     #[test]
     fn a_key_that_is_taken_back_is_refused_within_ten_minutes() {
         assert_eq!(OidcSettings::default().refresh, Duration::from_secs(10 * 60));
-        let command = OidcSettings::augment_args(clap::Command::new("serve"));
-        let parsed = OidcSettings::from_arg_matches(&command.get_matches_from(["serve"])).unwrap();
+        let command = OidcSettings::augment_args(clap::Command::new("serve")).mut_args(|given| given.env(None::<&str>));
+        let parsed = OidcSettings::from_arg_matches(&command.try_get_matches_from(["serve"]).unwrap()).unwrap();
         assert_eq!(parsed.refresh, OidcSettings::default().refresh);
     }
 

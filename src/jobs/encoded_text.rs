@@ -14,9 +14,10 @@ pub const LONG: usize = 8 << 10;
 pub const READ_AT_ONCE: usize = 64 << 10;
 /// Fast: whoever posts a fit waits for it.
 const LEVEL: i32 = 1;
-/// Places, as a power of two, of the table for texts up to [`READ_AT_ONCE`]: it stays in the
+/// Places, as a power of two, of the table for texts up to [`SMALL`]: it stays in the
 /// nearest cache, where the level's own does not, and hardly less is found by it.
 const SMALL_TABLE: u32 = 12;
+const SMALL: usize = 64 << 10;
 /// What frames of zstd begin with; its second byte begins no letter of UTF-8.
 const FRAME: [u8; 4] = [0x28, 0xb5, 0x2f, 0xfd];
 
@@ -99,7 +100,7 @@ fn compressed(text: &[u8]) -> Option<Vec<u8>> {
         }
         let compressor = kept.as_mut()?;
         // 0: as the level has it
-        let table = if text.len() <= READ_AT_ONCE { SMALL_TABLE } else { 0 };
+        let table = if text.len() <= SMALL { SMALL_TABLE } else { 0 };
         compressor.set_parameter(CParameter::HashLog(table)).ok()?;
         compressor.compress(text).ok()
     })
@@ -109,7 +110,7 @@ fn compressed(text: &[u8]) -> Option<Vec<u8>> {
 #[derive(Clone, Debug, PartialEq)]
 pub struct EncodedResult {
     whole: EncodedText,
-    told: KeptBeside,
+    beside: KeptBeside,
 }
 
 /// What is kept beside a result: of one that is unpacked and read at once nothing.
@@ -121,14 +122,14 @@ pub struct KeptBeside {
 
 impl EncodedResult {
     pub fn kept_beside(&self) -> &KeptBeside {
-        &self.told
+        &self.beside
     }
 }
 
 impl From<Arc<str>> for EncodedResult {
     fn from(text: Arc<str>) -> Self {
-        let told = if text.len() > READ_AT_ONCE { Told::of(&text).into() } else { KeptBeside::default() };
-        EncodedResult { whole: text.into(), told }
+        let beside = if text.len() > READ_AT_ONCE { Told::of(&text).into() } else { KeptBeside::default() };
+        EncodedResult { whole: text.into(), beside }
     }
 }
 

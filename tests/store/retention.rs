@@ -6,6 +6,7 @@ use std::{
     fs::{self, File},
     path::PathBuf,
     sync::{Arc, Mutex},
+    time::Duration,
 };
 
 use flankfit::{
@@ -256,6 +257,7 @@ async fn of_two_turns_at_once_one_purges() {
                                 WHERE datname = current_database() AND wait_event_type = 'Lock')";
     while !sqlx::query_scalar::<_, bool>(waits).fetch_one(&mut looking).await.unwrap() {
         assert!(!first.is_finished(), "the first turn has ended");
+        tokio::time::sleep(Duration::from_millis(5)).await;
     }
     assert_eq!(two.retention(1).turn(&two.service).await.unwrap(), 0);
     assert_eq!(two.files(), Vec::<PathBuf>::new());

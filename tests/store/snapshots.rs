@@ -1,7 +1,7 @@
 //! Reads of several statements on PostgreSQL, between which something is stored: what they answer
 //! is of the state in which they began.
 
-use std::{cell::Cell, fmt::Debug, sync::Arc};
+use std::{cell::Cell, fmt::Debug, sync::Arc, time::Duration};
 
 use flankfit::{
     jobs::{
@@ -53,7 +53,9 @@ impl Held {
                 found
             };
             let storing = async {
-                while !done.get() && !sqlx::query_scalar::<_, bool>(waits).fetch_one(&mut looking).await.unwrap() {}
+                while !done.get() && !sqlx::query_scalar::<_, bool>(waits).fetch_one(&mut looking).await.unwrap() {
+                    tokio::time::sleep(Duration::from_millis(5)).await;
+                }
                 self.change().await;
                 holder.execute("ROLLBACK").await.unwrap();
             };

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use reqwest::Method;
 use serde_json::{Value, json};
 
-use super::{begun, later, result, same, slow_iteration, study, trimmed};
+use super::{begun, kinds::example, later, result, same, slow_iteration, study, trimmed};
 use crate::jobs::{
     app::{Answer, TestApp, iteration, send},
     events::Listener,
@@ -54,6 +54,8 @@ async fn faults_of_the_request_are_told_at_once() {
     few["model"] = json!({"type": "polynomial", "degree": [40, 40]});
     let mut wrong = study(300);
     wrong["levels"] = json!([-1]);
+    let mut skew = example("surface_sections");
+    skew["families"][1]["normal"] = json!([1, 1, 0]);
     let cases = [
         (format!("{job}/iterations"), json!({"nodes": 1}), 422),
         (format!("{job}/iterations"), few, 422),
@@ -62,6 +64,7 @@ async fn faults_of_the_request_are_told_at_once() {
         ("/v1/studies/randomization".to_owned(), wrong, 422),
         ("/v1/fits?no_such=1".to_owned(), iteration(), 422),
         ("/v1/simulations/closed-loop".to_owned(), json!({"corrections": 1000}), 422),
+        ("/v1/surfaces/sections".to_owned(), skew, 422),
     ];
     for (path, body, status) in cases {
         let plain = app.post(&path, &body).await.expect(status);

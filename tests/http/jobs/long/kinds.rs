@@ -48,7 +48,7 @@ const KINDS: [(&str, &str, Body); 14] = [
     ("purge_job", "{job}/purge", OfArchive),
 ];
 
-fn example(name: &str) -> Value {
+pub fn example(name: &str) -> Value {
     let example = REQUEST_EXAMPLES.iter().find(|example| example.name == name).unwrap();
     serde_json::from_str(example.text).unwrap()
 }
