@@ -1,7 +1,11 @@
 //! Where servers of the tests keep jobs: each in a file of its own, or with
 //! `FLANKFIT_TEST_STORE=postgres` in a database of its own on a PostgreSQL server.
 
-use std::{env, fs, path::Path};
+use std::{
+    env, fs,
+    path::{Path, PathBuf},
+    sync::Mutex,
+};
 
 use crate::postgres::Server;
 
@@ -19,12 +23,24 @@ pub async fn url(folder: &Path) -> String {
     match fs::read_to_string(&kept) {
         Ok(url) => url,
         Err(_) => {
-            let url = Server::shared().database().await;
+            let server = Server::shared();
+            // a database goes after its folder
+            USED.lock().unwrap().retain(|(folder, url)| {
+                if !folder.exists() {
+                    server.done_with(url);
+                }
+                folder.exists()
+            });
+            let url = server.database().await;
             fs::write(kept, &url).expect("the folder takes a file");
+            USED.lock().unwrap().push((folder.to_owned(), url.clone()));
             url
         }
     }
 }
+
+/// Folders and the URLs of their databases.
+static USED: Mutex<Vec<(PathBuf, String)>> = Mutex::new(Vec::new());
 
 /// The URL of a file.
 pub fn in_file(file: &Path) -> String {

@@ -2,12 +2,12 @@
 //! on Unix sockets alone, as another user when the tests run as root. They end with the process.
 
 use std::{
-    env, fs,
+    env, fs, mem,
     os::unix::fs::{MetadataExt as _, chown},
     path::{Path, PathBuf},
     process::{Child, Command, Stdio},
     sync::{
-        OnceLock,
+        Mutex, OnceLock,
         atomic::{AtomicU32, Ordering},
     },
 };
@@ -20,13 +20,15 @@ use tokio::sync::OnceCell;
 const NOBODY: u32 = 65534;
 
 const BEGIN: &str = "$BIN/initdb -D data -A trust -U owner -E UTF8 --no-locale --no-sync >log && \
-    printf \"listen_addresses=''\nunix_socket_directories='$PWD'\nmax_connections=300\nfsync=off\n\" \
-    >>data/postgresql.conf && $BIN/pg_ctl -D data -l log -w start";
+    printf \"listen_addresses=''\nunix_socket_directories='$PWD'\nmax_connections=300\nfsync=off\n\
+    max_wal_size=128MB\n\" >>data/postgresql.conf && $BIN/pg_ctl -D data -l log -w start";
 const END: &str = "cat; $BIN/pg_ctl -D data -m immediate -w stop; rm -rf \"$PWD\"";
 
 pub struct Server {
     pub folder: PathBuf,
     databases: AtomicU32,
+    /// Databases that no test needs any more; some hundreds of them would fill a small disk.
+    done: Mutex<Vec<String>>,
     /// The name of a database with the schema.
     template: OnceCell<String>,
     /// Stops the server and removes the folder when its standard input ends, hence also when this
@@ -50,7 +52,13 @@ impl Server {
         let begun = shell(&folder, BEGIN).status().unwrap();
         assert!(begun.success(), "{}", fs::read_to_string(folder.join("log")).unwrap_or_default());
         let keeper = shell(&folder, END).stdin(Stdio::piped()).stderr(Stdio::null()).spawn().unwrap();
-        Server { folder, databases: AtomicU32::new(0), template: OnceCell::new(), _keeper: keeper }
+        Server {
+            folder,
+            databases: AtomicU32::new(0),
+            done: Mutex::default(),
+            template: OnceCell::new(),
+            _keeper: keeper,
+        }
     }
 
     /// The URL of a new database with the schema.
@@ -76,10 +84,22 @@ impl Server {
         format!("postgres://owner@localhost/{name}?host={}", self.folder.display())
     }
 
+    /// Has the next new database take the place of the one of this URL.
+    pub fn done_with(&self, url: &str) {
+        let name = url.split(['/', '?']).nth(3).expect("a URL of `url`");
+        self.done.lock().unwrap().push(name.to_owned());
+    }
+
     /// The name of a new database that is as another one.
     pub async fn copy_of(&self, template: &str) -> String {
         let name = format!("d{}", self.databases.fetch_add(1, Ordering::Relaxed));
+        let done = mem::take(&mut *self.done.lock().unwrap());
         let mut db = PgConnection::connect(&self.url("postgres")).await.unwrap();
+        for name in done {
+            // whoever is connected still is cut off; where he comes back at once, it stays
+            let drop = format!("DROP DATABASE {name} WITH (FORCE)");
+            let _dropped = sqlx::query(AssertSqlSafe(drop)).execute(&mut db).await;
+        }
         let create = format!("CREATE DATABASE {name} TEMPLATE {template}");
         sqlx::query(AssertSqlSafe(create)).execute(&mut db).await.unwrap();
         db.close().await.unwrap();

@@ -58,6 +58,12 @@ pub async fn beside_the_next() -> Postgres {
     Postgres { url: server.url(&server.copy_of(template).await) }
 }
 
+impl Drop for Postgres {
+    fn drop(&mut self) {
+        Server::shared().done_with(&self.url);
+    }
+}
+
 impl Postgres {
     async fn opened(&self, settings: PostgresSettings) -> Arc<dyn Store> {
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
