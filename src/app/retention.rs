@@ -2,7 +2,7 @@
 //! there, synced, and reads as it was written.
 
 use std::{
-    collections::BTreeSet,
+    collections::BTreeMap,
     fs::{self, File, OpenOptions},
     io::{self, Read as _},
     path::{Path, PathBuf},
@@ -10,7 +10,7 @@ use std::{
     time::Duration,
 };
 
-use jiff::SignedDuration;
+use jiff::{SignedDuration, Timestamp};
 use sha2::{Digest as _, Sha256};
 use uuid::Uuid;
 
@@ -36,7 +36,26 @@ pub struct Retention {
     after: SignedDuration,
     folder: PathBuf,
     /// Jobs that could not be purged. They come after all others, so that they keep none from it.
-    failed: Mutex<BTreeSet<Uuid>>,
+    failed: Mutex<BTreeMap<Uuid, Failure>>,
+}
+
+/// A job is archived anew for each try, so one that fails for good is tried less and less often.
+#[derive(Clone, Copy)]
+struct Failure {
+    /// When it is tried again.
+    again: Timestamp,
+    /// How long that was waited for.
+    waited: SignedDuration,
+}
+
+impl Failure {
+    const FIRST: SignedDuration = SignedDuration::from_mins(1);
+    const LONGEST: SignedDuration = SignedDuration::from_hours(24);
+
+    fn after(last: Option<&Failure>, now: Timestamp) -> Self {
+        let waited = last.map_or(Self::FIRST, |last| Self::LONGEST.min(last.waited * 2));
+        Failure { again: now + waited, waited }
+    }
 }
 
 /// What became of a job.
@@ -81,13 +100,9 @@ impl Retention {
     /// Purges what is due, if it is this process's turn; answers how many jobs.
     pub async fn turn(&self, jobs: &Arc<JobService>) -> Result<u64, RepositoryError> {
         let Some(Turn(_held)) = jobs.retention_turn().await? else { return Ok(0) };
-        let (begun, since) = (tokio::time::Instant::now(), jobs.now() - self.after);
+        let (begun, now) = (tokio::time::Instant::now(), jobs.now());
         let mut purged = 0;
-        let failed = std::mem::take(&mut *self.failed());
-        let mut due = jobs.untouched(since, Self::AT_A_TIME.saturating_add(failed.len() as u32)).await?;
-        due.sort_by_key(|key| failed.contains(&key.job));
-        *self.failed() = due.iter().map(|key| key.job).filter(|job| failed.contains(job)).collect();
-        for key in due {
+        for key in self.due(jobs, now).await? {
             match self.archive_and_purge(jobs, &key).await {
                 Ok(Done::Purged) => {
                     purged += 1;
@@ -96,7 +111,9 @@ impl Retention {
                 Ok(Done::Left) => {}
                 Err(error) => {
                     tracing::warn!(job = %key.job, %error, "a job could not be purged by its age");
-                    self.failed().insert(key.job);
+                    let mut failed = self.failed();
+                    let failure = Failure::after(failed.get(&key.job), now);
+                    failed.insert(key.job, failure);
                 }
             }
             if begun.elapsed() > LONGEST_TURN {
@@ -106,7 +123,18 @@ impl Retention {
         Ok(purged)
     }
 
-    fn failed(&self) -> std::sync::MutexGuard<'_, BTreeSet<Uuid>> {
+    /// Jobs to be purged now, those that could not be purged before last.
+    async fn due(&self, jobs: &JobService, now: Timestamp) -> Result<Vec<Key>, RepositoryError> {
+        let most = Self::AT_A_TIME.saturating_add(self.failed().len() as u32);
+        let mut due = jobs.untouched(now - self.after, most).await?;
+        let mut failed = self.failed();
+        failed.retain(|job, _| due.iter().any(|key| key.job == *job));
+        due.retain(|key| failed.get(&key.job).is_none_or(|failure| failure.again <= now));
+        due.sort_by_key(|key| failed.contains_key(&key.job));
+        Ok(due)
+    }
+
+    fn failed(&self) -> std::sync::MutexGuard<'_, BTreeMap<Uuid, Failure>> {
         self.failed.lock().unwrap_or_else(PoisonError::into_inner)
     }
 

@@ -24,7 +24,7 @@ use sqlx::{Connection as _, Executor as _, PgConnection};
 
 use crate::{
     service::served,
-    support::{Values, caller},
+    support::{Values, archived, caller},
 };
 
 /// A clock that is put forward.
@@ -32,8 +32,11 @@ struct Put(Mutex<Timestamp>);
 
 impl Put {
     fn forward(&self, days: i64) {
-        let mut now = self.0.lock().unwrap();
-        *now += SignedDuration::from_hours(24 * days);
+        self.forward_by(SignedDuration::from_hours(24 * days));
+    }
+
+    fn forward_by(&self, time: SignedDuration) {
+        *self.0.lock().unwrap() += time;
     }
 }
 
@@ -153,7 +156,8 @@ macro_rules! on_both {
 on_both! {
     what_nobody_touches_is_archived_and_then_purged,
     without_a_file_that_reads_as_it_was_written_nothing_is_purged,
-    jobs_that_cannot_be_purged_keep_no_other_from_it
+    jobs_that_cannot_be_purged_keep_no_other_from_it,
+    what_cannot_be_purged_is_tried_less_and_less_often
 }
 
 async fn what_nobody_touches_is_archived_and_then_purged(plant: Plant) {
@@ -204,6 +208,7 @@ async fn without_a_file_that_reads_as_it_was_written_nothing_is_purged(plant: Pl
     assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
     assert!(!plant.is_purged(&job).await);
     fs::remove_file(&folder).unwrap();
+    plant.clock.forward(1);
     // a disk that takes everything and keeps nothing
     fs::create_dir(&folder).unwrap();
     let partial = folder.join(format!("{}.partial", job.id));
@@ -212,6 +217,7 @@ async fn without_a_file_that_reads_as_it_was_written_nothing_is_purged(plant: Pl
     assert!(!plant.is_purged(&job).await);
     assert_eq!(plant.files(), std::slice::from_ref(&partial), "nothing has the name of an archive");
     fs::remove_file(partial).unwrap();
+    plant.clock.forward(1);
     assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
     assert!(plant.is_purged(&job).await);
     plant.store.close().await;
@@ -232,6 +238,31 @@ async fn jobs_that_cannot_be_purged_keep_no_other_from_it(plant: Plant) {
     assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
     assert_eq!(retention.turn(&plant.service).await.unwrap(), 1);
     assert!(plant.is_purged(&last).await);
+    plant.store.close().await;
+}
+
+/// Each try archives the whole job.
+async fn what_cannot_be_purged_is_tried_less_and_less_often(plant: Plant) {
+    let retention = plant.retention(1);
+    let job = plant.measured().await;
+    let (_, told) = archived(&plant.store, "default", job.id).await;
+    let digest: String = told.sha256.iter().map(|byte| format!("{byte:02x}")).collect();
+    // a folder has the archive's name, so that whoever tries leaves what he wrote
+    let folder = plant.place.path().join("archives/default");
+    fs::create_dir_all(folder.join(format!("{}-{digest}.jsonl.zst", job.id))).unwrap();
+    let partial = folder.join(format!("{}.partial", job.id));
+    let is_tried = async || {
+        assert_eq!(retention.turn(&plant.service).await.unwrap(), 0);
+        fs::remove_file(&partial).is_ok()
+    };
+    plant.clock.forward(2);
+    assert!(is_tried().await);
+    for minutes in [1, 2, 4, 8, 16, 32, 64, 128, 256, 512, 1024, 1440, 1440] {
+        plant.clock.forward_by(SignedDuration::from_secs(60 * minutes - 1));
+        assert!(!is_tried().await, "within {minutes} minutes");
+        plant.clock.forward_by(SignedDuration::from_secs(1));
+        assert!(is_tried().await, "after {minutes} minutes");
+    }
     plant.store.close().await;
 }
 
