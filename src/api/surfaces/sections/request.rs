@@ -15,7 +15,7 @@ use flankfit_engine::{
         space::Vector,
         surface::{
             SurfaceShape,
-            section::{Description, NoMesh},
+            section::{Description, at_right_angles},
         },
     },
 };
@@ -24,8 +24,6 @@ use flankfit_engine::{
 const MOST_PLANES: usize = 1000;
 /// Most points of all sections.
 pub(super) const MOST_POINTS: usize = 200_000;
-/// Cosines of right angles may be as large. A mesh looks at this, too, but once all planes are cut.
-const SKEW: f64 = 1e-12;
 /// How near curves come to the section where nothing is said, as splines and as chords.
 const TOLERANCES: [f64; 2] = [1e-9, 1e-3];
 
@@ -135,9 +133,9 @@ fn checked(families: &[PlaneFamilyBody], mesh: bool, faults: &mut Faults) -> Vec
     };
     let planes: Vec<Planes> = families.iter().enumerate().take(2).map(family).collect();
     if let (true, [one, other]) = (mesh, &planes[..]) {
-        let cosine = one.normal.dot(&other.normal);
-        if cosine.abs() > SKEW {
-            faults.push("/families", NoMesh::Skew { cosine }.to_string());
+        // said before all planes are cut
+        if let Err(skew) = at_right_angles([one.normal, other.normal]) {
+            faults.push("/families", skew.to_string());
         }
     }
     planes

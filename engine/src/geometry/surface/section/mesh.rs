@@ -73,6 +73,15 @@ pub struct Family<'a> {
     pub sections: &'a [Section],
 }
 
+/// Whether planes with these normals, of length 1, can make a mesh.
+pub fn at_right_angles([u, v]: [Vector; 2]) -> Result<(), NoMesh> {
+    let cosine = u.dot(&v);
+    if cosine.abs() > SKEW {
+        return Err(NoMesh::Skew { cosine });
+    }
+    Ok(())
+}
+
 /// The mesh of the sections by two families of planes; its curves are as near to the surface as
 /// `how` says.
 pub fn mesh_of_sections(
@@ -81,10 +90,7 @@ pub fn mesh_of_sections(
     how: Description,
 ) -> Result<MeshOfSections, NoMesh> {
     let [u, v] = families.map(|family| family.normal);
-    let cosine = u.dot(&v);
-    if cosine.abs() > SKEW {
-        return Err(NoMesh::Skew { cosine });
-    }
+    at_right_angles([u, v])?;
     let frame = [u, v, u.cross(&v)];
     let (mut error, mut points) = (0.0_f64, 0);
     let mut curves = [Vec::new(), Vec::new()];

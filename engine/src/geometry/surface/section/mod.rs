@@ -35,7 +35,7 @@ mod spans;
 
 pub use fault::SectionFault;
 pub use line::{Description, SectionPoint};
-pub use mesh::{Family, MeshOfSections, NoMesh, mesh_of_sections};
+pub use mesh::{Family, MeshOfSections, NoMesh, at_right_angles, mesh_of_sections};
 pub use plane::Plane;
 pub use result::{Section, SectionCurve};
 pub use sections::Sections;
