@@ -1,6 +1,6 @@
 //! Keys and tenants.
 
-use std::sync::Arc;
+use std::{array::from_fn, sync::Arc};
 
 use flankfit::jobs::{
     ApiKey, Credentials, KeyId, KeyPatch, Keys, NewKey, NewPlant, PageRequest, Plant, PlantPatch, Precondition,
@@ -28,7 +28,8 @@ pub fn key(place: &Values, tenant: &Tenant, san: Option<&str>) -> NewKey {
         last_used_at: None,
         revoked_at: None,
     };
-    let sha256 = san.is_none().then(|| [id.number() as u8; 32]);
+    // of two keys never the same
+    let sha256 = san.is_none().then(|| from_fn(|k| id.number().to_be_bytes()[k % 8]));
     NewKey { key, sha256 }
 }
 
