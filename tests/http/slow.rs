@@ -149,7 +149,8 @@ async fn large_bodies_at_once_stay_within_the_bound() {
             }
         }
         assert!(taken >= 1 && refused >= 4, "{taken} were taken, {refused} refused");
-        assert!((BOUND / 2..=BOUND).contains(&most), "{most} bytes were held");
+        // those that are refused at the same moment may leave room for one alone
+        assert!((blank..=BOUND).contains(&most), "{most} bytes were held");
         while app.state.budget.held() > 0 {
             sleep(Duration::from_millis(1)).await;
         }
