@@ -88,7 +88,7 @@ pub use streams::{
 };
 pub use summary::{JobCounts, JobSummary, MOST_MACHINES, MOST_WEEKS, monday};
 pub use tasks::{
-    Begun, ClaimedTask, EndedTask, KEPT_FOR, LEASE, Lease, MOST_ATTEMPTS, NewTask, Task, TaskAnswer, TaskDraft,
-    TaskQuery, TaskResult, TaskState, Tasks,
+    Begun, ClaimedTask, EndedTask, Held, KEPT_FOR, LEASE, Lease, MOST_ATTEMPTS, MOST_KEPT, MOST_OPEN, NewTask, Task,
+    TaskAnswer, TaskDraft, TaskQuery, TaskResult, TaskState, Tasks,
 };
 pub use wake::Wake;

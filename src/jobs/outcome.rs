@@ -71,6 +71,9 @@ pub enum RepositoryError {
     /// The tasks of the tenant take as much as they may.
     #[error("the tasks of the tenant take {held} bytes")]
     TasksFull { held: u64 },
+    /// The tenant has as many tasks as it may.
+    #[error("the tenant has {kept} tasks, of which {open} have not ended")]
+    TooManyTasks { open: u64, kept: u64 },
     /// A revoked key is not changed any more.
     #[error("the key is revoked")]
     KeyRevoked,

@@ -39,6 +39,7 @@ const RELEASED: &[(i64, &str)] = &[
     (25, "8441d81c99ab36f9c0ccc4b9cdc4eeba"),
     (26, "b2d327fbd93f2efdddae6ec135769fa8"),
     (27, "2bae9d513e0938acb341efa27a194b1e"),
+    (28, "5da634d2390d0b119471f89b70e283d1"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

@@ -172,7 +172,8 @@ async fn operations_are_kept_for_an_hour_after_their_end() {
         if let Some(seconds) = lasts {
             pass(seconds);
             let answer = TaskAnswer { status: 422, headers: "[]".to_owned(), body: vec![1] };
-            let ended = EndedTask { lease, job: None, state: TaskState::Failed, answer, now: service.now() };
+            let ended =
+                EndedTask { lease, job: None, state: TaskState::Failed, answer, most: 1 << 20, now: service.now() };
             assert!(service.tasks().end(Arc::new(ended)).await.unwrap());
         }
         id

@@ -6,7 +6,7 @@ use crate::{
         json::text::Moment,
         problem::{Problem, ProblemCode},
     },
-    jobs::{RepositoryError, Resource},
+    jobs::{MOST_OPEN, RepositoryError, Resource},
 };
 use flankfit_engine::fault::words::counted;
 
@@ -83,14 +83,9 @@ impl From<RepositoryError> for Problem {
             RepositoryError::LeaseLost => {
                 Problem::new(ProblemCode::Conflict, "The operation was cancelled, or another server does it now.")
             }
-            RepositoryError::TasksFull { held } => Problem::new(
-                ProblemCode::TooManyRequests,
-                format!(
-                    "The operations of this tenant hold {held} bytes with their results, as much as they may; delete \
-                     some, or wait until they are."
-                ),
-            )
-            .retry_after(10),
+            RepositoryError::TasksFull { .. } | RepositoryError::TooManyTasks { .. } => {
+                Problem::new(ProblemCode::TooManyRequests, no_room(&error)).retry_after(10)
+            }
             RepositoryError::Overloaded => Problem::new(
                 ProblemCode::Overloaded,
                 "Too many writes are waiting; nothing was stored. Try again in a moment.",
@@ -180,4 +175,22 @@ fn no_such_tooth(tooth: &str, teeth: u32) -> String {
 /// As much of a name as a message repeats.
 fn shown(name: &str) -> String {
     name.chars().take(20).collect()
+}
+
+/// Why no operation is taken, or its result is not kept.
+fn no_room(error: &RepositoryError) -> String {
+    match error {
+        RepositoryError::TooManyTasks { open, .. } if *open >= MOST_OPEN => format!(
+            "{open} operations of this tenant have not ended, as many as may wait; wait for some, or cancel them."
+        ),
+        RepositoryError::TooManyTasks { kept, .. } => format!(
+            "This tenant has {kept} operations with those that ended within an hour, as many as it may; delete some, or \
+             wait until they are."
+        ),
+        RepositoryError::TasksFull { held } => format!(
+            "The operations of this tenant hold {held} bytes with their results, and may not hold what this one adds; \
+             delete some, or wait until they are."
+        ),
+        other => other.to_string(),
+    }
 }

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{ClaimedTask, EndedTask, LEASE, Lease, MOST_ATTEMPTS, TaskAnswer, TaskState},
+    jobs::{ClaimedTask, EndedTask, LEASE, Lease, MOST_ATTEMPTS, RepositoryError, TaskAnswer, TaskState},
     pool::{self, Handle},
     telemetry,
 };
@@ -180,10 +180,17 @@ async fn keep(state: &AppState, lease: Lease, job: Option<uuid::Uuid>, answered:
 /// Writes down the end of a task, unless what was stored for it has ended it. Where the store is
 /// away it is tried again, as long as the lease may hold.
 async fn end(state: &AppState, lease: Lease, job: Option<uuid::Uuid>, ended: TaskState, answer: TaskAnswer) {
-    let ended = Arc::new(EndedTask { lease, job, state: ended, answer, now: state.jobs.now() });
+    let (now, most) = (state.jobs.now(), state.settings.operation_bytes);
+    let mut ended = Arc::new(EndedTask { lease, job, state: ended, answer, most, now });
     for _ in 0..5 {
         match state.jobs.tasks().end(ended.clone()).await {
             Ok(_) => return,
+            // what is said instead is short, and there is always room for it
+            Err(error @ RepositoryError::TasksFull { .. }) => {
+                let answer = Answered::from(Problem::from(error)).kept(u64::MAX);
+                ended = Arc::new(EndedTask { lease, job, state: TaskState::Failed, answer, most: u64::MAX, now });
+                continue;
+            }
             Err(error) => tracing::warn!(%error, operation = %lease.task, "the end of an operation was not stored"),
         }
         sleep(Duration::from_secs(1)).await;

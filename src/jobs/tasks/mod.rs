@@ -20,6 +20,6 @@ mod task;
 pub use desk::{Begun, TaskDraft};
 pub use lease::Lease;
 pub use task::{
-    ClaimedTask, EndedTask, KEPT_FOR, LEASE, MOST_ATTEMPTS, NewTask, Task, TaskAnswer, TaskQuery, TaskResult,
-    TaskState, Tasks,
+    ClaimedTask, EndedTask, Held, KEPT_FOR, LEASE, MOST_ATTEMPTS, MOST_KEPT, MOST_OPEN, NewTask, Task, TaskAnswer,
+    TaskQuery, TaskResult, TaskState, Tasks,
 };

@@ -9,7 +9,7 @@ use super::lease::Lease;
 use crate::jobs::{
     callers::{Caller, Scope, Scopes},
     idempotency::Answer,
-    outcome::RepositoryFuture,
+    outcome::{RepositoryError, RepositoryFuture},
 };
 
 /// How long a process has a task without renewing its lease.
@@ -18,6 +18,10 @@ pub const LEASE: SignedDuration = SignedDuration::from_secs(10);
 pub const MOST_ATTEMPTS: u32 = 3;
 /// How long a task is kept once it has ended, and its result with it.
 pub const KEPT_FOR: SignedDuration = SignedDuration::from_hours(1);
+/// Tasks of a tenant that have not ended, at most: whoever looks for the next one passes them all.
+pub const MOST_OPEN: u64 = 1_000;
+/// Tasks of a tenant, those included that are kept since they ended.
+pub const MOST_KEPT: u64 = 10_000;
 
 /// Where a task stands.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -119,6 +123,17 @@ impl NewTask {
         self.request.len() + self.headers.len() + self.body.len()
     }
 
+    /// Whether there is room for it, where the tenant's tasks may take so many bytes.
+    pub fn fits(&self, held: Held, most: u64) -> Result<(), RepositoryError> {
+        if held.open >= MOST_OPEN || held.tasks >= MOST_KEPT {
+            return Err(RepositoryError::TooManyTasks { open: held.open, kept: held.tasks });
+        }
+        if held.bytes.saturating_add(self.bytes() as u64) > most {
+            return Err(RepositoryError::TasksFull { held: held.bytes });
+        }
+        Ok(())
+    }
+
     /// The task that it is once it is kept.
     pub fn begun(&self) -> Task {
         Task {
@@ -136,6 +151,15 @@ impl NewTask {
             status: None,
         }
     }
+}
+
+/// What the tasks of a tenant are and take in the store.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Held {
+    pub bytes: u64,
+    pub tasks: u64,
+    /// Those of them that have not ended.
+    pub open: u64,
 }
 
 /// Which tasks are listed: those whose request the caller may make.
@@ -167,6 +191,13 @@ pub struct TaskAnswer {
     pub body: Vec<u8>,
 }
 
+impl TaskAnswer {
+    /// What it takes in the store.
+    pub fn bytes(&self) -> usize {
+        self.headers.len() + self.body.len()
+    }
+}
+
 /// The result of a task that has one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum TaskResult {
@@ -183,7 +214,19 @@ pub struct EndedTask {
     pub job: Option<Uuid>,
     pub state: TaskState,
     pub answer: TaskAnswer,
+    /// Bytes that the tenant's tasks may take with it.
+    pub most: u64,
     pub now: Timestamp,
+}
+
+impl EndedTask {
+    /// Whether there is room for its answer beside what the tenant's other tasks take.
+    pub fn fits(&self, held: u64) -> Result<(), RepositoryError> {
+        match held.saturating_add(self.answer.bytes() as u64) > self.most {
+            true => Err(RepositoryError::TasksFull { held }),
+            false => Ok(()),
+        }
+    }
 }
 
 /// The tasks of all tenants, for the processes that do them.
@@ -200,7 +243,8 @@ pub trait Tasks: Send + Sync + 'static {
         lasting: SignedDuration,
     ) -> RepositoryFuture<'_, Vec<Lease>>;
 
-    /// Writes down the end of a task; answers whether its lease held.
+    /// Writes down the end of a task, if there is room for its answer; answers whether its lease
+    /// held.
     fn end(&self, ended: Arc<EndedTask>) -> RepositoryFuture<'_, bool>;
 
     /// Gives a task back to whoever takes it after that time. An attempt that does not `count` is
@@ -249,6 +293,30 @@ mod tests {
         assert_eq!(ended.remaining(at(10)), None);
         let queued = Task { state: TaskState::Queued, told_at: None, ..task(0.5, 10) };
         assert_eq!(queued.remaining(at(10)), None);
+    }
+
+    #[test]
+    fn what_there_is_no_room_for_is_refused() {
+        let new = NewTask {
+            id: Uuid::nil(),
+            scope: Scope::Compute,
+            scopes: Scopes::of(&[Scope::Compute]),
+            request: "/v1/fits".into(),
+            job: None,
+            key: "k".into(),
+            key_scope: "POST /v1/fits".into(),
+            request_sha256: [0; 32],
+            headers: "[]".into(),
+            body: vec![0; 90],
+            created_at: Timestamp::UNIX_EPOCH,
+        };
+        let held = Held { bytes: 50, tasks: MOST_KEPT - 1, open: MOST_OPEN - 1 };
+        assert!(new.fits(held, 150).is_ok());
+        assert!(matches!(new.fits(held, 149), Err(RepositoryError::TasksFull { held: 50 })));
+        let many = Held { open: MOST_OPEN, ..held };
+        assert!(matches!(new.fits(many, 150), Err(RepositoryError::TooManyTasks { open: MOST_OPEN, .. })));
+        let kept = Held { tasks: MOST_KEPT, open: 0, ..held };
+        assert!(matches!(new.fits(kept, 150), Err(RepositoryError::TooManyTasks { open: 0, kept: MOST_KEPT })));
     }
 
     #[test]

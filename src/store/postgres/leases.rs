@@ -9,6 +9,15 @@ use uuid::Uuid;
 use super::time::stamp;
 use crate::jobs::Lease;
 
+/// What a task that has ended keeps of its request: nothing that is long. Last come its bytes.
+macro_rules! without_request {
+    () => {
+        "lease = NULL, lease_until = NULL, headers = '[]', body = '', \
+         bytes = bytes - octet_length(headers) - octet_length(body)"
+    };
+}
+pub(super) use without_request;
+
 /// Locks the tasks of leases; answers the leases that hold until the transaction ends.
 pub async fn hold(db: &mut PgConnection, leases: &[Lease]) -> Result<HashSet<Lease>, sqlx::Error> {
     if leases.is_empty() {
@@ -27,11 +36,11 @@ pub async fn hold(db: &mut PgConnection, leases: &[Lease]) -> Result<HashSet<Lea
 /// Ends the tasks whose answers are kept under their keys.
 pub async fn end_kept(db: &mut PgConnection, ended: &[(Lease, u16, Timestamp)]) -> Result<(), sqlx::Error> {
     for (lease, status, now) in ended {
-        sqlx::query(
-            "UPDATE operations SET state = 'succeeded', status = $3, ended_at = $4, lease = NULL, lease_until = NULL,
-                    progress = 1, body = '', bytes = 0
-             WHERE id = $1 AND lease = $2 AND state = 'running'",
-        )
+        sqlx::query(concat!(
+            "UPDATE operations SET state = 'succeeded', status = $3, ended_at = $4, progress = 1, ",
+            without_request!(),
+            " WHERE id = $1 AND lease = $2 AND state = 'running'"
+        ))
         .bind(lease.task)
         .bind(lease.id)
         .bind(i64::from(*status))

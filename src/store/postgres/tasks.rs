@@ -5,15 +5,15 @@ use jiff::SignedDuration;
 use sqlx::{PgPool, postgres::types::PgInterval};
 use uuid::Uuid;
 
-use super::{gone, locate::signed, session::Session, time::stamp};
+use super::{gone, leases::without_request, locate::signed, session::Session, time::stamp};
 use crate::{
     jobs::{
         Caller, ClaimedTask, Cursor, Lease, Page, PageRequest, RepositoryError, Resource, Task, TaskResult, TaskState,
     },
     store::shared::{
         Asked, CancelTask, ClaimTask, ClaimedTaskRow, EndTask, ForgetTasks, GetAnswer, GetTask, GetTaskOfKey,
-        GetTaskResult, GiveTaskBack, InsertTask, Integer, KeyedTaskRow, ListTasks, Outcome, Read, RenewTasks, Run,
-        TaskResultRow, TaskRow, Write, claimed_task_columns, task_columns,
+        GetTaskResult, GiveTaskBack, HeldRow, InsertTask, Integer, KeyedTaskRow, ListTasks, Outcome, Read, RenewTasks,
+        Run, TaskResultRow, TaskRow, Write, claimed_task_columns, task_columns,
     },
 };
 
@@ -109,14 +109,15 @@ impl Write<Session> for InsertTask {
             Some(_) => return Err(RepositoryError::KeyTaken.into()),
             None => {}
         }
-        let held: Integer<u64> =
-            sqlx::query_scalar("SELECT coalesce(sum(bytes), 0)::bigint FROM operations WHERE tenant = $1")
-                .bind(caller.tenant.as_str())
-                .fetch_one(&mut *db)
-                .await?;
-        if held.0.saturating_add(task.bytes() as u64) > *most {
-            return Err(RepositoryError::TasksFull { held: held.0 }.into());
-        }
+        let held: HeldRow = sqlx::query_as(
+            "SELECT coalesce(sum(bytes), 0)::bigint AS bytes, count(*) AS tasks,
+                    count(*) FILTER (WHERE state IN ('queued', 'running')) AS open
+             FROM operations WHERE tenant = $1",
+        )
+        .bind(caller.tenant.as_str())
+        .fetch_one(&mut *db)
+        .await?;
+        task.fits(held.into(), *most)?;
         let stored = sqlx::query(
             "INSERT INTO operations (id, tenant, actor, request_id, peer, scope, scopes, request, job, key, key_scope,
                                      request_sha256, headers, body, state, attempts, progress, bytes, created_at)
@@ -162,10 +163,12 @@ impl Write<Session> for CancelTask {
             sqlx::query("DELETE FROM operations WHERE id = $1").bind(id).execute(db).await?;
             return Ok(());
         }
-        sqlx::query(
-            "UPDATE operations SET state = 'cancelled', ended_at = $2, lease = NULL, lease_until = NULL, body = '',
-                    bytes = 0, key = 'cancelled-' || id WHERE id = $1",
-        )
+        sqlx::query(concat!(
+            "UPDATE operations SET state = 'cancelled', ended_at = $2, ",
+            without_request!(),
+            // no client's key has a space
+            ", key = 'cancelled ' || id WHERE id = $1"
+        ))
         .bind(id)
         .bind(stamp(*now))
         .execute(db)
@@ -182,15 +185,16 @@ fn interval(lasting: SignedDuration) -> PgInterval {
 impl Run<Session> for ClaimTask {
     async fn run(&self, session: &mut Session) -> Outcome<Option<ClaimedTask>> {
         let row: Option<ClaimedTaskRow> = sqlx::query_as(concat!(
-            "UPDATE operations SET state = 'running', lease = $1, lease_until = clock_timestamp() + $2,
+            "WITH running AS MATERIALIZED (
+                 SELECT tenant, count(*) AS tasks FROM operations WHERE state = 'running' GROUP BY tenant)
+             UPDATE operations SET state = 'running', lease = $1, lease_until = clock_timestamp() + $2,
                     attempts = attempts + 1, progress = 0, begun_at = $3, told_at = $3
              WHERE id = (
-                 SELECT o.id FROM operations o
+                 SELECT o.id FROM operations o LEFT JOIN running ON running.tenant = o.tenant
                  WHERE o.state IN ('queued', 'running')
                        AND (o.lease_until IS NULL OR o.lease_until <= clock_timestamp())
-                 ORDER BY (SELECT count(*) FROM operations r WHERE r.tenant = o.tenant AND r.state = 'running'),
-                          o.created_at, o.id
-                 LIMIT 1 FOR NO KEY UPDATE SKIP LOCKED)
+                 ORDER BY coalesce(running.tasks, 0), o.created_at, o.id
+                 LIMIT 1 FOR NO KEY UPDATE OF o SKIP LOCKED)
              RETURNING ",
             claimed_task_columns!()
         ))
@@ -225,11 +229,20 @@ impl Run<Session> for RenewTasks {
 impl Run<Session> for EndTask {
     async fn run(&self, session: &mut Session) -> Outcome<bool> {
         let ended = &self.ended;
-        let row = sqlx::query(
-            "UPDATE operations SET state = $3, status = $4, result_headers = $5, result = $6, ended_at = $7,
-                    lease = NULL, lease_until = NULL, progress = 1, body = '', bytes = $8
-             WHERE id = $1 AND lease = $2 AND state = 'running'",
+        let held: Integer<u64> = sqlx::query_scalar(
+            "SELECT coalesce(sum(bytes), 0)::bigint FROM operations
+             WHERE tenant = (SELECT tenant FROM operations WHERE id = $1) AND id <> $1",
         )
+        .bind(ended.lease.task)
+        .fetch_one(&mut session.db)
+        .await?;
+        ended.fits(held.0)?;
+        let row = sqlx::query(concat!(
+            "UPDATE operations SET state = $3, status = $4, result_headers = $5, result = $6, ended_at = $7,
+                    progress = CASE WHEN $3 = 'succeeded' THEN 1 ELSE progress END, ",
+            without_request!(),
+            " + $8 WHERE id = $1 AND lease = $2 AND state = 'running'"
+        ))
         .bind(ended.lease.task)
         .bind(ended.lease.id)
         .bind(ended.state.name())
@@ -237,7 +250,7 @@ impl Run<Session> for EndTask {
         .bind(ended.answer.headers.as_str())
         .bind(ended.answer.body.as_slice())
         .bind(stamp(ended.now))
-        .bind(signed(ended.answer.body.len() as u64))
+        .bind(signed(ended.answer.bytes() as u64))
         .execute(&mut session.db)
         .await?;
         Ok(row.rows_affected() > 0)

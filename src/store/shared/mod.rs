@@ -49,11 +49,11 @@ pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 pub use row::{
     AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DayRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow,
     FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundPurge, FoundRow, FoundStreamRow,
-    GrownRow, HeadRow, IterationRow, JobPurge, JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow, LastSealRow,
-    Latest, ListedIterationRow, ListedJobRow, MachineRow, MachinesRow, MeasurandRow, MeasuredTooth, NewestSealRow,
-    NodesRow, PlantRow, PurgeRow, RecordRow, RecordSummaryRow, SealRow, SealedHeadRow, StateRow, StatusRow, StreamRow,
-    TaskResultRow, TaskRow, ToldEventRow, TracedFitRow, TracedIterationRow, counts, entries, grown, last_seals,
-    page_of_seals,
+    GrownRow, HeadRow, HeldRow, IterationRow, JobPurge, JobRow, KeptKeyRow, KeyRow, KeyedTaskRow, KnownKeyRow,
+    LastSealRow, Latest, ListedIterationRow, ListedJobRow, MachineRow, MachinesRow, MeasurandRow, MeasuredTooth,
+    NewestSealRow, NodesRow, PlantRow, PurgeRow, RecordRow, RecordSummaryRow, SealRow, SealedHeadRow, StateRow,
+    StatusRow, StreamRow, TaskResultRow, TaskRow, ToldEventRow, TracedFitRow, TracedIterationRow, counts, entries,
+    grown, last_seals, page_of_seals,
 };
 pub(in crate::store) use row::{
     claimed_task_columns, entry_columns, figure_columns, job_columns, key_columns, plant_columns, seal_columns,

@@ -11,10 +11,18 @@ use crate::{
     },
     store::shared::{
         Asked, CancelTask, ClaimTask, ClaimedTaskRow, EndTask, ForgetTasks, GetAnswer, GetTask, GetTaskOfKey,
-        GetTaskResult, GiveTaskBack, InsertTask, Integer, KeyedTaskRow, ListTasks, Outcome, Read, RenewTasks, Run,
-        TaskResultRow, TaskRow, Write, claimed_task_columns, task_columns,
+        GetTaskResult, GiveTaskBack, HeldRow, InsertTask, Integer, KeyedTaskRow, ListTasks, Outcome, Read, RenewTasks,
+        Run, TaskResultRow, TaskRow, Write, claimed_task_columns, task_columns,
     },
 };
+
+/// What a task that has ended keeps of its request: nothing that is long. Last come its bytes.
+macro_rules! without_request {
+    () => {
+        "lease = NULL, lease_until = NULL, headers = '[]', body = x'', \
+         bytes = bytes - length(CAST(headers AS BLOB)) - length(body)"
+    };
+}
 
 impl Read<SqlitePool> for GetTask {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Task> {
@@ -105,13 +113,15 @@ impl Write<SqliteConnection> for InsertTask {
         if taken.is_some() {
             return Err(RepositoryError::KeyTaken.into());
         }
-        let held: Integer<u64> = sqlx::query_scalar("SELECT coalesce(sum(bytes), 0) FROM operations WHERE tenant = ?")
-            .bind(caller.tenant.as_str())
-            .fetch_one(&mut *db)
-            .await?;
-        if held.0.saturating_add(task.bytes() as u64) > *most {
-            return Err(RepositoryError::TasksFull { held: held.0 }.into());
-        }
+        let held: HeldRow = sqlx::query_as(
+            "SELECT coalesce(sum(bytes), 0) AS bytes, count(*) AS tasks,
+                    count(*) FILTER (WHERE state IN ('queued', 'running')) AS open
+             FROM operations WHERE tenant = ?",
+        )
+        .bind(caller.tenant.as_str())
+        .fetch_one(&mut *db)
+        .await?;
+        task.fits(held.into(), *most)?;
         sqlx::query(
             "INSERT INTO operations (id, tenant, actor, request_id, peer, scope, scopes, request, job, key, key_scope,
                                      request_sha256, headers, body, state, attempts, progress, bytes, created_at)
@@ -151,10 +161,12 @@ impl Write<SqliteConnection> for CancelTask {
             sqlx::query("DELETE FROM operations WHERE id = ?").bind(id).execute(db).await?;
             return Ok(());
         }
-        sqlx::query(
-            "UPDATE operations SET state = 'cancelled', ended_at = ?, lease = NULL, lease_until = NULL, body = x'',
-                    bytes = 0, key = 'cancelled-' || hex(id) WHERE id = ?",
-        )
+        sqlx::query(concat!(
+            "UPDATE operations SET state = 'cancelled', ended_at = ?, ",
+            without_request!(),
+            // no client's key has a space
+            ", key = 'cancelled ' || hex(id) WHERE id = ?"
+        ))
         .bind(time::to_text(*now))
         .bind(id)
         .execute(db)
@@ -176,11 +188,11 @@ pub async fn holds(db: &mut SqliteConnection, receipt: &Receipt) -> Result<bool,
 
 /// Ends the task whose answer is kept under its key.
 pub async fn end_kept(db: &mut SqliteConnection, lease: Lease, status: u16, now: Timestamp) -> Outcome<()> {
-    sqlx::query(
-        "UPDATE operations SET state = 'succeeded', status = ?, ended_at = ?, lease = NULL, lease_until = NULL,
-                progress = 1, body = x'', bytes = 0
-         WHERE id = ? AND lease = ? AND state = 'running'",
-    )
+    sqlx::query(concat!(
+        "UPDATE operations SET state = 'succeeded', status = ?, ended_at = ?, progress = 1, ",
+        without_request!(),
+        " WHERE id = ? AND lease = ? AND state = 'running'"
+    ))
     .bind(i64::from(status))
     .bind(time::to_text(now))
     .bind(lease.task)
@@ -194,13 +206,15 @@ impl Run<SqliteConnection> for ClaimTask {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<Option<ClaimedTask>> {
         let now = time::to_text(self.now);
         let row: Option<ClaimedTaskRow> = sqlx::query_as(concat!(
-            "UPDATE operations SET state = 'running', lease = ?1, lease_until = ?2, attempts = attempts + 1,
+            "WITH running AS MATERIALIZED (
+                 SELECT tenant, count(*) AS tasks FROM operations INDEXED BY operations_open
+                 WHERE state IN ('queued', 'running') AND state = 'running' GROUP BY tenant)
+             UPDATE operations SET state = 'running', lease = ?1, lease_until = ?2, attempts = attempts + 1,
                     progress = 0, begun_at = ?3, told_at = ?3
              WHERE id = (
-                 SELECT o.id FROM operations o
+                 SELECT o.id FROM operations o LEFT JOIN running ON running.tenant = o.tenant
                  WHERE o.state IN ('queued', 'running') AND (o.lease_until IS NULL OR o.lease_until <= ?3)
-                 ORDER BY (SELECT count(*) FROM operations r WHERE r.tenant = o.tenant AND r.state = 'running'),
-                          o.created_at, o.id
+                 ORDER BY coalesce(running.tasks, 0), o.created_at, o.id
                  LIMIT 1)
              RETURNING ",
             claimed_task_columns!()
@@ -239,17 +253,26 @@ impl Run<SqliteConnection> for RenewTasks {
 impl Run<SqliteConnection> for EndTask {
     async fn run(&self, db: &mut SqliteConnection) -> Outcome<bool> {
         let ended = &self.ended;
-        let row = sqlx::query(
-            "UPDATE operations SET state = ?, status = ?, result_headers = ?, result = ?, ended_at = ?, lease = NULL,
-                    lease_until = NULL, progress = 1, body = x'', bytes = ?
-             WHERE id = ? AND lease = ? AND state = 'running'",
+        let held: Integer<u64> = sqlx::query_scalar(
+            "SELECT coalesce(sum(bytes), 0) FROM operations
+             WHERE tenant = (SELECT tenant FROM operations WHERE id = ?1) AND id <> ?1",
         )
+        .bind(ended.lease.task)
+        .fetch_one(&mut *db)
+        .await?;
+        ended.fits(held.0)?;
+        let row = sqlx::query(concat!(
+            "UPDATE operations SET state = ?1, status = ?2, result_headers = ?3, result = ?4, ended_at = ?5,
+                    progress = iif(?1 = 'succeeded', 1, progress), ",
+            without_request!(),
+            " + ?6 WHERE id = ?7 AND lease = ?8 AND state = 'running'"
+        ))
         .bind(ended.state.name())
         .bind(i64::from(ended.answer.status))
         .bind(ended.answer.headers.as_str())
         .bind(ended.answer.body.as_slice())
         .bind(time::to_text(ended.now))
-        .bind(signed(ended.answer.body.len() as u64))
+        .bind(signed(ended.answer.bytes() as u64))
         .bind(ended.lease.task)
         .bind(ended.lease.id)
         .execute(db)

@@ -177,6 +177,9 @@ conformance! {
             a_late_owner_stores_nothing,
             whatever_is_stored_ends_its_task,
             a_cancelled_task_stores_nothing,
+            a_task_is_cancelled_whatever_keys_there_are,
+            an_answer_without_room_is_not_kept,
+            a_tenant_has_so_many_tasks_and_no_more,
             tasks_of_a_tenant_are_bounded_and_its_own,
             a_task_is_taken_by_one;
         teeth:

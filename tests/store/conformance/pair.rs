@@ -60,6 +60,9 @@ pub trait Ground {
 
     /// An id as the database's SQL writes it.
     fn id(&self, id: Uuid) -> String;
+
+    /// SQL that makes an id of an expression for a whole number.
+    fn numbered_id(&self, number: &str) -> String;
 }
 
 /// See the module's documentation.

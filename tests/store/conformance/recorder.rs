@@ -96,6 +96,7 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::NotFound(Resource::Task) => "no task",
         RepositoryError::LeaseLost => "lease lost",
         RepositoryError::TasksFull { .. } => "tasks full",
+        RepositoryError::TooManyTasks { .. } => "too many tasks",
         RepositoryError::KeyRevoked => "key revoked",
         RepositoryError::NoSecret => "no secret",
         RepositoryError::SanTaken => "name taken",

@@ -3,8 +3,8 @@
 use std::{sync::Arc, time::Duration};
 
 use flankfit::jobs::{
-    Answer, EndedTask, EventKind, Lease, NewRun, NewTask, PageRequest, Receipt, RecordKind, Repository,
-    RepositoryError, Resource, Scope, Scopes, TaskAnswer, TaskResult, TaskState, Tasks,
+    Answer, EndedTask, EventKind, Lease, MOST_KEPT, MOST_OPEN, NewRun, NewTask, PageRequest, Receipt, RecordKind,
+    Repository, RepositoryError, Resource, Scope, Scopes, TaskAnswer, TaskResult, TaskState, Tasks,
 };
 use jiff::SignedDuration;
 use uuid::Uuid;
@@ -40,7 +40,7 @@ fn answer(status: u16) -> TaskAnswer {
 }
 
 fn ended(lease: Lease, job: Option<Uuid>, place: &Values) -> Arc<EndedTask> {
-    Arc::new(EndedTask { lease, job, state: TaskState::Failed, answer: answer(422), now: place.now() })
+    Arc::new(EndedTask { lease, job, state: TaskState::Failed, answer: answer(422), most: ROOM, now: place.now() })
 }
 
 /// A receipt of a task's request.
@@ -223,6 +223,18 @@ pub async fn a_cancelled_task_stores_nothing(pair: &mut Pair) {
     }
 }
 
+/// A cancelled task gives its key away for one that no client has.
+pub async fn a_task_is_cancelled_whatever_keys_there_are(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let task = new_task(&place, "k", None);
+    store.insert_task(task.clone(), ROOM).await.unwrap();
+    for id in [task.id.to_string(), task.id.simple().to_string(), task.id.simple().to_string().to_uppercase()] {
+        store.insert_task(new_task(&place, &format!("cancelled-{id}"), None), ROOM).await.unwrap();
+    }
+    store.cancel_task(task.id, None, place.now()).await.unwrap();
+    assert_eq!(store.task(task.id).await.unwrap().state, TaskState::Cancelled);
+}
+
 /// Bytes of requests and results are counted, keys are used once, and other tenants have their own.
 pub async fn tasks_of_a_tenant_are_bounded_and_its_own(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
@@ -255,6 +267,71 @@ pub async fn tasks_of_a_tenant_are_bounded_and_its_own(pair: &mut Pair) {
     }
     let order: Vec<&str> = order.iter().map(|tenant| tenant.as_str()).collect();
     assert_eq!(order, ["default", "other", "default"]);
+}
+
+/// An answer for which there is no room is not kept; a short one is said instead.
+pub async fn an_answer_without_room_is_not_kept(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let tasks = pair.handles[1].tasks();
+    let [first, second] = ["1", "2"].map(|key| new_task(&place, key, None));
+    for task in [&first, &second] {
+        store.insert_task(task.clone(), ROOM).await.unwrap();
+    }
+    let lease = claimed(&tasks, &place, LONG).await.unwrap();
+    tasks.renew(vec![(lease, 0.75)], place.now(), LONG).await.unwrap();
+    let end = EndedTask::clone(&ended(lease, None, &place));
+    let takes = (second.bytes() + end.answer.bytes()) as u64;
+    let refused = tasks.end(Arc::new(EndedTask { most: takes - 1, ..end.clone() })).await;
+    let waiting = second.bytes() as u64;
+    assert!(matches!(refused, Err(RepositoryError::TasksFull { held }) if held == waiting), "{refused:?}");
+    assert_eq!(states(&store).await, [TaskState::Running, TaskState::Queued]);
+    assert!(tasks.end(Arc::new(EndedTask { most: takes, ..end })).await.unwrap());
+    // it did not come to its end
+    assert_eq!(store.task(first.id).await.unwrap().progress, 0.75);
+    // of its request no more is kept than which it was
+    let held = pair.ground.scalar("SELECT CAST(sum(bytes) AS bigint) FROM operations WHERE state = 'failed'").await;
+    assert_eq!(held as usize, first.request.len() + answer(422).bytes());
+    store.cancel_task(second.id, None, place.now()).await.unwrap();
+    let held = pair.ground.scalar("SELECT CAST(sum(bytes) AS bigint) FROM operations WHERE state = 'cancelled'").await;
+    assert_eq!(held as usize, second.request.len());
+    let left = pair.ground.scalar("SELECT count(*) FROM operations WHERE headers <> '[]' OR length(body) > 0").await;
+    assert_eq!(left, 0);
+}
+
+/// Whoever looks for the next task passes all that wait.
+pub async fn a_tenant_has_so_many_tasks_and_no_more(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let task = new_task(&place, "1", None);
+    store.insert_task(task.clone(), ROOM).await.unwrap();
+    let copies = |state: &str, from: u64, to: u64| {
+        let (id, ended) = (pair.ground.id(task.id), if state == "queued" { "NULL" } else { "created_at" });
+        format!(
+            "INSERT INTO operations (id, tenant, actor, scope, scopes, request, key, key_scope, request_sha256, headers,
+                                     body, state, attempts, progress, bytes, created_at, ended_at)
+             WITH RECURSIVE n (n) AS (SELECT {from} UNION ALL SELECT n + 1 FROM n WHERE n < {to})
+             SELECT {}, o.tenant, o.actor, o.scope, o.scopes, o.request, 'copy ' || n, o.key_scope, o.request_sha256,
+                    o.headers, o.body, '{state}', 0, 0, 1, o.created_at, {ended} FROM operations o, n WHERE o.id = {id}",
+            pair.ground.numbered_id("n")
+        )
+    };
+    pair.ground.intrude(copies("queued", 1, MOST_OPEN - 1)).await;
+    let refused = store.insert_task(new_task(&place, "2", None), ROOM).await;
+    let many = matches!(refused, Err(RepositoryError::TooManyTasks { open: MOST_OPEN, kept: MOST_OPEN }));
+    assert!(many, "{refused:?}");
+    // others are none of it, and come first
+    let other = new_task(&place, "1", None);
+    pair.seen_by("other").insert_task(other.clone(), ROOM).await.unwrap();
+    let tasks = pair.handles[0].tasks();
+    let order = [claimed(&tasks, &place, LONG).await.unwrap(), claimed(&tasks, &place, LONG).await.unwrap()];
+    assert_eq!(order[1].task, other.id);
+    // what has ended counts as long as it is kept
+    let all_end = "UPDATE operations SET state = 'failed', ended_at = created_at WHERE tenant = 'default'";
+    pair.ground.intrude(all_end.to_owned()).await;
+    store.insert_task(new_task(&place, "2", None), ROOM).await.unwrap();
+    pair.ground.intrude(copies("failed", MOST_OPEN, MOST_KEPT - 2)).await;
+    let refused = store.insert_task(new_task(&place, "3", None), ROOM).await;
+    let full = matches!(refused, Err(RepositoryError::TooManyTasks { open: 1, kept: MOST_KEPT }));
+    assert!(full, "{refused:?}");
 }
 
 /// Several processes take tasks at once, and each task is taken by one.

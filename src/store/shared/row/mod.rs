@@ -26,7 +26,7 @@ pub use purge::{FoundJobPurge, FoundPurge, JobPurge, PurgeRow, purge_name};
 pub use record::{RecordRow, RecordSummaryRow};
 pub use seal::{GrownRow, LastSealRow, NewestSealRow, SealRow, SealedHeadRow, grown, last_seals, page_of_seals};
 pub use stream::{BlockRow, EventRow, StateRow, StreamRow, ToldEventRow};
-pub use task::{ClaimedTaskRow, KeyedTaskRow, TaskResultRow, TaskRow};
+pub use task::{ClaimedTaskRow, HeldRow, KeyedTaskRow, TaskResultRow, TaskRow};
 pub(in crate::store) use {
     fit::figure_columns,
     job::job_columns,

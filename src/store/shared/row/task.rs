@@ -6,7 +6,7 @@ use sqlx::FromRow;
 use uuid::Uuid;
 
 use crate::{
-    jobs::{Caller, ClaimedTask, Lease, Origin, Scope, Scopes, Task, TaskAnswer, TaskState, Tenant},
+    jobs::{Caller, ClaimedTask, Held, Lease, Origin, Scope, Scopes, Task, TaskAnswer, TaskState, Tenant},
     store::shared::columns::{Digest, Integer, Moment},
 };
 
@@ -52,6 +52,20 @@ impl From<TaskRow> for Task {
             ended_at: row.ended_at.map(|time| time.0),
             status: row.status.map(|status| status.0),
         }
+    }
+}
+
+/// What the tasks of a tenant are and take.
+#[derive(FromRow)]
+pub struct HeldRow {
+    bytes: Integer<u64>,
+    tasks: Integer<u64>,
+    open: Integer<u64>,
+}
+
+impl From<HeldRow> for Held {
+    fn from(row: HeldRow) -> Self {
+        Held { bytes: row.bytes.0, tasks: row.tasks.0, open: row.open.0 }
     }
 }
 

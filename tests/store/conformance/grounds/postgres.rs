@@ -185,4 +185,8 @@ impl Ground for Postgres {
     fn id(&self, id: Uuid) -> String {
         format!("'{id}'")
     }
+
+    fn numbered_id(&self, number: &str) -> String {
+        format!("lpad(({number})::text, 32, '0')::uuid")
+    }
 }

@@ -122,4 +122,8 @@ impl Ground for Sqlite {
     fn id(&self, id: Uuid) -> String {
         self.literal(id.as_bytes())
     }
+
+    fn numbered_id(&self, number: &str) -> String {
+        format!("CAST(printf('%016d', {number}) AS BLOB)")
+    }
 }
