@@ -51,6 +51,8 @@ pub enum TlsError {
         "--tls-client-auth asks clients for certificates: name the file with their authorities with --tls-client-ca"
     )]
     NoAuthorities,
+    #[error("clients are to show certificates, which takes TLS: name the server's own with --tls-cert and --tls-key")]
+    NoTls,
     #[error("--tls-client-ca is given, but clients are asked for no certificate: add --tls-client-auth required")]
     AuthoritiesUnused,
 }
@@ -149,8 +151,14 @@ impl<'a> Files<'a> {
             Ok(text) => Ok((file, text)),
             Err(source) => Err(TlsError::Read { file: file.into(), source }),
         };
-        let (Some(certificate), Some(key)) = (&settings.certificate, &settings.key) else { return Ok(None) };
         let authorities = settings.client_authorities.as_deref();
+        let (Some(certificate), Some(key)) = (&settings.certificate, &settings.key) else {
+            // who asks for certificates of clients does not want to serve everybody plainly
+            return match (authorities, settings.client_authentication) {
+                (None, ClientAuthentication::Off) => Ok(None),
+                _ => Err(TlsError::NoTls),
+            };
+        };
         match (authorities, settings.client_authentication) {
             (Some(_), ClientAuthentication::Off) => return Err(TlsError::AuthoritiesUnused),
             (None, ClientAuthentication::Optional | ClientAuthentication::Required) => {
@@ -277,6 +285,17 @@ mod tests {
         assert!(load(&written.settings).is_ok());
         written.settings.client_authentication = ClientAuthentication::Off;
         assert!(written.refused().contains("--tls-client-auth required"));
+    }
+
+    #[test]
+    fn clients_are_asked_only_by_tls() {
+        for client_authentication in [ClientAuthentication::Optional, ClientAuthentication::Required] {
+            let settings = TlsSettings { client_authentication, ..TlsSettings::default() };
+            let refused = load(&settings).err().unwrap().to_string();
+            assert!(refused.contains("--tls-cert"), "{client_authentication:?}: {refused}");
+        }
+        let settings = TlsSettings { client_authorities: Some("ca.pem".into()), ..TlsSettings::default() };
+        assert!(load(&settings).err().unwrap().to_string().contains("--tls-cert"));
     }
 
     #[test]
