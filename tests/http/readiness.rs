@@ -26,7 +26,7 @@ use reqwest::{Client, RequestBuilder};
 use tempfile::TempDir;
 use tokio::{net::TcpListener, task::JoinSet, time::sleep};
 
-use crate::harness::send;
+use crate::harness::{figure, send};
 
 /// A store that counts how often it is asked whether it answers, and may be silent.
 struct Watched {
@@ -192,4 +192,32 @@ async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready
         sleep(Duration::from_millis(50)).await;
     }
     server.pings();
+}
+
+/// Metrics tell of the store although nobody asks for readiness.
+#[tokio::test]
+async fn metrics_ask_the_store_as_readiness_does_and_wait_no_longer() {
+    let server = Server::start().await;
+    assert_eq!(send(server.get("/healthz")).await.status, 200);
+    assert_eq!(server.pings(), 0);
+    for _ in 0..20 {
+        let answer = send(server.get("/metrics")).await;
+        assert_eq!(answer.status, 200);
+        assert!(figure(&answer.text, "flankfit_store_up").is_some(), "{}", answer.text);
+    }
+    assert!(server.pings() > 0);
+    server.store.is_silent.store(true, SeqCst);
+    // asked once more, it is silent for the second that it is given
+    let before = server.pings();
+    while server.pings() == before {
+        let asked = Instant::now();
+        let answer = send(server.get("/metrics")).await;
+        assert!(answer.status == 200 && figure(&answer.text, "flankfit_store_up").is_some(), "{}", answer.text);
+        // and what a busy machine takes beside
+        assert!(asked.elapsed() < Duration::from_secs(20), "{:?}", asked.elapsed());
+        assert!(server.begun.elapsed() < Duration::from_secs(60), "the store is not asked again");
+        sleep(Duration::from_millis(50)).await;
+    }
+    // both have one outcome
+    send(server.get("/readyz")).await.problem(503, "store_unavailable");
 }

@@ -134,6 +134,13 @@ async fn callers_of_an_open_server_are_counted_too() {
     assert_eq!(counts(&asked).await, Counts { none: 3.0, ..Counts::default() });
 }
 
+/// Nobody asks for readiness here.
+#[tokio::test]
+async fn a_server_tells_whether_its_store_answers_by_itself() {
+    let asked = Asked::start(&[]);
+    assert_eq!(asked.figure("flankfit_store_up").await, Some(1.0));
+}
+
 #[tokio::test]
 async fn a_server_tells_that_it_drains() {
     // longer than this test: what is left of it is killed

@@ -1544,7 +1544,9 @@ export interface paths {
         };
         /**
          * Metrics in the Prometheus text format.
-         * @description Requests, fits, queues, streams and the store, for a Prometheus server.
+         * @description Requests, fits, queues, streams and the store, for a Prometheus server. Whether the store
+         *     answers is asked as for `/readyz`, with it at most once a second, and waited for a second at
+         *     most.
          */
         get: operations["get_metrics"];
         put?: never;
