@@ -33,6 +33,8 @@ pub struct FoundStream {
 pub struct Found {
     /// The job's own; none of one that was deleted.
     pub job: Option<Versioned>,
+    /// Whether there are entries of this job in the chain of another tenant.
+    pub told_elsewhere: bool,
     /// Those of one kind and one iteration in the order in which they were stored.
     rows: BTreeMap<(u64, Kind), Vec<Sha256Digest>>,
     pub streams: BTreeMap<Uuid, FoundStream>,
@@ -47,6 +49,11 @@ pub struct Found {
 }
 
 impl Found {
+    /// A job without anything that belongs to it.
+    pub fn of_job(job: Versioned) -> Self {
+        Found { job: Some(job), ..Found::default() }
+    }
+
     /// The next row of a kind of an iteration.
     pub fn add(&mut self, number: u64, kind: Kind, digest: Sha256Digest) {
         self.rows.entry((number, kind)).or_default().push(digest);

@@ -237,6 +237,9 @@ impl Verifier {
         }
         if self.head.number > 0 {
             self.compare(found);
+        } else if found.job.is_some() && found.told_elsewhere {
+            // a job from before there were entries has none in any chain
+            self.note(next, What::Content);
         }
         match self.fault {
             Some((number, what)) => Verdict::Broken { number, what },

@@ -6,7 +6,10 @@ use uuid::Uuid;
 
 use super::{locate::signed, time::stamp};
 use crate::{
-    jobs::audit::{Entry, Found, Sha256Digest, Versioned},
+    jobs::{
+        Tenant,
+        audit::{Entry, Found, Sha256Digest, Versioned},
+    },
     store::shared::{
         ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
         FoundStreamRow, HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
@@ -71,9 +74,12 @@ pub async fn store(db: &mut PgConnection, new: &[NewEntry]) -> Result<(), sqlx::
     Ok(())
 }
 
-/// The rows of a job.
-pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
-    let mut found = Found::default();
+/// The rows of a job of a tenant; none of another's, which for this one does not exist.
+pub async fn found(db: &mut PgConnection, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
+    let row = sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1 AND tenant = $2"));
+    let row: Option<JobRow> = row.bind(job).bind(tenant.as_str()).fetch_optional(&mut *db).await?;
+    let Some(row) = row else { return Ok(Found::default()) };
+    let mut found = Found::of_job(Versioned::job(&row.into()));
     let rows = &mut found;
     all::<FoundIteration>(
         db,
@@ -124,13 +130,8 @@ pub async fn found(db: &mut PgConnection, job: Uuid) -> Outcome<Found> {
     Ok(found)
 }
 
-/// Adds the row of the job and those of its streams.
+/// Adds its purge and the rows of its streams.
 async fn own(db: &mut PgConnection, job: Uuid, found: &mut Found) -> Outcome<()> {
-    let row: Option<JobRow> = sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = $1"))
-        .bind(job)
-        .fetch_optional(&mut *db)
-        .await?;
-    found.job = row.map(|row| Versioned::job(&row.into()));
     let purge = sqlx::query(
         "SELECT j.purged_at, p.at, p.reason, p.archive_sha256
          FROM jobs j LEFT JOIN purges p ON p.job = j.id WHERE j.id = $1",

@@ -4,12 +4,13 @@ use std::collections::BTreeMap;
 
 use futures_util::TryStreamExt as _;
 use sqlx::{FromRow, PgConnection, PgPool};
+use uuid::Uuid;
 
 use super::{audit, audit_keys, jobs, locate::signed, open::snapshot};
 use crate::{
     jobs::{
         Caller, Page, PageRequest, Tenant,
-        audit::{Chain, Entry, Head, Sha256Digest, Verdict, Verifier},
+        audit::{Chain, Entry, Found, Head, Sha256Digest, Verdict, Verifier},
     },
     store::shared::{EntryRow, GetAudit, HeadRow, Outcome, Read, VerifyAudit, entries, entry_columns},
 };
@@ -79,8 +80,16 @@ pub async fn verify(
     }
     drop(rows);
     let found = match chain {
-        Chain::Job(job) => audit::found(db, job).await?,
+        Chain::Job(job) => of_job(db, tenant, job).await?,
         Chain::Tenant => audit_keys::found(db, tenant).await?,
     };
     Ok(verifier.conclude(&found))
+}
+
+/// The rows of a job, and what else the store says of it.
+async fn of_job(db: &mut PgConnection, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
+    let mut found = audit::found(db, tenant, job).await?;
+    let elsewhere = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM audit WHERE chain = $1 AND tenant <> $2)");
+    found.told_elsewhere = elsewhere.bind(job).bind(tenant.as_str()).fetch_one(&mut *db).await?;
+    Ok(found)
 }

@@ -80,7 +80,7 @@ async fn purge(asked: &Asked<PurgeJob>, session: &mut Session, job: Job) -> Outc
     ] {
         sqlx::query(sql).bind(job.id).execute(&mut *db).await?;
     }
-    let found = audit::found(db, job.id).await?;
+    let found = audit::found(db, tenant, job.id).await?;
     let contents = purged(&after, purge, &found, &mut nameless(db, job.id).await?);
     let prepared = Prepared { contents, ..asked.prepared() };
     let chain = session.chain(asked.by(), job.id).await?;

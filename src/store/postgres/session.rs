@@ -135,7 +135,7 @@ impl Session {
         if !self.chains.contains_key(&job) {
             let chain = match self.heads.get(&job) {
                 Some(head) => Growing::from(&by.caller.tenant, Chain::Job(job), Some(*head)),
-                None => Growing::begin(by, job, &audit::found(&mut self.db, job).await?),
+                None => Growing::begin(by, job, &audit::found(&mut self.db, &by.caller.tenant, job).await?),
             };
             self.chains.insert(job, chain);
         }

@@ -6,7 +6,10 @@ use uuid::Uuid;
 
 use super::{locate::signed, time};
 use crate::{
-    jobs::audit::{By, Chain, Found, Versioned},
+    jobs::{
+        Tenant,
+        audit::{By, Chain, Found, Versioned},
+    },
     store::shared::{
         ChoiceRow, DecisionRow, FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundRow,
         FoundStreamRow, Growing, HeadRow, JobRow, NewEntry, Outcome, RecordRow, figure_columns, job_columns,
@@ -46,7 +49,7 @@ pub fn bind<'q>(query: Query<'q, Sqlite, SqliteArguments>, new: &'q NewEntry) ->
 pub async fn of_job(db: &mut SqliteConnection, by: By<'_>, job: Uuid) -> Outcome<Growing> {
     match head(db, job).await? {
         Some(head) => Ok(Growing::from(&by.caller.tenant, Chain::Job(job), Some(head.into()))),
-        None => Ok(Growing::begin(by, job, &found(db, job).await?)),
+        None => Ok(Growing::begin(by, job, &found(db, &by.caller.tenant, job).await?)),
     }
 }
 
@@ -65,9 +68,12 @@ pub async fn store(db: &mut SqliteConnection, chain: Growing) -> Outcome<()> {
     Ok(())
 }
 
-/// The rows of a job.
-pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
-    let mut found = Found::default();
+/// The rows of a job of a tenant; none of another's, which for this one does not exist.
+pub async fn found(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
+    let row = sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = ? AND tenant = ?"));
+    let row: Option<JobRow> = row.bind(job).bind(tenant.as_str()).fetch_optional(&mut *db).await?;
+    let Some(row) = row else { return Ok(Found::default()) };
+    let mut found = Found::of_job(Versioned::job(&row.into()));
     let rows = &mut found;
     all::<FoundIteration>(
         db,
@@ -136,13 +142,8 @@ pub async fn found(db: &mut SqliteConnection, job: Uuid) -> Outcome<Found> {
     Ok(found)
 }
 
-/// Adds the row of the job and those of its streams.
+/// Adds its purge and the rows of its streams.
 async fn own(db: &mut SqliteConnection, job: Uuid, found: &mut Found) -> Outcome<()> {
-    let row: Option<JobRow> = sqlx::query_as(concat!("SELECT ", job_columns!(), " FROM jobs WHERE id = ?"))
-        .bind(job)
-        .fetch_optional(&mut *db)
-        .await?;
-    found.job = row.map(|row| Versioned::job(&row.into()));
     let purge = sqlx::query(
         "SELECT j.purged_at AS purged_at, p.at AS at, p.reason AS reason, p.archive_sha256 AS archive_sha256
          FROM jobs j LEFT JOIN purges p ON p.job = j.seq WHERE j.id = ?",

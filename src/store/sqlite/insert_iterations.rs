@@ -152,7 +152,7 @@ impl LastNumbers {
             let Some(job) = job.filter(|_| !self.chains.contains_key(&id)) else { continue };
             let chain = match job.head() {
                 Some(head) => Growing::from(new.tenant(), Chain::Job(id), Some(head)),
-                None => Growing::begin(new.by, id, &audit::found(db, id).await?),
+                None => Growing::begin(new.by, id, &audit::found(db, new.tenant(), id).await?),
             };
             self.chains.insert(id, chain);
         }

@@ -90,7 +90,7 @@ async fn purge(asked: &Asked<PurgeJob>, db: &mut SqliteConnection, (seq, job): (
     for sql in TAKE_AWAY {
         sqlx::query(sql).bind(seq).execute(&mut *db).await?;
     }
-    let found = audit::found(db, job.id).await?;
+    let found = audit::found(db, tenant, job.id).await?;
     let contents = purged(&after, purge, &found, &mut nameless(db, job.id).await?);
     let prepared = Prepared { contents, ..asked.prepared() };
     chain.add(asked.by(), prepared, Action::PurgeJob, target::job(job.id));

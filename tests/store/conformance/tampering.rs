@@ -4,8 +4,9 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewIteration, Precondition, RecordKind, Tenant,
-    audit::{Chain, Head, Verdict, What, new_iteration},
+    Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, NewIteration, Precondition, RecordKind,
+    RepositoryError, Resource, Tenant,
+    audit::{Chain, Evidence, Head, Verdict, What, examine, new_iteration},
 };
 use flankfit_engine::estimation::Nodes;
 use uuid::Uuid;
@@ -272,6 +273,33 @@ pub async fn long_results_are_guarded_too(pair: &mut Pair) {
 const CLEAR: &str = "DELETE FROM stream_states; DELETE FROM stream_blocks; DELETE FROM streams; DELETE FROM events; \
                      DELETE FROM records; DELETE FROM decisions; DELETE FROM fit_choices; DELETE FROM fits; \
                      DELETE FROM nodes; DELETE FROM iterations; DELETE FROM jobs; DELETE FROM audit";
+
+/// Whoever gives a job to another tenant is found by both.
+pub async fn a_job_that_was_given_to_another_tenant_is_found(pair: &mut Pair) {
+    let job = filled(pair).await;
+    let bare = pair.values.stored_job(&pair.store).await.id;
+    let (own, other) = (pair.store.clone(), pair.seen_by("other"));
+    let missing = other.verify_audit(Chain::Job(job)).await;
+    assert!(matches!(missing, Err(RepositoryError::NotFound(Resource::Job))), "{missing:?}");
+    pair.ground.intrude("UPDATE jobs SET tenant = 'other'".to_owned()).await;
+    let first = Verdict::Broken { number: 1, what: What::Content };
+    // its rows are gone with it: of the first job those of entry 2 are the first
+    let second = Verdict::Broken { number: 2, what: What::Content };
+    for (job, of_own) in [(job, second), (bare, first)] {
+        assert_eq!(own.verify_audit(Chain::Job(job)).await.unwrap(), of_own);
+        assert_eq!(other.verify_audit(Chain::Job(job)).await.unwrap(), first, "no entry of this tenant tells of it");
+        let auditor = pair.handles[0].auditor();
+        let found = examine(&*auditor, Some(job), &Evidence::default()).await.unwrap().unwrap();
+        let told: Vec<_> = found.faults.iter().map(|fault| (fault.tenant.as_str(), fault.number, fault.what)).collect();
+        let Verdict::Broken { number, what } = of_own else { unreachable!() };
+        assert_eq!(told, [("default", number, what), ("other", 1, What::Content)]);
+    }
+    pair.ground.intrude("UPDATE jobs SET tenant = 'default'".to_owned()).await;
+    for (job, count) in [(job, 12), (bare, 1)] {
+        let verdict = own.verify_audit(Chain::Job(job)).await.unwrap();
+        assert!(matches!(verdict, Verdict::Intact { entries, .. } if entries == count), "{verdict:?}");
+    }
+}
 
 /// What was found at its first change is held against one digest, what came later row by row.
 pub async fn a_job_from_before_is_verified_too(pair: &mut Pair) {
