@@ -61,6 +61,11 @@ impl LastTold {
         LastTold { digest, by: entry.number, version }
     }
 
+    /// The entry that tells of it.
+    pub fn by(&self) -> u64 {
+        self.by
+    }
+
     /// The number at fault, where the row is not as it was told. If it was changed more often than
     /// entries tell, it is that behind the last entry.
     pub fn fault(&self, found: Option<&Versioned>, next: u64) -> Option<u64> {

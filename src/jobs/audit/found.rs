@@ -35,6 +35,9 @@ pub struct Found {
     pub job: Option<Versioned>,
     /// Whether there are entries of this job in the chain of another tenant.
     pub told_elsewhere: bool,
+    /// Whether the job is listed by a status, a number of iterations or a time of its last change
+    /// that its other rows contradict.
+    pub listed_otherwise: bool,
     /// Those of one kind and one iteration in the order in which they were stored.
     rows: BTreeMap<(u64, Kind), Vec<Sha256Digest>>,
     pub streams: BTreeMap<Uuid, FoundStream>,

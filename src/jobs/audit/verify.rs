@@ -288,6 +288,10 @@ impl Verifier {
             self.compare_streams(found, &mut faults, next);
             self.compare_keys(found, &mut faults, next);
             self.compare_purges(found, &mut faults, next);
+            if faults.is_empty() && found.listed_otherwise {
+                // what a job is listed by follows from its rows; these are as they were told
+                faults.extend(self.job.map(|told| told.by()));
+            }
         }
         if let Some(first) = faults.into_iter().min() {
             self.note(first, What::Content);

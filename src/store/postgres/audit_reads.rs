@@ -86,10 +86,31 @@ pub async fn verify(
     Ok(verifier.conclude(&found))
 }
 
+/// Whether the job is listed by something else than its trace tells. (The first fit and the first
+/// choice are made with their iteration. A job may be listed as changed later than its rows tell:
+/// the clock of another server was ahead.)
+const LISTED_OTHERWISE: &str = "
+    SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0)
+        OR j.status <> CASE
+            (SELECT decision FROM decisions WHERE job = j.id AND number = j.iteration_count
+             ORDER BY position DESC LIMIT 1)
+            WHEN 'accept' THEN 'accepted' WHEN 'reject' THEN 'rejected' WHEN 'remachine' THEN 'remachine'
+            ELSE CASE WHEN j.iteration_count > 0 THEN 'open' ELSE 'new' END END
+        OR j.changed_at < greatest(
+            j.updated_at,
+            (SELECT max(created_at) FROM iterations WHERE job = j.id),
+            (SELECT max(created_at) FROM fits WHERE job = j.id AND position > 1),
+            (SELECT max(created_at) FROM fit_choices WHERE job = j.id AND position > 1),
+            (SELECT max(created_at) FROM decisions WHERE job = j.id),
+            (SELECT max(created_at) FROM records WHERE job = j.id))
+    FROM jobs j WHERE j.id = $1 AND j.tenant = $2";
+
 /// The rows of a job, and what else the store says of it.
 async fn of_job(db: &mut PgConnection, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
     let mut found = audit::found(db, tenant, job).await?;
     let elsewhere = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM audit WHERE chain = $1 AND tenant <> $2)");
     found.told_elsewhere = elsewhere.bind(job).bind(tenant.as_str()).fetch_one(&mut *db).await?;
+    let otherwise = sqlx::query_scalar(LISTED_OTHERWISE).bind(job).bind(tenant.as_str()).fetch_optional(db).await?;
+    found.listed_otherwise = otherwise.unwrap_or(false);
     Ok(found)
 }

@@ -83,10 +83,35 @@ pub async fn verify(
     Ok(verifier.conclude(&found))
 }
 
+/// Whether the job is listed by something else than its trace tells. (The first fit and the first
+/// choice are made with their iteration. A job may be listed as changed later than its rows tell:
+/// the clock of another server was ahead.)
+const LISTED_OTHERWISE: &str = "
+    SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0)
+        OR j.status <> CASE
+            (SELECT d.decision FROM iterations i JOIN decisions d ON d.iteration = i.seq
+             WHERE i.job = j.seq AND i.number = j.iteration_count ORDER BY d.position DESC LIMIT 1)
+            WHEN 'accept' THEN 'accepted' WHEN 'reject' THEN 'rejected' WHEN 'remachine' THEN 'remachine'
+            ELSE iif(j.iteration_count > 0, 'open', 'new') END
+        OR j.changed_at < max(
+            j.updated_at,
+            coalesce((SELECT max(created_at) FROM iterations WHERE job = j.seq), ''),
+            coalesce((SELECT max(f.created_at) FROM iterations i JOIN fits f ON f.iteration = i.seq
+                      WHERE i.job = j.seq AND f.seq <> (SELECT min(seq) FROM fits WHERE iteration = i.seq)), ''),
+            coalesce((SELECT max(c.created_at) FROM iterations i JOIN fit_choices c ON c.iteration = i.seq
+                      WHERE i.job = j.seq AND c.position > 1), ''),
+            coalesce((SELECT max(d.created_at) FROM iterations i JOIN decisions d ON d.iteration = i.seq
+                      WHERE i.job = j.seq), ''),
+            coalesce((SELECT max(r.created_at) FROM iterations i JOIN records r ON r.iteration = i.seq
+                      WHERE i.job = j.seq), ''))
+    FROM jobs j WHERE j.id = ? AND j.tenant = ?";
+
 /// The rows of a job, and what else the store says of it.
 async fn of_job(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid) -> Outcome<Found> {
     let mut found = audit::found(db, tenant, job).await?;
     let elsewhere = sqlx::query_scalar("SELECT EXISTS (SELECT 1 FROM audit WHERE chain = ?1 AND tenant <> ?2)");
     found.told_elsewhere = elsewhere.bind(job).bind(tenant.as_str()).fetch_one(&mut *db).await?;
+    let otherwise = sqlx::query_scalar(LISTED_OTHERWISE).bind(job).bind(tenant.as_str()).fetch_optional(db).await?;
+    found.listed_otherwise = otherwise.unwrap_or(false);
     Ok(found)
 }

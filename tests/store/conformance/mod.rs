@@ -108,6 +108,7 @@ conformance! {
             a_missing_end_is_told_from_what_is_older,
             changed_rows_are_found_at_their_numbers,
             a_job_that_was_given_to_another_tenant_is_found,
+            what_a_job_is_listed_by_is_compared,
             a_job_from_before_is_verified_too,
             a_chain_that_began_without_salts_is_verified_too,
             long_results_are_guarded_too;

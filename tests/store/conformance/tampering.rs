@@ -301,6 +301,47 @@ pub async fn a_job_that_was_given_to_another_tenant_is_found(pair: &mut Pair) {
     }
 }
 
+/// What a job is found by in the list follows from its trace, and so does the time by which it is
+/// purged.
+pub async fn what_a_job_is_listed_by_is_compared(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = filled(pair).await;
+    let decide = async |number| {
+        let event = Event { reason: None, by: actor(), created_at: place.now() };
+        let decision = DecisionEvent { decision: Decision::Reject, event };
+        store.decide(job, number, decision, Precondition::None).await.unwrap();
+    };
+    let intact = async |count: u64, after: &str| {
+        let verdict = store.verify_audit(Chain::Job(job)).await.unwrap();
+        assert!(matches!(verdict, Verdict::Intact { entries, .. } if entries == count), "{after}: {verdict:?}");
+    };
+    for (count, status) in [(12, "open"), (14, "rejected")] {
+        if count == 14 {
+            // the first of them is none on the gear as it is
+            decide(1).await;
+            decide(3).await;
+        }
+        intact(count, status).await;
+        let keep = "CREATE TABLE kept AS SELECT iteration_count, status, changed_at FROM jobs";
+        pair.ground.intrude(keep.to_owned()).await;
+        for change in [
+            "iteration_count = 2",
+            "iteration_count = 4",
+            "status = 'accepted'",
+            "status = 'new'",
+            "changed_at = created_at",
+        ] {
+            let verdict = found(pair, job, &format!("UPDATE jobs SET {change}")).await;
+            assert_eq!(verdict, Verdict::Broken { number: 12, what: What::Content }, "{change}");
+            let undo = "UPDATE jobs SET iteration_count = kept.iteration_count, status = kept.status,
+                                        changed_at = kept.changed_at FROM kept";
+            pair.ground.intrude(undo.to_owned()).await;
+            intact(count, change).await;
+        }
+        pair.ground.intrude("DROP TABLE kept".to_owned()).await;
+    }
+}
+
 /// What was found at its first change is held against one digest, what came later row by row.
 pub async fn a_job_from_before_is_verified_too(pair: &mut Pair) {
     let job = filled(pair).await;
