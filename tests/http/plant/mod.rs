@@ -2,6 +2,7 @@
 
 mod commands;
 mod manifests;
+mod outage;
 pub mod proxy;
 mod rolling;
 mod studies;

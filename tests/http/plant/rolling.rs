@@ -75,7 +75,7 @@ async fn renewed(mut old: kill::Server, address: std::net::SocketAddr, url: &str
     new
 }
 
-async fn until_ready(base: &str) {
+pub async fn until_ready(base: &str) {
     let begun = Instant::now();
     let ready = async || reqwest::get(format!("{base}/readyz")).await.is_ok_and(|answer| answer.status() == 200);
     while !ready().await {
