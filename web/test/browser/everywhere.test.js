@@ -131,7 +131,8 @@ browserTest("the keyboard leads everywhere", {}, async ({ page, open, job }) => 
   await page.getByRole("dialog", { name: "Edit the job" }).waitFor();
   await page.keyboard.press("Escape");
   await page.getByRole("dialog").waitFor({ state: "detached" });
-  assert.equal(await page.evaluate(() => document.activeElement?.textContent), "Edit", "the focus comes back");
+  // the focus comes back
+  await page.waitForFunction(() => document.activeElement?.textContent === "Edit");
 });
 
 browserTest(
