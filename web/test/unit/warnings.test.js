@@ -60,7 +60,7 @@ test("every code of the interface's own warnings has a sentence in German", asyn
 });
 
 test("every problem of the interface has its title in German", async () => {
-  const text = await readFile(new URL("problem.rs", api), "utf8");
+  const text = await readFile(new URL("problem/code.rs", api), "utf8");
   const codes = new Set([...text.matchAll(/"urn:flankfit:problem:([a-z_]+)"/g)].map(([, code = ""]) => code));
   assert.ok(codes.size > 25, `${codes.size} codes`);
   assert.deepEqual([...codes].sort(), Object.keys(problems).sort());
