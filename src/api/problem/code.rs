@@ -55,6 +55,8 @@ pub enum ProblemCode {
     Internal,
     /// 500: an operation whose servers were lost, again and again.
     Interrupted,
+    /// 500: an operation that did not end within its time.
+    OperationTimeout,
     /// 503: the queue of fits is full.
     Overloaded,
     /// 503: no answer within the time limit.
@@ -71,7 +73,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 32] = [
+    pub const ALL: [ProblemCode; 33] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -98,6 +100,7 @@ impl ProblemCode {
         Self::TooManyRequests,
         Self::Internal,
         Self::Interrupted,
+        Self::OperationTimeout,
         Self::Overloaded,
         Self::RequestTimeout,
         Self::StoreUnavailable,
@@ -156,6 +159,9 @@ impl ProblemCode {
             Self::Internal => (500, "urn:flankfit:problem:internal", "Something went wrong inside the service"),
             Self::Interrupted => {
                 (500, "urn:flankfit:problem:interrupted", "The operation was interrupted again and again")
+            }
+            Self::OperationTimeout => {
+                (500, "urn:flankfit:problem:operation_timeout", "The operation did not end within its time")
             }
             Self::Overloaded => (503, "urn:flankfit:problem:overloaded", "The service is busy"),
             Self::RequestTimeout => (503, "urn:flankfit:problem:request_timeout", "The answer took too long"),

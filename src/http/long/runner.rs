@@ -142,8 +142,9 @@ async fn complete(state: AppState, handlers: Router, task: ClaimedTask) {
         Ok(Ok(answered)) => answered,
         Ok(Err(_)) => Problem::internal("a handler panicked").into(),
         Err(_elapsed) => {
-            let detail = format!("The operation did not end within {} s.", limit.as_secs());
-            Problem::new(ProblemCode::RequestTimeout, detail).into()
+            let seconds = limit.as_secs();
+            let detail = format!("The operation did not end within {seconds} s, which is all that one may have here.");
+            Problem::new(ProblemCode::OperationTimeout, detail).into()
         }
     };
     match answered.problem.as_ref().filter(|problem| passes(problem)) {

@@ -157,7 +157,8 @@ async fn operations_have_their_time_and_their_room() {
     let path = "/v1/studies/randomization";
     let slow = begun(later(&app, path, &study(8000))).await;
     let late = result(&app, &slow).await;
-    late.problem(503, "request_timeout");
+    late.problem(500, "operation_timeout");
+    assert_eq!(late.header("retry-after"), None, "it is final");
     assert!(late.text.contains("within 1 s"), "{}", late.text);
     assert_eq!(app.get(&slow).await.json()["state"], "failed");
     // each is kept until its hour is over or it is deleted

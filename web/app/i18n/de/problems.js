@@ -29,6 +29,7 @@ export default {
   too_many_requests: "Zu viele Anfragen",
   internal: "Im Dienst ist etwas schiefgegangen",
   interrupted: "Der Vorgang ist immer wieder unterbrochen worden",
+  operation_timeout: "Der Vorgang ist nicht in seiner Zeit zu Ende gekommen",
   overloaded: "Der Dienst hat zu viel zu tun",
   request_timeout: "Die Antwort hat zu lange gedauert",
   store_unavailable: "Der Speicher antwortet nicht",
