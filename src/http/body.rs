@@ -84,18 +84,6 @@ impl Payload {
         self.bytes.clone()
     }
 
-    /// The same body once more, while this one holds the permit for its bytes.
-    pub fn again(&self, state: &AppState) -> Self {
-        Payload {
-            bytes: self.bytes.clone(),
-            permit: state.budget.permit(),
-            numbers: self.numbers,
-            encoding: self.encoding,
-            media: self.media.clone(),
-            digest: None,
-        }
-    }
-
     pub fn media(&self) -> &Media {
         &self.media
     }

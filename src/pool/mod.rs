@@ -15,6 +15,9 @@
 //! the future is dropped, which is what happens when a client leaves or a request's time is over;
 //! that of [`WorkPool::run_with`] belongs to the caller. All of them are cancelled when the pool
 //! stops. What is awaited [`under`] a handle has all its work done under that one.
+//!
+//! Checks ([`Handle::for_checks`]) are done by a thread of their own: they end where computing
+//! begins, and whoever is told of faults does not wait for those who compute.
 
 mod turns;
 
@@ -106,6 +109,8 @@ pub enum PoolError {
 #[derive(Debug)]
 pub struct WorkPool {
     shared: Arc<Shared>,
+    /// Of one thread.
+    checks: Arc<Shared>,
     limit: usize,
 }
 
@@ -135,6 +140,11 @@ impl std::fmt::Debug for Shared {
 }
 
 impl Shared {
+    fn new(workers: usize, queue: Turns<Box<dyn Job>>, depth: metrics::Gauge, busy: metrics::Gauge) -> Arc<Self> {
+        let state = State { queue, idle: 0, taken: 0, beside: false, running: vec![None; workers], stopped: false };
+        Arc::new(Shared { state: Mutex::new(state), wake: Condvar::new(), depth, busy })
+    }
+
     /// Jobs run outside the lock, so a poisoned one still guards a consistent state.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
@@ -254,27 +264,20 @@ impl WorkPool {
     pub fn new(workers: usize, limit: usize, share: f64) -> std::io::Result<Self> {
         telemetry::metrics();
         let (workers, limit) = (workers.max(1), limit.max(1));
-        let queue = Turns::new(limit, workers, share);
-        let shared = Arc::new(Shared {
-            state: Mutex::new(State {
-                queue,
-                idle: 0,
-                taken: 0,
-                beside: false,
-                running: vec![None; workers],
-                stopped: false,
-            }),
-            wake: Condvar::new(),
-            depth: metrics::gauge!(telemetry::QUEUE_DEPTH),
-            busy: metrics::gauge!(telemetry::BUSY_WORKERS),
-        });
+        let (depth, busy) = (metrics::gauge!(telemetry::QUEUE_DEPTH), metrics::gauge!(telemetry::BUSY_WORKERS));
+        let shared = Shared::new(workers, Turns::new(limit, workers, share), depth, busy);
+        let checks = Shared::new(1, Turns::new(limit, 1, share), metrics::Gauge::noop(), metrics::Gauge::noop());
         // The threads are not joined: they end when the pool stops, and the process does not wait
         // for them.
-        let pool = WorkPool { shared, limit };
+        let pool = WorkPool { shared, checks, limit };
+        let thread = |name: String, shared: &Arc<Shared>, worker| {
+            let shared = Arc::clone(shared);
+            std::thread::Builder::new().name(name).spawn(move || shared.work(worker))
+        };
         for i in 0..workers {
-            let shared = Arc::clone(&pool.shared);
-            std::thread::Builder::new().name(format!("fit-{i}")).spawn(move || shared.work(i))?;
+            thread(format!("fit-{i}"), &pool.shared, i)?;
         }
+        thread("check".into(), &pool.checks, 0)?;
         Ok(pool)
     }
 
@@ -308,7 +311,8 @@ impl WorkPool {
 
     fn enqueue(&self, job: Box<dyn Job>) -> Result<(), PoolError> {
         let party = party();
-        let mut state = self.shared.lock();
+        let shared = if job.handle().is_for_checks() { &self.checks } else { &self.shared };
+        let mut state = shared.lock();
         if state.stopped {
             return Err(PoolError::Stopped);
         }
@@ -326,9 +330,9 @@ impl WorkPool {
         // What is refused goes when the lock is given back: what it owns may be anything.
         state.queue.check(&party).map_err(refusal)?;
         let displaced = state.queue.push(party, job).map_err(refusal)?;
-        self.shared.depth.set(state.queue.len() as f64);
+        shared.depth.set(state.queue.len() as f64);
         if state.idle > 0 {
-            self.shared.wake.notify_one();
+            shared.wake.notify_one();
         }
         drop(state);
         if let Some(displaced) = displaced {
@@ -367,6 +371,7 @@ impl WorkPool {
     /// Takes no more work and cancels what waits and what runs.
     pub fn stop(&self) {
         self.shared.stop();
+        self.checks.stop();
     }
 }
 

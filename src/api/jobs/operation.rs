@@ -7,7 +7,7 @@ use uuid::Uuid;
 
 use crate::{
     api::{json::text::Moment, problem::Problem},
-    jobs::{List, Page, Task, TaskState},
+    jobs::{List, MOST_ATTEMPTS, Page, Task, TaskState},
 };
 
 /// A request that is answered later.
@@ -105,7 +105,8 @@ impl OperationBody {
             progress: if task.state == TaskState::Succeeded { 1.0 } else { task.progress },
             // to the tenth: more would pretend
             remaining_seconds: task.remaining(now).map(|seconds| (10.0 * seconds).round() / 10.0),
-            attempts: task.attempts,
+            // once more it is begun only to say that it is given up
+            attempts: task.attempts.min(MOST_ATTEMPTS),
             created_at: Moment(task.created_at),
             begun_at: task.begun_at.map(Moment),
             ended_at: task.ended_at.map(Moment),

@@ -37,6 +37,8 @@ pub enum ProblemCode {
     PreconditionFailed,
     /// 413.
     BodyTooLarge,
+    /// 413: an operation whose answer is longer than is kept.
+    AnswerTooLarge,
     /// 415.
     UnsupportedMediaType,
     /// 421: the request names a host that this server is not.
@@ -73,7 +75,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 33] = [
+    pub const ALL: [ProblemCode; 34] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -91,6 +93,7 @@ impl ProblemCode {
         Self::Purged,
         Self::PreconditionFailed,
         Self::BodyTooLarge,
+        Self::AnswerTooLarge,
         Self::UnsupportedMediaType,
         Self::UnknownHost,
         Self::InvalidRequest,
@@ -141,6 +144,9 @@ impl ProblemCode {
                 (412, "urn:flankfit:problem:precondition_failed", "The resource has changed meanwhile")
             }
             Self::BodyTooLarge => (413, "urn:flankfit:problem:body_too_large", "The request body is too large"),
+            Self::AnswerTooLarge => {
+                (413, "urn:flankfit:problem:answer_too_large", "The answer is larger than is kept of one")
+            }
             Self::UnsupportedMediaType => {
                 (415, "urn:flankfit:problem:unsupported_media_type", "The media type is not supported")
             }

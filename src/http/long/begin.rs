@@ -20,13 +20,13 @@ use super::{
         multipart,
         state::AppState,
     },
-    answer, endpoints,
+    answer, endpoints, packed,
     prefer::{APPLIED, Preference},
 };
 use crate::{
-    api::{jobs::operation::OperationBody, json::writer::text_of, problem::Problem},
+    api::{json::writer::text_of, problem::Problem},
     jobs::{Begun, Scope, Task, TaskDraft},
-    pool::{self, Handle},
+    pool::{self, Handle, PoolError},
 };
 
 /// Longest time in which a request is read and checked before it counts as checked.
@@ -56,16 +56,19 @@ async fn begin(
     let target = Target::of(&mut parts).await?;
     let (limit, whole) = (state.settings.body_limit, Request::from_parts(parts.clone(), body));
     let payload = Payload::collect(whole, &state, limit).await?;
-    let again = payload.again(&state);
-    let request_sha256 = state.pool.run(move || multipart::digest(again, limit)).await??;
+    let bytes = payload.bytes();
+    let request_sha256 = beside(&state, move || multipart::digest(payload, limit)).await??;
     if let Some(key) = &key
         && let Some(before) = caller.jobs.task_of_key(key, &target.scope, &request_sha256).await?
     {
         return told(&caller, before, preference).await;
     }
-    let (checks, bytes) = (Handle::for_checks(), payload.bytes());
+    let checks = Handle::for_checks();
     let id = caller.app.jobs.fresh_id(caller.app.jobs.now());
+    // its handler takes the permit for the bytes now, and does not copy what is as long as it says
     let mut checked = Request::from_parts(parts.clone(), Body::from(bytes.clone()));
+    checked.headers_mut().insert(header::CONTENT_LENGTH, bytes.len().into());
+    checked.headers_mut().remove(header::TRANSFER_ENCODING);
     if key.is_none() {
         // what is so quick that it is stored before it is given up is not stored again
         let own = HeaderValue::from_str(&TaskDraft::own_key(id)).map_err(Problem::internal)?;
@@ -76,6 +79,8 @@ async fn begin(
         // the next thing would be to compute, or there is so much to read that nobody should wait
         Ok(_) | Err(_) => {}
     }
+    let mut permit = state.budget.permit();
+    permit.force(bytes.len());
     let draft = TaskDraft {
         id,
         scope,
@@ -86,11 +91,19 @@ async fn begin(
         key_scope: target.scope,
         request_sha256,
         headers: answer::of_request(&parts.headers),
-        body: state.pool.run(move || answer::compressed(&bytes)).await??,
+        body: beside(&state, move || packed::packed_bytes(&bytes)).await??,
     };
-    drop(payload);
+    drop(permit);
     let begun = caller.jobs.begin_task(draft, state.settings.operation_bytes).await?;
     told(&caller, begun, preference).await
+}
+
+/// Does work before the task is kept, which waits for none of those who compute.
+async fn beside<T: Send + 'static>(
+    state: &AppState,
+    work: impl FnOnce() -> T + Send + 'static,
+) -> Result<T, PoolError> {
+    pool::under(Handle::for_checks(), state.pool.run(work)).await
 }
 
 /// What a request is for.
@@ -133,25 +146,30 @@ async fn told(caller: &CallerState, begun: Begun, preference: Preference) -> Res
     if let Some(wait) = preference.waiting(caller.settings.request_timeout()) {
         task = endpoints::ended_within(caller, task, wait).await?;
         if task.state.is_end() {
-            let mut result = endpoints::result(caller, task.id).await?;
+            let mut result = endpoints::result(caller, &task).await?;
             preference.waited().map(|waited| result.headers_mut().insert(&APPLIED, waited));
             response = Some(result);
         }
     }
-    let mut response = response.unwrap_or_else(|| accepted(caller, &task));
+    let mut response = match response {
+        Some(response) => response,
+        None => accepted(caller, &task).await?,
+    };
     if before {
         response.headers_mut().insert(&REPLAYED, HeaderValue::from_static("true"));
     }
     Ok(response)
 }
 
-fn accepted(caller: &CallerState, task: &Task) -> Response {
-    let text = text_of(&OperationBody::of(task, caller.app.jobs.now()));
+async fn accepted(caller: &CallerState, task: &Task) -> Result<Response, Problem> {
+    let text = text_of(&endpoints::told(caller, task).await?);
     let mut response = (StatusCode::ACCEPTED, text).into_response();
     let headers = response.headers_mut();
     headers.insert(header::CONTENT_TYPE, HeaderValue::from_static("application/json"));
     headers.extend(HeaderValue::from_str(&format!("/v1/operations/{}", task.id)).map(|at| (header::LOCATION, at)));
-    headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+    if !task.state.is_end() {
+        headers.insert(header::RETRY_AFTER, HeaderValue::from_static("1"));
+    }
     headers.insert(&APPLIED, HeaderValue::from_static("respond-async"));
-    response
+    Ok(response)
 }

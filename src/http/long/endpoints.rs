@@ -76,13 +76,18 @@ async fn list_operations(
 async fn get_operation(state: CallerState, PathOf(id): PathOf<Uuid>, headers: HeaderMap) -> Result<Response, Problem> {
     let (preference, task) = (Preference::of(&headers), find(&state, id).await?);
     let task = waited(&state, task, preference).await?;
-    let mut body = OperationBody::of(&task, state.app.jobs.now());
+    Ok(applied(axum::Json(told(&state, &task).await?).into_response(), preference))
+}
+
+/// What is told of a task, with why it failed if it did.
+pub async fn told(state: &CallerState, task: &Task) -> Result<OperationBody, Problem> {
+    let mut body = OperationBody::of(task, state.app.jobs.now());
     if task.state == TaskState::Failed
-        && let (_, Some(TaskResult::Own(own))) = state.jobs.task_result(id).await?
+        && let (_, Some(TaskResult::Own(own))) = state.jobs.task_result(task.id).await?
     {
         body.problem = state.pool.run(move || answer::problem(&own)).await?;
     }
-    Ok(applied(axum::Json(body).into_response(), preference))
+    Ok(body)
 }
 
 /// Cancels an operation. Of one that has ended it takes away what is kept.
@@ -132,7 +137,7 @@ async fn get_operation_result(
         let detail = "The operation has not ended yet; ask again, or with the header `Prefer: wait=30`.";
         return Err(Problem::new(ProblemCode::OperationRunning, detail).retry_after(1));
     }
-    Ok(applied(result(&state, id).await?, preference))
+    Ok(applied(result(&state, &task).await?, preference))
 }
 
 /// A task that the caller may ask after.
@@ -182,12 +187,16 @@ pub async fn ended_within(state: &CallerState, mut task: Task, wait: Duration) -
 }
 
 /// The result of a task that has ended.
-pub async fn result(state: &CallerState, id: Uuid) -> Result<Response, Problem> {
-    let (_, Some(result)) = state.jobs.task_result(id).await? else {
+pub async fn result(state: &CallerState, task: &Task) -> Result<Response, Problem> {
+    let length = task.bytes.try_into().unwrap_or(usize::MAX);
+    let mut permit = state.budget.take(length)?;
+    // a store copies it
+    permit.force(length);
+    let (_, Some(result)) = state.jobs.task_result(task.id).await? else {
         let detail = "The operation was cancelled; nothing is kept of it.";
         return Err(Problem::new(ProblemCode::OperationCancelled, detail));
     };
-    let mut response = state.pool.run(move || answer::response(result)).await??;
+    let mut response = state.pool.run(move || answer::response(result, permit)).await??;
     // as the answer to a POST: its version is one of what was stored, and not of this place
     response.headers_mut().entry(header::CACHE_CONTROL).or_insert(HeaderValue::from_static("no-store"));
     Ok(response)

@@ -5,11 +5,13 @@
 //! (`Handle::for_checks`), so whatever is wrong with it is told at once, and so is what takes no
 //! computing. Then it is kept as a task with its whole text (`begin`), and 202 tells where.
 //! Whichever process takes the task hands the kept request to the very same handler (`runner`), so
-//! no operation is written twice. What that answers is kept for an hour (`endpoints`, `answer`).
+//! no operation is written twice. What that answers is kept for an hour (`endpoints`,
+//! `answer`, `packed`).
 
 mod answer;
 mod begin;
 mod endpoints;
+mod packed;
 mod prefer;
 mod replay;
 mod runner;

@@ -20,7 +20,7 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
-    jobs::{ClaimedTask, EndedTask, LEASE, Lease, MOST_ATTEMPTS, RepositoryError, TaskAnswer, TaskState},
+    jobs::{ClaimedTask, EndedTask, LEASE, Lease, MOST_ATTEMPTS, RepositoryError},
     pool::{self, Handle},
     telemetry,
 };
@@ -127,25 +127,22 @@ async fn renew(state: &AppState) {
 
 /// Does a task, and writes down what came of it.
 async fn complete(state: AppState, handlers: Router, task: ClaimedTask) {
-    let (lease, job, tenant) = (task.lease, task.job, task.caller.tenant.clone());
+    let (lease, job, caller) = (task.lease, task.job, task.caller.clone());
     if task.attempts > MOST_ATTEMPTS {
         let detail = format!("The operation was begun {MOST_ATTEMPTS} times, and each time its server was lost.");
-        let interrupted = Answered::from(Problem::new(ProblemCode::Interrupted, detail));
-        end(&state, lease, job, TaskState::Failed, interrupted.kept(u64::MAX)).await;
-        return state.jobs.announce_task(&tenant, job);
+        end(&state, lease, job, Problem::new(ProblemCode::Interrupted, detail).into()).await;
+        return state.jobs.announce_task(&caller.tenant, job);
     }
     let handle = Handle::new();
     let _renewed = state.long.begin(lease, handle.clone());
-    let limit = Duration::from_secs(state.settings.operation_timeout);
     let doing = pool::under(handle.clone(), replay::answer(&state, &handlers, task));
-    let answered = match timeout(limit, catch_panic(doing)).await {
-        Ok(Ok(answered)) => answered,
-        Ok(Err(_)) => Problem::internal("a handler panicked").into(),
-        Err(_elapsed) => {
-            let seconds = limit.as_secs();
-            let detail = format!("The operation did not end within {seconds} s, which is all that one may have here.");
-            Problem::new(ProblemCode::OperationTimeout, detail).into()
-        }
+    let answered = match state.callers.still_lets_in(&caller).await {
+        Ok(false) => let_out(),
+        // the store that does not answer is told of by whoever asks it for something
+        Ok(true) | Err(_) => tokio::select! {
+            answered = in_time(&state, doing) => answered,
+            () = state.callers.let_out(&caller) => let_out(),
+        },
     };
     match answered.problem.as_ref().filter(|problem| passes(problem)) {
         Some(_) if handle.is_cancelled() => {}
@@ -153,9 +150,28 @@ async fn complete(state: AppState, handlers: Router, task: ClaimedTask) {
             tracing::debug!(operation = %lease.task, code = %problem.code, "an operation waits for room");
             give_back(&state, lease, !state.shutdown.is_draining()).await;
         }
-        None => keep(&state, lease, job, answered).await,
+        None => end(&state, lease, job, answered).await,
     }
-    state.jobs.announce_task(&tenant, job);
+    state.jobs.announce_task(&caller.tenant, job);
+}
+
+async fn in_time(state: &AppState, doing: impl Future<Output = Answered>) -> Answered {
+    let limit = Duration::from_secs(state.settings.operation_timeout);
+    match timeout(limit, catch_panic(doing)).await {
+        Ok(Ok(answered)) => answered,
+        Ok(Err(_)) => Problem::internal("a handler panicked").into(),
+        Err(_elapsed) => {
+            let detail = format!("The operation did not end within {} s.", limit.as_secs());
+            Problem::new(ProblemCode::OperationTimeout, detail).into()
+        }
+    }
+}
+
+/// What becomes of the request of somebody who is not let in any more.
+fn let_out() -> Answered {
+    let detail =
+        "The key of this operation's request has ended, or its tenant is suspended; nothing was stored for it.";
+    Problem::new(ProblemCode::Forbidden, detail).into()
 }
 
 /// Whether the same request would do better in a while.
@@ -166,30 +182,30 @@ fn passes(problem: &Problem) -> bool {
         .any(|code| problem.is(code))
 }
 
-async fn keep(state: &AppState, lease: Lease, job: Option<uuid::Uuid>, answered: Answered) {
-    if let Some(cause) = answered.problem.as_ref().and_then(|problem| problem.cause.as_ref()) {
-        tracing::error!(operation = %lease.task, cause, "an operation failed");
-    }
-    let (ended, most) = (answered.state(), state.settings.operation_bytes);
-    let kept = state.pool.run(move || answered.kept(most)).await;
-    if let Ok(answer) = kept {
-        let ended = if answer.status < 400 { ended } else { TaskState::Failed };
-        end(state, lease, job, ended, answer).await;
-    }
-}
-
 /// Writes down the end of a task, unless what was stored for it has ended it. Where the store is
 /// away it is tried again, as long as the lease may hold.
-async fn end(state: &AppState, lease: Lease, job: Option<uuid::Uuid>, ended: TaskState, answer: TaskAnswer) {
+async fn end(state: &AppState, lease: Lease, job: Option<uuid::Uuid>, answered: Answered) {
+    let cause = answered.problem.as_ref().and_then(|problem| problem.cause.clone());
     let (now, most) = (state.jobs.now(), state.settings.operation_bytes);
-    let mut ended = Arc::new(EndedTask { lease, job, state: ended, answer, most, now });
+    let ending = |answered: Answered, most| {
+        let state = answered.state();
+        let Answered { answer, mut permit, .. } = answered;
+        // stores copy it
+        permit.iter_mut().for_each(|permit| permit.force(answer.body.len()));
+        (Arc::new(EndedTask { lease, job, state, answer, most, now }), permit)
+    };
+    let (mut ended, mut _permit) = ending(answered, most);
     for _ in 0..5 {
         match state.jobs.tasks().end(ended.clone()).await {
-            Ok(_) => return,
+            Ok(held) => {
+                if held && let Some(cause) = &cause {
+                    tracing::error!(operation = %lease.task, cause, "an operation failed");
+                }
+                return;
+            }
             // what is said instead is short, and there is always room for it
             Err(error @ RepositoryError::TasksFull { .. }) => {
-                let answer = Answered::from(Problem::from(error)).kept(u64::MAX);
-                ended = Arc::new(EndedTask { lease, job, state: TaskState::Failed, answer, most: u64::MAX, now });
+                (ended, _permit) = ending(Problem::from(error).into(), u64::MAX);
                 continue;
             }
             Err(error) => tracing::warn!(%error, operation = %lease.task, "the end of an operation was not stored"),

@@ -79,6 +79,8 @@ pub struct Task {
     pub ended_at: Option<Timestamp>,
     /// Of the answer.
     pub status: Option<u16>,
+    /// What it takes in the store: of one that has ended its own answer.
+    pub bytes: u64,
 }
 
 /// Least progress, and least time, from which the time left is told.
@@ -149,6 +151,7 @@ impl NewTask {
             begun_at: None,
             ended_at: None,
             status: None,
+            bytes: self.bytes() as u64,
         }
     }
 }
@@ -274,6 +277,7 @@ mod tests {
             begun_at: Some(begun),
             ended_at: None,
             status: None,
+            bytes: 100,
         }
     }
 

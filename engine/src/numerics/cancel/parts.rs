@@ -24,6 +24,11 @@ impl Handle {
         handle
     }
 
+    /// Whether it is one of these.
+    pub fn is_for_checks(&self) -> bool {
+        self.0.done.checks_only.load(Ordering::Relaxed)
+    }
+
     /// Whether computing has begun.
     pub fn has_begun(&self) -> bool {
         self.0.done.begun.load(Ordering::Relaxed)
@@ -69,7 +74,7 @@ fn begin(handle: &Handle) {
     }
     let done = &handle.0.done;
     done.begun.store(true, Ordering::Relaxed);
-    if done.checks_only.load(Ordering::Relaxed) {
+    if handle.is_for_checks() {
         unwind(handle);
     }
 }

@@ -15,7 +15,7 @@ macro_rules! task_columns {
     () => {
         "o.id AS id, o.scope AS scope, o.request AS request, o.job AS job, o.state AS state, o.attempts AS attempts, \
          o.progress AS progress, o.told_at AS told_at, o.created_at AS created_at, o.begun_at AS begun_at, \
-         o.ended_at AS ended_at, o.status AS status"
+         o.ended_at AS ended_at, o.status AS status, o.bytes AS bytes"
     };
 }
 pub(in crate::store) use task_columns;
@@ -34,6 +34,7 @@ pub struct TaskRow {
     begun_at: Option<Moment>,
     ended_at: Option<Moment>,
     status: Option<Integer<u16>>,
+    bytes: Integer<u64>,
 }
 
 impl From<TaskRow> for Task {
@@ -51,6 +52,7 @@ impl From<TaskRow> for Task {
             begun_at: row.begun_at.map(|time| time.0),
             ended_at: row.ended_at.map(|time| time.0),
             status: row.status.map(|status| status.0),
+            bytes: row.bytes.0,
         }
     }
 }

@@ -5,6 +5,7 @@ mod keys;
 mod killed;
 mod kinds;
 mod owners;
+mod room;
 
 use std::time::{Duration, Instant};
 

@@ -15,7 +15,7 @@ use reqwest::Method;
 use serde_json::json;
 use tokio::{sync::oneshot, time::sleep};
 
-use super::{PATIENCE, begun, later, once, result, slow_iteration, study};
+use super::{PATIENCE, begun, later, once, result, slow_iteration, study, trimmed};
 use crate::{
     doors::keys::key_of,
     harness,
@@ -90,7 +90,7 @@ async fn lost_servers_leave_their_operations_to_others() {
 }
 
 /// Keeps workers of a server busy until what comes back is dropped.
-async fn occupied(state: &AppState, workers: usize) -> Vec<mpsc::Sender<()>> {
+pub async fn occupied(state: &AppState, workers: usize) -> Vec<mpsc::Sender<()>> {
     let mut open = Vec::new();
     for _ in 0..workers {
         let (own, gate) = mpsc::channel::<()>();
@@ -218,6 +218,73 @@ async fn operations_are_of_their_tenant_and_of_who_could_make_them() {
     let last = entries.last().unwrap();
     assert_eq!(last["actor"], entries[0]["actor"]);
     assert!(last["request_id"].is_string() && last["peer"].is_string(), "{last}");
+}
+
+/// A key that has ended, or a suspended tenant, ends the operations whose requests it let in: what
+/// runs and what waits.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn operations_end_with_what_let_their_requests_in() {
+    let server = harness::TestApp::start_with(|settings| {
+        (settings.auth, settings.workers) = (flankfit::config::Authentication::Required, 2);
+    })
+    .await;
+    let admin = key_of(&server, "default", Role::Admin).await;
+    let root = key_of(&server, "default", Role::Root).await;
+    let app = TestApp::around(server);
+    let ask = async |method: Method, path: &str, key: &str, body: &serde_json::Value| {
+        send(app.request(method, path).bearer_auth(key).json(body)).await
+    };
+    ask(Method::POST, "/v1/tenants", &root, &json!({"name": "other"})).await.expect(201);
+    for (tenant, suspends) in [("default", false), ("other", true)] {
+        let [theirs, reader] = [Role::Engineer, Role::Reader].map(|role| key_of(app.server(), tenant, role));
+        let (theirs, reader) = (theirs.await, reader.await);
+        let job = ask(Method::POST, "/v1/jobs", &theirs, &json!({"name": "w"})).await.expect(201);
+        let job = job.header("location").unwrap().to_owned();
+        // one worker does operations: the first runs, the second waits
+        let mut operations = Vec::new();
+        for body in [trimmed(150), slow_iteration()] {
+            operations.push(begun(later(&app, &format!("{job}/iterations"), &body).bearer_auth(&theirs)).await);
+        }
+        let running = async || ask(Method::GET, &operations[0], &theirs, &json!({})).await.json()["state"] == "running";
+        while !running().await {
+            sleep(Duration::from_millis(20)).await;
+        }
+        let ended = Instant::now();
+        if suspends {
+            let answer = ask(Method::PATCH, "/v1/tenants/other", &root, &json!({"suspended": true})).await.expect(200);
+            assert_eq!(answer.json()["suspended"], true);
+        } else {
+            ask(Method::DELETE, &format!("/v1/keys/{}", &theirs[4..20]), &admin, &json!({})).await.expect(204);
+        }
+        let tasks = async || {
+            let caller = flankfit::jobs::Caller {
+                tenant: flankfit::jobs::Tenant::named(tenant).unwrap(),
+                actor: "test".into(),
+                origin: Default::default(),
+            };
+            let jobs = app.server().state.jobs.of(&caller);
+            let mut states = Vec::new();
+            for operation in &operations {
+                let id = operation.rsplit('/').next().unwrap().parse().unwrap();
+                let task = jobs.task(id).await.unwrap();
+                states.push((task.state, task.status));
+            }
+            states
+        };
+        while tasks().await.iter().any(|(state, _)| !state.is_end()) {
+            assert!(ended.elapsed() < PATIENCE, "{tenant}");
+            sleep(Duration::from_millis(50)).await;
+        }
+        assert_eq!(tasks().await, [(flankfit::jobs::TaskState::Failed, Some(403)); 2], "{tenant}");
+        if suspends {
+            ask(Method::PATCH, "/v1/tenants/other", &root, &json!({"suspended": false})).await.expect(200);
+        }
+        let trace = ask(Method::GET, &format!("{job}/trace"), &reader, &json!({})).await.expect(200).json();
+        assert_eq!(trace["iterations"], json!([]), "nothing is stored");
+        let engineer = key_of(app.server(), tenant, Role::Engineer).await;
+        let told = ask(Method::GET, &operations[1], &engineer, &json!({})).await.expect(200).json();
+        assert_eq!(told["problem"]["code"], "forbidden", "{told}");
+    }
 }
 
 async fn key_auditor(app: &TestApp) -> String {

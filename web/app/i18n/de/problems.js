@@ -19,6 +19,7 @@ export default {
   operation_cancelled: "Der Vorgang ist abgebrochen worden",
   purged: "Das ist gelöscht worden",
   precondition_failed: "Inzwischen ist es geändert worden",
+  answer_too_large: "Die Antwort ist größer, als von einer aufbewahrt wird",
   body_too_large: "Der Inhalt der Anfrage ist zu groß",
   unsupported_media_type: "Diese Art von Inhalt wird nicht angenommen",
   unknown_host: "Die Anfrage gilt einem anderen Rechner",
