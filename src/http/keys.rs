@@ -122,7 +122,8 @@ async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Respo
 
 /// Changes the name or the end of a key. What is left out stays.
 ///
-/// What a key allows is not changed: make another one.
+/// What a key allows is not changed: make another one. A key that has ended is not changed, either,
+/// and does not come back.
 #[utoipa::path(
     patch, path = "/v1/keys/{key_id}", operation_id = "update_key", tag = "keys",
     params(
@@ -135,7 +136,8 @@ async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Respo
             headers(("ETag" = String, description = "Version of the key."))),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
             body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The key is revoked.", body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "The key has ended or is revoked, or it was replaced and would end later than it \
+            does.", body = Problem, content_type = "application/problem+json"),
         (status = 412, description = "The key has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")
     )
@@ -169,7 +171,8 @@ async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<St
 /// Gives the holder of a key another secret.
 ///
 /// The new key has an id of its own, the same name and scopes, and lives as long as the one before
-/// was made to live. That one goes on for `overlap_seconds`.
+/// was made to live. That one goes on for `overlap_seconds`, and is not rotated again: who lost the
+/// new key rotates that one, whose id is `replaced_by` of the old one.
 #[utoipa::path(
     post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
     params(("key_id" = String, Path), IdempotencyKey),
@@ -182,8 +185,9 @@ async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<St
         )),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
             body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "The key is revoked or of a certificate, or the first request with this \
-            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "The key has ended, is revoked, was rotated before or is of a certificate, or the \
+            first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn rotate_key(

@@ -77,6 +77,12 @@ pub enum RepositoryError {
     /// A revoked key is not changed any more.
     #[error("the key is revoked")]
     KeyRevoked,
+    /// Nor is one that has ended by itself.
+    #[error("the key ended at {at}")]
+    KeyEnded { at: Timestamp },
+    /// Another key took its place.
+    #[error("key {by} has replaced the key")]
+    KeyReplaced { by: String },
     /// A key of a certificate has no secret that another could take the place of.
     #[error("the key has no secret")]
     NoSecret,

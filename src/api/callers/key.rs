@@ -54,7 +54,8 @@ pub struct KeyPatchBody {
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub name: Option<ShortText>,
-    /// The new end, later than now. (A key that shall end now is deleted.)
+    /// The new end, later than now; of a key that was replaced no later than the one it has. (A key
+    /// that shall end now is deleted.)
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
@@ -109,6 +110,9 @@ pub struct KeyBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub revoked_at: Option<Moment>,
+    /// The key that took its place when it was rotated.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub replaced_by: Option<String>,
     /// The key itself, in the answer to the request that made it and nowhere else: nobody can tell
     /// it again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -223,6 +227,7 @@ impl KeyBody {
             expires_at: key.expires_at.map(Moment),
             last_used_at: key.last_used_at.map(Moment),
             revoked_at: key.revoked_at.map(Moment),
+            replaced_by: key.replaced_by.map(|by| by.to_string()),
             key: secret.map(|secret| secret.expose().to_owned()),
         }
     }

@@ -62,17 +62,11 @@ impl From<RepositoryError> for Problem {
             | RepositoryError::ArchiveDiffers
             | RepositoryError::HasTasks(_)
             | RepositoryError::AuditBroken(_)) => of_purge(error),
-            RepositoryError::KeyRevoked => {
-                Problem::new(ProblemCode::Conflict, "The key is revoked, which is for good; make a new one.")
-            }
-            RepositoryError::NoSecret => Problem::new(
-                ProblemCode::Conflict,
-                "The key is of a certificate and has no secret; certificates are renewed by who signs them.",
-            ),
-            RepositoryError::SanTaken => Problem::new(
-                ProblemCode::Conflict,
-                "Another key is of certificates with this name; revoke that one first.",
-            ),
+            error @ (RepositoryError::KeyRevoked
+            | RepositoryError::KeyEnded { .. }
+            | RepositoryError::KeyReplaced { .. }
+            | RepositoryError::NoSecret
+            | RepositoryError::SanTaken) => Problem::new(ProblemCode::Conflict, of_key(&error)),
             RepositoryError::TenantExists => Problem::new(ProblemCode::Conflict, "There is a tenant of this name."),
             RepositoryError::KeyTaken => Problem::new(
                 ProblemCode::IdempotencyKeyInUse,
@@ -140,6 +134,24 @@ fn of_purge(error: RepositoryError) -> Problem {
             ),
         ),
         other => Problem::internal(other),
+    }
+}
+
+/// What is said of keys that are not changed or made.
+fn of_key(error: &RepositoryError) -> String {
+    match error {
+        RepositoryError::KeyRevoked => "The key is revoked, which is for good; make a new one.".to_owned(),
+        RepositoryError::KeyEnded { at } => {
+            format!("The key ended at {}, which is for good; make a new one.", Moment(*at))
+        }
+        RepositoryError::KeyReplaced { by } => {
+            format!("Key {by} has taken the place of this one; rotate or change that one, or make a new one.")
+        }
+        RepositoryError::NoSecret => {
+            "The key is of a certificate and has no secret; certificates are renewed by who signs them.".to_owned()
+        }
+        RepositoryError::SanTaken => "Another key is of certificates with this name; revoke that one first.".to_owned(),
+        other => other.to_string(),
     }
 }
 

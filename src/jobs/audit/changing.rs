@@ -53,7 +53,8 @@ impl LastTold {
     pub fn told(before: Option<&Self>, digest: Sha256Digest, entry: &Entry) -> Self {
         let begins = || BEGINNINGS.iter().any(|action| *entry.action == *action.name());
         let version = match before {
-            // a key that would have ended earlier anyway is told of when it is replaced
+            // a key that would have ended earlier anyway was told of when it was replaced, as long
+            // as it did not say by which
             Some(before) if before.digest == digest => before.version,
             Some(before) => before.version.map(|version| version + 1),
             None => begins().then_some(1),

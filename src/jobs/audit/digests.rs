@@ -153,7 +153,8 @@ pub fn key_digest(NewKey { key, sha256 }: &NewKey) -> Sha256Digest {
     };
     let ends = [key.expires_at, key.revoked_at].map(|time| time.map(super::time_text));
     let fields = fields.number(key.version).time(key.created_at);
-    ends.iter().fold(fields, |fields, end| fields.maybe(end.as_deref())).digest()
+    let fields = ends.iter().fold(fields, |fields, end| fields.maybe(end.as_deref()));
+    also(fields, key.replaced_by.map(|by| by.to_string()).as_deref())
 }
 
 /// Of a tenant.

@@ -95,7 +95,6 @@ impl TenantKeys {
         let later = |by: SignedDuration| now.checked_add(by).unwrap_or(Timestamp::MAX);
         // it lives as long as the one before was made to live
         let expires_at = old.expires_at.map(|end| later(end.duration_since(old.created_at)));
-        old.rotated(later(overlap))?;
         let draft = KeyDraft { name: old.name.clone(), role: old.role, scopes: old.scopes, expires_at, san: None };
         let (new, secret) = self.new_key(self.tenant.clone(), draft)?;
         let key = Arc::new(new.key.clone());
@@ -112,8 +111,8 @@ impl TenantKeys {
         patch: KeyPatch,
         precondition: Precondition,
     ) -> Result<ApiKey, RepositoryError> {
-        let keys = self.keys.clone();
-        self.changed(async move { keys.patch_key(id, patch, precondition).await }).await
+        let (keys, now) = (self.keys.clone(), self.now());
+        self.changed(async move { keys.patch_key(id, patch, precondition, now).await }).await
     }
 
     /// Ends a key for good.
@@ -180,6 +179,7 @@ impl TenantKeys {
             expires_at: draft.expires_at,
             last_used_at: None,
             revoked_at: None,
+            replaced_by: None,
         };
         Ok((NewKey { key, sha256: secret.as_ref().map(Secret::sha256) }, secret))
     }

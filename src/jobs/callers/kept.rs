@@ -52,8 +52,10 @@ macro_rules! key_operations {
             writes {
                 /// A name of a certificate is of one key that is not revoked.
                 InsertKey = insert_key(key: Arc<NewKey>, receipt: Option<Receipt>) -> Stored;
-                PatchKey = patch_key(id: KeyId, patch: KeyPatch, precondition: Precondition) -> ApiKey;
-                /// Stores the new key and gives the old one an end.
+                /// A key that has ended stays as it is.
+                PatchKey =
+                    patch_key(id: KeyId, patch: KeyPatch, precondition: Precondition, now: Timestamp) -> ApiKey;
+                /// Stores the new key and gives the old one an end; once, and while that one lives.
                 RotateKey = rotate_key(rotation: Arc<Rotation>, receipt: Option<Receipt>) -> Stored;
                 /// Ends the key for good; one that has been ended stays as it is.
                 RevokeKey = revoke_key(id: KeyId, now: Timestamp) -> ();

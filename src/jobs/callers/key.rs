@@ -91,6 +91,8 @@ pub struct ApiKey {
     /// To the minute.
     pub last_used_at: Option<Timestamp>,
     pub revoked_at: Option<Timestamp>,
+    /// The key that took its place.
+    pub replaced_by: Option<KeyId>,
 }
 
 impl ApiKey {
@@ -108,9 +110,13 @@ impl ApiKey {
         self.revoked_at.is_none() && self.expires_at.is_none_or(|end| now < end)
     }
 
-    /// The key after `patch`; the version moves on only when something changed.
-    pub fn patched(&self, patch: KeyPatch) -> Result<ApiKey, RepositoryError> {
-        self.check_alive()?;
+    /// The key after `patch`; the version moves on only when something changed. The end of one that
+    /// was replaced is not put off.
+    pub fn patched(&self, patch: KeyPatch, now: Timestamp) -> Result<ApiKey, RepositoryError> {
+        self.check_alive(now)?;
+        if patch.expires_at > self.expires_at {
+            self.check_place()?;
+        }
         let mut key = self.clone();
         key.name = patch.name.unwrap_or(key.name);
         key.expires_at = patch.expires_at.or(key.expires_at);
@@ -118,14 +124,18 @@ impl ApiKey {
         Ok(key)
     }
 
-    /// The key after another has taken its place: it ends then at the latest.
-    pub fn rotated(&self, ends: Timestamp) -> Result<ApiKey, RepositoryError> {
-        self.check_alive()?;
+    /// The key after another has taken its place: it ends with the overlap at the latest. That is
+    /// done once: a further key would live no longer than what is left of this one.
+    pub fn rotated(&self, rotation: &Rotation) -> Result<ApiKey, RepositoryError> {
+        let new = &rotation.new.key;
+        self.check_place()?;
+        self.check_alive(new.created_at)?;
         if self.san.is_some() {
             return Err(RepositoryError::NoSecret);
         }
-        let ends = self.expires_at.map_or(ends, |end| end.min(ends));
-        self.patched(KeyPatch { name: None, expires_at: Some(ends) })
+        let ends = self.expires_at.map_or(rotation.old_ends, |end| end.min(rotation.old_ends));
+        let version = self.version + 1;
+        Ok(ApiKey { expires_at: Some(ends), replaced_by: Some(new.id), version, ..self.clone() })
     }
 
     /// The key after its end for good.
@@ -133,8 +143,21 @@ impl ApiKey {
         ApiKey { revoked_at: Some(now), version: self.version + 1, ..self.clone() }
     }
 
-    fn check_alive(&self) -> Result<(), RepositoryError> {
-        if self.revoked_at.is_some() { Err(RepositoryError::KeyRevoked) } else { Ok(()) }
+    /// Refuses what has ended, by itself or by somebody: it does not come back.
+    fn check_alive(&self, now: Timestamp) -> Result<(), RepositoryError> {
+        match self.expires_at {
+            _ if self.revoked_at.is_some() => Err(RepositoryError::KeyRevoked),
+            Some(at) if at <= now => Err(RepositoryError::KeyEnded { at }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Refuses a key whose place another has taken.
+    fn check_place(&self) -> Result<(), RepositoryError> {
+        match self.replaced_by {
+            Some(by) => Err(RepositoryError::KeyReplaced { by: by.to_string() }),
+            None => Ok(()),
+        }
     }
 }
 

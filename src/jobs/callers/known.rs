@@ -255,6 +255,7 @@ mod tests {
             expires_at: None,
             last_used_at: None,
             revoked_at: None,
+            replaced_by: None,
         };
         let key = KnownKey { key, sha256: Some(secret.sha256()), suspended: false };
         let store = Arc::new(OneKey { key: Mutex::new(key), away: AtomicBool::default(), asked: AtomicU64::default() });

@@ -135,14 +135,17 @@ pub async fn insert(db: &mut PgConnection, tenant: &Tenant, new: &NewKey) -> Out
 
 /// Changes what can be changed of a key.
 async fn update(db: &mut PgConnection, key: &ApiKey) -> Outcome<()> {
-    sqlx::query("UPDATE api_keys SET name = $1, expires_at = $2, revoked_at = $3, version = $4 WHERE id = $5")
-        .bind(key.name.as_str())
-        .bind(key.expires_at.map(stamp))
-        .bind(key.revoked_at.map(stamp))
-        .bind(signed(key.version))
-        .bind(key.id.to_string())
-        .execute(db)
-        .await?;
+    sqlx::query(
+        "UPDATE api_keys SET name = $1, expires_at = $2, revoked_at = $3, replaced_by = $4, version = $5 WHERE id = $6",
+    )
+    .bind(key.name.as_str())
+    .bind(key.expires_at.map(stamp))
+    .bind(key.revoked_at.map(stamp))
+    .bind(key.replaced_by.map(|by| by.to_string()))
+    .bind(signed(key.version))
+    .bind(key.id.to_string())
+    .execute(db)
+    .await?;
     Ok(())
 }
 
@@ -162,10 +165,10 @@ impl Write<Session> for InsertKey {
 
 impl Write<Session> for PatchKey {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<ApiKey> {
-        let (PatchKey { id, patch, precondition }, tenant) = (&asked.write, asked.tenant());
+        let (PatchKey { id, patch, precondition, now }, tenant) = (&asked.write, asked.tenant());
         let NewKey { key: before, sha256 } = locked(session, tenant, *id).await?;
         precondition.check(before.version)?;
-        let after = NewKey { key: before.patched(patch.clone())?, sha256 };
+        let after = NewKey { key: before.patched(patch.clone(), *now)?, sha256 };
         if after.key.version != before.version {
             let chain = session.tenant_chain(asked.by(), tenant, None).await?;
             asked.enter_found(chain, of_keys([&after], None), Action::ChangeKey, target::key(*id));
@@ -180,12 +183,12 @@ impl Write<Session> for RotateKey {
         let (RotateKey { rotation, receipt }, tenant) = (&asked.write, asked.tenant());
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
         let NewKey { key: old, sha256 } = locked(session, tenant, rotation.of).await?;
-        let old = NewKey { key: old.rotated(rotation.old_ends)?, sha256 };
+        let old = NewKey { key: old.rotated(rotation)?, sha256 };
         let chain = session.tenant_chain(asked.by(), tenant, None).await?;
         let contents = of_keys([&old, &rotation.new], None);
         asked.enter_found(chain, contents, Action::RotateKey, target::key(rotation.of));
-        update(&mut session.db, &old.key).await?;
         insert(&mut session.db, tenant, &rotation.new).await.map_err(StoreError::too_late)?;
+        update(&mut session.db, &old.key).await?;
         let new = &rotation.new.key;
         let stored = Stored { number: 0, version: new.version };
         session.keys.keep(tenant, receipt.as_ref(), stored, new.created_at, None);

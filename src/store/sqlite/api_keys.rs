@@ -123,14 +123,17 @@ pub async fn insert(db: &mut SqliteConnection, tenant: &Tenant, new: &NewKey) ->
 
 /// Changes what can be changed of a key.
 async fn update(db: &mut SqliteConnection, key: &ApiKey) -> Outcome<()> {
-    sqlx::query("UPDATE api_keys SET name = ?, expires_at = ?, revoked_at = ?, version = ? WHERE id = ?")
-        .bind(key.name.as_str())
-        .bind(key.expires_at.map(time::to_text))
-        .bind(key.revoked_at.map(time::to_text))
-        .bind(signed(key.version))
-        .bind(key.id.to_string())
-        .execute(db)
-        .await?;
+    sqlx::query(
+        "UPDATE api_keys SET name = ?, expires_at = ?, revoked_at = ?, replaced_by = ?, version = ? WHERE id = ?",
+    )
+    .bind(key.name.as_str())
+    .bind(key.expires_at.map(time::to_text))
+    .bind(key.revoked_at.map(time::to_text))
+    .bind(key.replaced_by.map(|by| by.to_string()))
+    .bind(signed(key.version))
+    .bind(key.id.to_string())
+    .execute(db)
+    .await?;
     Ok(())
 }
 
@@ -165,10 +168,10 @@ impl Write<SqliteConnection> for InsertKey {
 
 impl Write<SqliteConnection> for PatchKey {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<ApiKey> {
-        let (PatchKey { id, patch, precondition }, tenant) = (&asked.write, asked.tenant());
+        let (PatchKey { id, patch, precondition, now }, tenant) = (&asked.write, asked.tenant());
         let NewKey { key: before, sha256 } = kept(db, tenant, *id).await?;
         precondition.check(before.version)?;
-        let after = NewKey { key: before.patched(patch.clone())?, sha256 };
+        let after = NewKey { key: before.patched(patch.clone(), *now)?, sha256 };
         if after.key.version != before.version {
             let mut chain = of_tenant(db, asked.by(), tenant).await?;
             update(db, &after.key).await?;
@@ -184,10 +187,10 @@ impl Write<SqliteConnection> for RotateKey {
         let (RotateKey { rotation, receipt }, tenant) = (&asked.write, asked.tenant());
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         let NewKey { key: old, sha256 } = kept(db, tenant, rotation.of).await?;
-        let old = NewKey { key: old.rotated(rotation.old_ends)?, sha256 };
+        let old = NewKey { key: old.rotated(rotation)?, sha256 };
         let mut chain = of_tenant(db, asked.by(), tenant).await?;
-        update(db, &old.key).await?;
         insert(db, tenant, &rotation.new).await?;
+        update(db, &old.key).await?;
         let contents = of_keys([&old, &rotation.new], None);
         asked.enter_found(&mut chain, contents, Action::RotateKey, target::key(rotation.of));
         audit::store(db, chain).await?;

@@ -174,6 +174,62 @@ async fn a_key_from_its_making_to_its_end() {
     app.stop().await;
 }
 
+/// A client that lost the new secret rotates the new key: the old one has its lifetime no more.
+#[tokio::test]
+async fn a_key_is_replaced_once_and_does_not_come_back() {
+    let app = start().await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    let make = async |body: Value| post(&app, &admin, "/v1/keys", &body).await;
+    let rotate = async |place: &str, overlap: u32| {
+        post(&app, &admin, &format!("{place}/rotate"), &json!({"overlap_seconds": overlap})).await
+    };
+    let patch = async |place: &str, body: Value| send(request(&app, &admin, Method::PATCH, place, &body)).await;
+    let refusal = |answer: &Answer| text(&answer.problem(409, "conflict")["detail"]);
+    let later = |seconds| (SystemClock.now() + SignedDuration::from_secs(seconds)).to_string();
+
+    for overlap in [0, 3600] {
+        let made = make(json!({"name": "press 7", "role": "reader"})).await;
+        let (old, secret) = (made.header("location").to_owned(), text(&made.json()["key"]));
+        let lost = rotate(&old, overlap).await;
+        let new = lost.header("location").to_owned();
+        assert_eq!((lost.status.as_u16(), lost.json().get("expires_at")), (201, None), "{}", lost.text);
+        let told = get(&app, &admin, &old).await.json();
+        assert_eq!(told["replaced_by"], lost.json()["id"]);
+        let listed = get(&app, &admin, "/v1/keys").await.json()["items"].as_array().unwrap().len();
+        let told = refusal(&rotate(&old, overlap).await);
+        assert!(told.contains(&text(&lost.json()["id"])) && told.contains("rotate"), "{told}");
+        let longer = refusal(&patch(&old, json!({"expires_at": later(36_000)})).await);
+        assert!(longer.contains(if overlap == 0 { "ended at" } else { "taken the place" }), "{longer}");
+        assert_eq!(get(&app, &admin, "/v1/keys").await.json()["items"].as_array().unwrap().len(), listed);
+        assert_eq!(get(&app, &secret, "/v1/jobs").await.status, if overlap == 0 { 401 } else { 200 });
+        // as long as the first was made to live
+        let again = rotate(&new, 0).await;
+        assert_eq!((again.status.as_u16(), again.json().get("expires_at")), (201, None), "{}", again.text);
+        assert_eq!(get(&app, &text(&again.json()["key"]), "/v1/jobs").await.status, 200);
+        // while it goes on it may have another name, and an earlier end
+        let sooner = patch(&old, json!({"name": "press 7, old", "expires_at": later(60)})).await;
+        assert_eq!(sooner.status, if overlap == 0 { 409 } else { 200 }, "{}", sooner.text);
+    }
+
+    // one that has ended by itself is not changed, either
+    let made = make(json!({"name": "press 8", "role": "reader", "expires_at": later(3)})).await;
+    let (place, secret, began) = (made.header("location").to_owned(), text(&made.json()["key"]), Instant::now());
+    while get(&app, &secret, "/v1/jobs").await.status == 200 {
+        assert!(began.elapsed() < Duration::from_secs(10), "it has ended");
+        tokio::time::sleep(Duration::from_millis(100)).await;
+    }
+    let ended = text(&made.json()["expires_at"]);
+    for answer in [
+        rotate(&place, 0).await,
+        patch(&place, json!({"expires_at": later(3600)})).await,
+        patch(&place, json!({"name": "press 9"})).await,
+    ] {
+        assert_eq!(refusal(&answer), format!("The key ended at {ended}, which is for good; make a new one."));
+    }
+    get(&app, &secret, "/v1/jobs").await.problem(401, "invalid_key");
+    app.stop().await;
+}
+
 /// One text for whatever is wrong with a key.
 #[tokio::test]
 async fn what_is_no_key_is_told_alike() {

@@ -64,7 +64,7 @@ pub async fn changes_of_keys_and_tenants_are_entered(pair: &mut Pair) {
     keys.insert_key(Arc::new(one.clone()), Some(receipt("k", "POST /v1/keys"))).await.unwrap();
     all.push(expected("key.create", path(&one), "stored", &[named(&one)]));
     let patch = KeyPatch { name: Some("other".to_owned()), expires_at: None };
-    keys.patch_key(one.key.id, patch.clone(), Precondition::None).await.unwrap();
+    keys.patch_key(one.key.id, patch.clone(), Precondition::None, place.now()).await.unwrap();
     all.push(expected("key.change", path(&one), "changed", &[named(&one)]));
     let rotation = Rotation { of: one.key.id, old_ends: place.now() + HOUR, new: key(&place, &name, None) };
     let two = rotation.new.clone();
@@ -86,12 +86,12 @@ pub async fn changes_of_keys_and_tenants_are_entered(pair: &mut Pair) {
         keys.insert_key(Arc::new(key(&place, &name, None)), Some(receipt("k", "POST /v1/keys"))).await,
         Err(RepositoryError::KeyTaken)
     ));
-    assert!(keys.patch_key(one.key.id, patch, Precondition::None).await.is_err());
-    assert!(keys.patch_key(two.key.id, KeyPatch::default(), seen).await.is_err());
+    assert!(keys.patch_key(one.key.id, patch, Precondition::None, place.now()).await.is_err());
+    assert!(keys.patch_key(two.key.id, KeyPatch::default(), seen, place.now()).await.is_err());
     let late = Rotation { of: one.key.id, old_ends: place.now(), new: key(&place, &name, None) };
     assert!(keys.rotate_key(Arc::new(late), None).await.is_err());
     assert!(root.insert_plant(Arc::new(first), None).await.is_err());
-    keys.patch_key(two.key.id, KeyPatch::default(), Precondition::None).await.unwrap();
+    keys.patch_key(two.key.id, KeyPatch::default(), Precondition::None, place.now()).await.unwrap();
     keys.revoke_key(one.key.id, place.now()).await.unwrap();
     root.patch_plant(name.clone(), suspended, Precondition::None, place.now()).await.unwrap();
     assert_eq!(entries(pair, &name).await, entered);
@@ -114,7 +114,7 @@ pub async fn keys_from_before_begin_the_chain(pair: &mut Pair) {
     assert_eq!(verdict(pair, &tenant).await, Verdict::Intact { entries: 0, head: None });
     // a refusal begins nothing
     let seen = Precondition::AnyOf(vec![77]);
-    assert!(keys.patch_key(older[0].key.id, KeyPatch::default(), seen).await.is_err());
+    assert!(keys.patch_key(older[0].key.id, KeyPatch::default(), seen, place.now()).await.is_err());
     assert_eq!(entries(pair, &tenant).await, []);
     let new = key(&place, &tenant, None);
     keys.insert_key(Arc::new(new.clone()), None).await.unwrap();
@@ -149,6 +149,7 @@ pub async fn changed_keys_are_found_at_their_numbers(pair: &mut Pair) {
         (of(&two, "sha256 = (SELECT sha256 FROM kept WHERE revoked_at IS NOT NULL)"), 2),
         (of(&two, "scopes = 'tenants'"), 2),
         (of(&two, "expires_at = NULL"), 2),
+        (of(&two, "replaced_by = id"), 2),
         (of(&two, "name = 'other'"), 2),
         (of(&two, "tenant = 'other'"), 2),
         (format!("DELETE FROM api_keys WHERE id = '{}'", two.key.id), 2),
@@ -177,8 +178,8 @@ pub async fn missing_last_entries_of_keys_are_found_at_their_numbers(pair: &mut 
     let id = one.key.id;
     keys.insert_key(Arc::new(one), None).await.unwrap();
     let patch = KeyPatch { name: Some("other".to_owned()), expires_at: None };
-    keys.patch_key(id, patch, Precondition::None).await.unwrap();
-    // it would have ended earlier: nothing of it is changed, and it is told of all the same
+    keys.patch_key(id, patch, Precondition::None, place.now()).await.unwrap();
+    // it ends earlier all the same, and has the key that replaced it
     let rotation = Rotation { of: id, old_ends: place.now() + HOUR * 2, new: key(&place, &tenant, None) };
     keys.rotate_key(Arc::new(rotation), None).await.unwrap();
     keys.revoke_key(id, place.now()).await.unwrap();

@@ -27,6 +27,7 @@ pub fn key(place: &Values, tenant: &Tenant, san: Option<&str>) -> NewKey {
         expires_at: Some(place.now() + HOUR),
         last_used_at: None,
         revoked_at: None,
+        replaced_by: None,
     };
     // of two keys never the same
     let sha256 = san.is_none().then(|| from_fn(|k| id.number().to_be_bytes()[k % 8]));
@@ -93,35 +94,105 @@ pub async fn keys_are_changed_rotated_and_revoked(pair: &mut Pair) {
     let made = stored(&keys, key(&place, &tenant, None)).await;
     let end = place.now() + HOUR * 2;
     let patch = KeyPatch { name: Some("other".to_owned()), expires_at: Some(end) };
-    let after = keys.patch_key(made.id, patch.clone(), Precondition::AnyOf(vec![1])).await.unwrap();
+    let after = keys.patch_key(made.id, patch.clone(), Precondition::AnyOf(vec![1]), place.now()).await.unwrap();
     assert_eq!(after, ApiKey { name: "other".to_owned(), expires_at: Some(end), version: 2, ..made.clone() });
-    let again = keys.patch_key(made.id, patch.clone(), Precondition::None).await.unwrap();
+    let again = keys.patch_key(made.id, patch.clone(), Precondition::None, place.now()).await.unwrap();
     assert_eq!(again.version, 2, "the same once more changes nothing");
-    let late = keys.patch_key(made.id, patch.clone(), Precondition::AnyOf(vec![1])).await;
+    let late = keys.patch_key(made.id, patch.clone(), Precondition::AnyOf(vec![1]), place.now()).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 2 })));
 
-    let ends = place.now();
+    let ends = place.now() + HOUR;
     let rotation = Rotation { of: made.id, old_ends: ends, new: key(&place, &tenant, None) };
     let new = rotation.new.key.clone();
     keys.rotate_key(Arc::new(rotation), Some(receipt("r", "POST /r"))).await.unwrap();
-    assert_eq!(keys.key(made.id).await.unwrap().expires_at, Some(ends));
+    let replaced = keys.key(made.id).await.unwrap();
+    assert_eq!(
+        replaced,
+        ApiKey { expires_at: Some(ends), replaced_by: Some(new.id), version: 3, ..after },
+        "it says by which it was replaced"
+    );
     assert_eq!(keys.key(new.id).await.unwrap(), new);
     // one that ends earlier anyway is not prolonged
-    let rotation = Rotation { of: made.id, old_ends: ends + HOUR, new: key(&place, &tenant, None) };
+    let rotation = Rotation { of: new.id, old_ends: ends + HOUR, new: key(&place, &tenant, None) };
+    let last = rotation.new.key.id;
     keys.rotate_key(Arc::new(rotation), None).await.unwrap();
-    assert_eq!(keys.key(made.id).await.unwrap().expires_at, Some(ends));
+    let found = keys.key(new.id).await.unwrap();
+    assert_eq!((found.expires_at, found.replaced_by), (new.expires_at, Some(last)));
 
     let now = place.now();
-    keys.revoke_key(new.id, now).await.unwrap();
-    keys.revoke_key(new.id, place.now()).await.unwrap();
-    let revoked = keys.key(new.id).await.unwrap();
+    keys.revoke_key(last, now).await.unwrap();
+    keys.revoke_key(last, place.now()).await.unwrap();
+    let revoked = keys.key(last).await.unwrap();
     assert_eq!((revoked.revoked_at, revoked.version), (Some(now), 2));
-    assert!(!credentials(pair).find_key(new.id).await.unwrap().unwrap().is_valid(now));
-    let rotation = Rotation { of: new.id, old_ends: ends, new: key(&place, &tenant, None) };
+    assert!(!credentials(pair).find_key(last).await.unwrap().unwrap().is_valid(now));
+    let rotation = Rotation { of: last, old_ends: ends, new: key(&place, &tenant, None) };
     let unborn = rotation.new.key.id;
     assert_eq!(refused(keys.rotate_key(Arc::new(rotation), None).await), "the key is revoked");
-    assert_eq!(refused(keys.patch_key(new.id, patch, Precondition::None).await), "the key is revoked");
+    assert_eq!(refused(keys.patch_key(last, patch, Precondition::None, place.now()).await), "the key is revoked");
     assert!(matches!(keys.key(unborn).await, Err(RepositoryError::NotFound(Resource::Key))));
+}
+
+/// Whose place another key has taken: a further one would end with it, not when it should.
+pub async fn a_replaced_key_is_not_replaced_again(pair: &mut Pair) {
+    let (place, tenant) = (pair.values.clone(), Tenant::default());
+    let keys = pair.keys_of(&tenant);
+    let old = stored(&keys, key(&place, &tenant, None)).await;
+    let ends = place.now() + HOUR / 2;
+    let again = || Rotation { of: old.id, old_ends: ends, new: key(&place, &tenant, None) };
+    // of those that ask at once one is heard
+    let rotations = [(); 4].map(|()| again());
+    let asked = rotations.iter().map(|rotation| keys.rotate_key(Arc::new(rotation.clone()), None));
+    let outcomes = futures_util::future::join_all(asked).await;
+    assert_eq!(outcomes.iter().filter(|outcome| outcome.is_ok()).count(), 1);
+    let replaced = keys.key(old.id).await.unwrap();
+    let by = replaced.replaced_by.unwrap();
+    let told = format!("key {by} has replaced the key");
+    for (rotation, outcome) in rotations.iter().zip(outcomes) {
+        let id = rotation.new.key.id;
+        assert_eq!((outcome.is_ok(), keys.key(id).await.is_ok()), (id == by, id == by));
+        assert!(outcome.err().is_none_or(|error| error.to_string() == told));
+    }
+    assert_eq!((replaced.expires_at, replaced.version), (Some(ends), 2));
+    // it may end earlier, not later
+    let patch = |expires_at| KeyPatch { name: None, expires_at: Some(expires_at) };
+    let longer = keys.patch_key(old.id, patch(ends + HOUR), Precondition::None, place.now()).await;
+    assert_eq!(refused(longer), told);
+    let ends = ends - HOUR / 4;
+    let patch = KeyPatch { name: Some("old".to_owned()), ..patch(ends) };
+    let after = keys.patch_key(old.id, patch, Precondition::None, place.now()).await.unwrap();
+    let expected = ApiKey { name: "old".to_owned(), expires_at: Some(ends), version: 3, ..replaced };
+    assert_eq!(after, expected);
+    // and stays replaced once it has ended
+    let mut late = again();
+    late.new.key.created_at = ends;
+    assert_eq!(refused(keys.rotate_key(Arc::new(late), None).await), told);
+    keys.revoke_key(old.id, place.now()).await.unwrap();
+    assert_eq!(refused(keys.rotate_key(Arc::new(again()), None).await), told);
+    assert_eq!(keys.key(old.id).await.unwrap().replaced_by, Some(by));
+}
+
+pub async fn what_has_ended_does_not_come_back(pair: &mut Pair) {
+    let (place, tenant) = (pair.values.clone(), Tenant::default());
+    let keys = pair.keys_of(&tenant);
+    let made = stored(&keys, key(&place, &tenant, None)).await;
+    let end = made.expires_at.unwrap();
+    let told = format!("the key ended at {end}");
+    for patch in [
+        KeyPatch { name: None, expires_at: Some(end + HOUR) },
+        KeyPatch { name: Some("other".to_owned()), expires_at: None },
+    ] {
+        assert_eq!(refused(keys.patch_key(made.id, patch.clone(), Precondition::None, end).await), told);
+    }
+    let mut rotation = Rotation { of: made.id, old_ends: end + HOUR, new: key(&place, &tenant, None) };
+    rotation.new.key.created_at = end;
+    assert_eq!(refused(keys.rotate_key(Arc::new(rotation.clone()), None).await), told);
+    assert_eq!(keys.keys(WHOLE).await.unwrap().items, [made.clone()]);
+    // until then it goes on
+    let patch = KeyPatch { name: None, expires_at: Some(end + HOUR) };
+    let just = end - SignedDuration::from_micros(1);
+    let after = keys.patch_key(made.id, patch, Precondition::None, just).await.unwrap();
+    assert_eq!(after, ApiKey { expires_at: Some(end + HOUR), version: 2, ..made });
+    keys.rotate_key(Arc::new(rotation), None).await.unwrap();
 }
 
 pub async fn another_tenants_keys_do_not_exist(pair: &mut Pair) {
@@ -134,7 +205,7 @@ pub async fn another_tenants_keys_do_not_exist(pair: &mut Pair) {
             assert!(matches!(outcome, Err(RepositoryError::NotFound(Resource::Key))), "{outcome:?}");
         };
         missing(others.key(made.id).await.map(drop));
-        missing(others.patch_key(made.id, KeyPatch::default(), Precondition::None).await.map(drop));
+        missing(others.patch_key(made.id, KeyPatch::default(), Precondition::None, place.now()).await.map(drop));
         missing(others.revoke_key(made.id, place.now()).await);
         let rotation = Rotation { of: made.id, old_ends: place.now(), new: key(&place, &other, None) };
         missing(others.rotate_key(Arc::new(rotation), None).await.map(drop));
@@ -236,10 +307,13 @@ pub async fn a_key_stays_what_it_is(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());
     let keys = pair.keys_of(&tenant);
     let made = stored(&keys, key(&place, &tenant, None)).await;
+    let rotation = Rotation { of: made.id, old_ends: place.now(), new: key(&place, &tenant, None) };
+    keys.rotate_key(Arc::new(rotation), None).await.unwrap();
     keys.revoke_key(made.id, place.now()).await.unwrap();
     for (sql, told) in [
         ("DELETE FROM api_keys", "keys are kept"),
         ("UPDATE api_keys SET revoked_at = NULL", "a revoked key stays revoked"),
+        ("UPDATE api_keys SET replaced_by = NULL", "a replaced key stays replaced"),
         ("UPDATE api_keys SET scopes = 'tenants'", "a key stays what it is"),
         ("UPDATE api_keys SET tenant = 'other'", "a key stays what it is"),
     ] {
@@ -252,10 +326,10 @@ pub async fn a_key_is_changed_once_from_each_version(pair: &mut Pair) {
     let (place, tenant) = (pair.values.clone(), Tenant::default());
     let made = stored(&pair.keys_of(&tenant), key(&place, &tenant, None)).await;
     let changes = (0..8).map(|k| {
-        let keys = pair.handles[k % 2].keys(&crate::support::caller("default"));
+        let (keys, now) = (pair.handles[k % 2].keys(&crate::support::caller("default")), place.now());
         async move {
             let patch = KeyPatch { name: Some(format!("name {k}")), expires_at: None };
-            keys.patch_key(made.id, patch, Precondition::AnyOf(vec![1])).await
+            keys.patch_key(made.id, patch, Precondition::AnyOf(vec![1]), now).await
         }
     });
     let outcomes = futures_util::future::join_all(changes).await;

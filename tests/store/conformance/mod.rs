@@ -135,6 +135,8 @@ conformance! {
         keys:
             a_key_comes_back_as_it_was_made,
             keys_are_changed_rotated_and_revoked,
+            a_replaced_key_is_not_replaced_again,
+            what_has_ended_does_not_come_back,
             another_tenants_keys_do_not_exist,
             a_name_of_certificates_is_of_one_key,
             keys_come_in_pages_newest_first,

@@ -51,7 +51,7 @@ impl Exercised {
 }
 
 /// Every refusal.
-const ERRORS: [&str; 30] = [
+const ERRORS: [&str; 32] = [
     "no job",
     "no iteration",
     "no fit",
@@ -63,6 +63,8 @@ const ERRORS: [&str; 30] = [
     "lease lost",
     "tasks full",
     "key revoked",
+    "key ended",
+    "key replaced",
     "no secret",
     "name taken",
     "tenant exists",
@@ -98,6 +100,8 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::TasksFull { .. } => "tasks full",
         RepositoryError::TooManyTasks { .. } => "too many tasks",
         RepositoryError::KeyRevoked => "key revoked",
+        RepositoryError::KeyEnded { .. } => "key ended",
+        RepositoryError::KeyReplaced { .. } => "key replaced",
         RepositoryError::NoSecret => "no secret",
         RepositoryError::SanTaken => "name taken",
         RepositoryError::TenantExists => "tenant exists",

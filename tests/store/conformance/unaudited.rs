@@ -115,7 +115,7 @@ async fn administered(pair: &Pair, of: &Changeable) -> Outcomes {
     let new = Arc::new(key(place, &tenant, None));
     all.push(("insert_key", keys.insert_key(new, kept("insert_key")).await.map(drop)));
     let patch = KeyPatch { name: Some("other".to_owned()), expires_at: None };
-    all.push(("patch_key", keys.patch_key(of.key, patch, none.clone()).await.map(drop)));
+    all.push(("patch_key", keys.patch_key(of.key, patch, none.clone(), place.now()).await.map(drop)));
     let rotation = Rotation { of: of.key, old_ends: place.now() + HOUR, new: key(place, &tenant, None) };
     all.push(("rotate_key", keys.rotate_key(Arc::new(rotation), kept("rotate_key")).await.map(drop)));
     all.push(("revoke_key", keys.revoke_key(of.key, place.now()).await));

@@ -13,7 +13,7 @@ macro_rules! key_columns {
     () => {
         "k.id AS id, k.tenant AS tenant, k.name AS name, k.role AS role, k.scopes AS scopes, k.san AS san, \
          k.version AS version, k.created_at AS created_at, k.expires_at AS expires_at, \
-         k.last_used_at AS last_used_at, k.revoked_at AS revoked_at"
+         k.last_used_at AS last_used_at, k.revoked_at AS revoked_at, k.replaced_by AS replaced_by"
     };
 }
 pub(in crate::store) use key_columns;
@@ -31,6 +31,7 @@ pub struct KeyRow {
     expires_at: Option<Moment>,
     last_used_at: Option<Moment>,
     revoked_at: Option<Moment>,
+    replaced_by: Option<KeyId>,
 }
 
 impl From<KeyRow> for ApiKey {
@@ -47,6 +48,7 @@ impl From<KeyRow> for ApiKey {
             expires_at: row.expires_at.map(|time| time.0),
             last_used_at: row.last_used_at.map(|time| time.0),
             revoked_at: row.revoked_at.map(|time| time.0),
+            replaced_by: row.replaced_by,
         }
     }
 }

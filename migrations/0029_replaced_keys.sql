@@ -1,0 +1,9 @@
+-- Which key took the place of another: that one is not rotated once more, and its end is not put off. Keys that were rotated before have
+-- none, since a key's digest in the audit has it.
+ALTER TABLE api_keys ADD COLUMN replaced_by TEXT REFERENCES api_keys (id);
+
+CREATE TRIGGER api_keys_stay_replaced BEFORE UPDATE OF replaced_by ON api_keys
+WHEN OLD.replaced_by IS NOT NULL AND NEW.replaced_by IS NOT OLD.replaced_by
+BEGIN
+    SELECT RAISE (ABORT, 'a replaced key stays replaced');
+END;
