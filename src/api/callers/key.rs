@@ -4,7 +4,10 @@ use jiff::Timestamp;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::names::{KeyKindName, RoleName, ScopeName, names_of};
+use super::{
+    names::{KeyKindName, RoleName, ScopeName, names_of},
+    offered,
+};
 use crate::{
     api::{
         faults::Faults,
@@ -25,10 +28,10 @@ pub struct NewKeyBody {
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
     /// What it allows; `root` is of no tenant and so not made here. Either this or `scopes`.
-    #[serde(default, deserialize_with = "present")]
+    #[serde(default, deserialize_with = "offered::role")]
     pub role: Option<RoleName>,
     /// What it allows, one by one; at least one, and not `tenants`.
-    #[serde(default, deserialize_with = "present")]
+    #[serde(default, deserialize_with = "offered::scopes")]
     #[schema(min_items = 1, max_items = 16)]
     pub scopes: Option<Vec<ScopeName>>,
     /// When it ends; without it the key does not end by itself.

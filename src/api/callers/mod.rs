@@ -2,5 +2,6 @@
 
 pub mod key;
 pub mod names;
+mod offered;
 pub mod tenant;
 pub mod whoami;

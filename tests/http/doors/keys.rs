@@ -254,6 +254,26 @@ async fn what_is_no_key_is_told_alike() {
     app.stop().await;
 }
 
+/// What is named to choose from is what can be chosen.
+#[tokio::test]
+async fn what_no_key_of_a_tenant_allows_is_not_offered() {
+    let app = start().await;
+    let admin = key_of(&app, "default", Role::Admin).await;
+    for (body, pointer, ends) in [
+        (json!({"name": "n", "role": "engi"}), "/role", "`auditor`, `admin`"),
+        (json!({"name": "n", "role": true}), "/role", "`auditor`, `admin` in quotes, found a boolean"),
+        (json!({"name": "n", "scopes": ["read", "reed"]}), "/scopes/1", "`audit`, `admin`"),
+        (json!({"name": "n", "role": "root"}), "/role", "`flankfit keys create --role root`"),
+        (json!({"name": "n", "scopes": ["tenants"]}), "/scopes/0", "does not allow `tenants`"),
+    ] {
+        let refused = post(&app, &admin, "/v1/keys", &body).await;
+        assert_eq!(refused.pointers(), [pointer], "{body}");
+        let detail = text(&refused.json()["errors"][0]["detail"]);
+        assert!(detail.ends_with(ends), "{detail}");
+    }
+    app.stop().await;
+}
+
 #[tokio::test]
 async fn nobody_grants_what_they_have_not() {
     let app = start().await;
