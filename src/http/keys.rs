@@ -201,7 +201,7 @@ async fn rotate_key(
         let (keys, limit) = (state.tenant_keys(), state.settings.body_limit);
         let old = keys.key(key_id(&id)?).await?;
         let read = |text: &[u8]| Ok(read_json::<RotationBody>(text)?);
-        let overlap = read_small_json(&state, payload, limit, read).await?.overlap().map_err(Problem::invalid)?;
+        let overlap = read_small_json(&state, payload, limit, read).await?.overlap_seconds;
         check_grant(&state.principal, old.scopes)?;
         let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None)));
         let (made, secret) = keys.rotate(&old, SignedDuration::from_secs(overlap.into()), keyed).await?;

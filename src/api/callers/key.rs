@@ -1,7 +1,12 @@
 //! Keys as they are written and read.
 
+use std::fmt;
+
 use jiff::Timestamp;
-use serde::{Deserialize, Serialize};
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{self, Unexpected, Visitor},
+};
 use utoipa::ToSchema;
 
 use super::{
@@ -71,12 +76,32 @@ pub struct KeyPatchBody {
 pub struct RotationBody {
     /// How long the key before goes on, so that there is time to hand over the new one; 0 ends it
     /// now.
+    #[serde(deserialize_with = "overlap")]
     #[schema(maximum = 2592000)]
     pub overlap_seconds: u32,
 }
 
 /// Longest overlap of two keys: 30 days.
 const LONGEST_OVERLAP: u32 = 30 * 24 * 3600;
+
+fn overlap<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    struct Seconds;
+
+    impl Visitor<'_> for Seconds {
+        type Value = u32;
+
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "a whole number from 0 to {LONGEST_OVERLAP} (30 days)")
+        }
+
+        fn visit_u64<E: de::Error>(self, number: u64) -> Result<u32, E> {
+            let within = u32::try_from(number).ok().filter(|seconds| *seconds <= LONGEST_OVERLAP);
+            within.ok_or_else(|| E::invalid_value(Unexpected::Unsigned(number), &self))
+        }
+    }
+
+    deserializer.deserialize_u64(Seconds)
+}
 
 /// A key.
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
@@ -204,17 +229,6 @@ impl KeyPatchBody {
     }
 }
 
-impl RotationBody {
-    /// The overlap in seconds.
-    pub fn overlap(self) -> Result<u32, Faults> {
-        if self.overlap_seconds > LONGEST_OVERLAP {
-            let detail = format!("at most {LONGEST_OVERLAP} seconds (30 days)");
-            return Err(Faults::one("/overlap_seconds", detail));
-        }
-        Ok(self.overlap_seconds)
-    }
-}
-
 impl KeyBody {
     /// A key with its secret, where whoever asks is to be told it.
     pub fn of(key: &ApiKey, secret: Option<&Secret>) -> Self {
@@ -248,6 +262,7 @@ impl From<Page<ApiKey>> for KeyPageBody {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::json::reader::read;
 
     fn pointers(text: &str) -> Vec<String> {
         let body: NewKeyBody = serde_json::from_str(text).unwrap();
@@ -275,7 +290,20 @@ mod tests {
         ] {
             assert_eq!(pointers(text), wrong, "{text}");
         }
-        assert!(RotationBody { overlap_seconds: 2_592_000 }.overlap().is_ok());
-        assert!(RotationBody { overlap_seconds: 2_592_001 }.overlap().is_err());
+    }
+
+    #[test]
+    fn an_overlap_is_told_its_bounds() {
+        let overlap = |text: &str| {
+            let body = format!(r#"{{"overlap_seconds":{text}}}"#);
+            read::<RotationBody>(body.as_bytes(), None).map(|body| body.overlap_seconds)
+        };
+        assert_eq!([overlap("0").unwrap(), overlap("2592000").unwrap()], [0, 2_592_000]);
+        for wrong in ["-1", "2592001", "4294967296", "0.5", "1e999", "true", r#""60""#, "null"] {
+            let fault = overlap(wrong).unwrap_err().into_fault();
+            assert_eq!(fault.pointer, "/overlap_seconds");
+            let told = fault.detail.starts_with("expected a whole number from 0 to 2592000 (30 days), found");
+            assert!(told || wrong == "1e999", "{wrong}: {}", fault.detail);
+        }
     }
 }

@@ -254,9 +254,9 @@ async fn what_is_no_key_is_told_alike() {
     app.stop().await;
 }
 
-/// What is named to choose from is what can be chosen.
+/// What is named to choose from is what can be chosen, and bounds are those that hold.
 #[tokio::test]
-async fn what_no_key_of_a_tenant_allows_is_not_offered() {
+async fn refusals_name_what_can_be_chosen() {
     let app = start().await;
     let admin = key_of(&app, "default", Role::Admin).await;
     for (body, pointer, ends) in [
@@ -270,6 +270,13 @@ async fn what_no_key_of_a_tenant_allows_is_not_offered() {
         assert_eq!(refused.pointers(), [pointer], "{body}");
         let detail = text(&refused.json()["errors"][0]["detail"]);
         assert!(detail.ends_with(ends), "{detail}");
+    }
+    let place = format!("/v1/keys/{}/rotate", &admin[4..20]);
+    for (overlap, found) in [(-1_i64, "-1"), (2_592_001, "2592001"), (4_294_967_296, "4294967296")] {
+        let refused = post(&app, &admin, &place, &json!({"overlap_seconds": overlap})).await;
+        assert_eq!(refused.pointers(), ["/overlap_seconds"]);
+        let detail = text(&refused.json()["errors"][0]["detail"]);
+        assert_eq!(detail, format!("expected a whole number from 0 to 2592000 (30 days), found {found}"));
     }
     app.stop().await;
 }
