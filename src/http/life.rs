@@ -124,14 +124,13 @@ async fn purge_job(
     idempotent(state, key, format!("POST /v1/jobs/{job}/purge"), payload, |state, payload, key| async move {
         let limit = state.settings.body_limit;
         let read = |text: &[u8]| Ok(read_json::<PurgeRequestBody>(text)?);
-        let body = read_small_json(&state, payload, limit, read).await?;
-        let (reason, archive_sha256) = body.checked().map_err(Problem::invalid)?;
+        let PurgeRequestBody { reason, archive_sha256 } = read_small_json(&state, payload, limit, read).await?;
         let keyed = key.map(|key| key.answered_by(purged));
         if state.jobs.job(job).await?.purged_at.is_none() {
             // it is archived once more
             state.pool.run(computing).await?;
         }
-        let new = state.jobs.purge(job, reason, archive_sha256, keyed).await?;
+        let new = state.jobs.purge(job, reason.into(), archive_sha256.0, keyed).await?;
         Ok(purged(&new, Stored { number: 0, version: 0 }))
     })
     .await

@@ -1,15 +1,14 @@
 //! Purges as they are asked for and answered.
 
-use serde::{Deserialize, Serialize};
+use std::borrow::Cow;
+
+use serde::{Deserialize, Deserializer, Serialize, de::Error};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::audit::hex;
 use crate::{
-    api::{
-        faults::Faults,
-        json::text::{LongText, Moment},
-    },
+    api::json::text::{LongText, Moment},
     jobs::NewPurge,
 };
 
@@ -25,20 +24,20 @@ pub struct PurgeRequestBody {
     pub reason: LongText,
     /// `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
     /// job as it is now.
-    #[schema(min_length = 64, max_length = 64)]
-    pub archive_sha256: String,
+    #[schema(value_type = String, min_length = 64, max_length = 64)]
+    pub archive_sha256: ArchiveDigest,
 }
 
-impl PurgeRequestBody {
-    /// Reason and digest.
-    pub fn checked(self) -> Result<(String, [u8; 32]), Faults> {
-        let told = || {
-            Faults::one(
-                "/archive_sha256",
-                "expected SHA-256 in 64 hexadecimal digits: `archive-sha256` of the job's archive",
-            )
-        };
-        Ok((self.reason.into(), digest(&self.archive_sha256).ok_or_else(told)?))
+/// SHA-256 of an archive, checked where it is read.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ArchiveDigest(pub [u8; 32]);
+
+impl<'de> Deserialize<'de> for ArchiveDigest {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let text = Cow::<'_, str>::deserialize(deserializer)?;
+        digest(&text).map(ArchiveDigest).ok_or_else(|| {
+            D::Error::custom("expected SHA-256 in 64 hexadecimal digits: `archive-sha256` of the job's archive")
+        })
     }
 }
 
@@ -83,6 +82,19 @@ pub fn told(sha256: &[u8; 32]) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::api::json::{error::ReadError, value::read_json};
+
+    #[test]
+    fn every_fault_is_told() {
+        let Err(ReadError::Invalid(faults)) =
+            read_json::<PurgeRequestBody>(br#"{"reason":"","archive_sha256":"0","why":"x"}"#)
+        else {
+            panic!("it is refused");
+        };
+        let mut pointers: Vec<&str> = faults.list().iter().map(|fault| fault.pointer.as_str()).collect();
+        pointers.sort_unstable();
+        assert_eq!(pointers, ["/archive_sha256", "/reason", "/why"]);
+    }
 
     #[test]
     fn a_digest_is_64_hexadecimal_digits() {

@@ -122,6 +122,11 @@ async fn a_purge_takes_the_digest_of_the_archive_as_it_is() {
     assert_eq!(app.post(&place, &json!({"archive_sha256": told})).await.problem(422, "invalid_request"), ["/reason"]);
     let empty = json!({"reason": "", "archive_sha256": told});
     assert_eq!(app.post(&place, &empty).await.problem(422, "invalid_request"), ["/reason"]);
+    // both at once
+    let mut wrong =
+        app.post(&place, &json!({"reason": "", "archive_sha256": "0"})).await.problem(422, "invalid_request");
+    wrong.sort_unstable();
+    assert_eq!(wrong, ["/archive_sha256", "/reason"]);
     app.post(&format!("{NOBODY}/purge"), &body(&told)).await.problem(404, "not_found");
     // one that has gone on since
     app.iteration(&job).await;
