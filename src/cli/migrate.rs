@@ -13,6 +13,11 @@ pub struct MigrateArguments {
 }
 
 pub fn run(arguments: &MigrateArguments) -> Result<(), CommandError> {
+    if arguments.database_url.starts_with("sqlite:") {
+        return Err("`flankfit migrate` is for PostgreSQL; an SQLite file needs none: `flankfit serve` makes it and \
+                    brings it up to date at its start"
+            .into());
+    }
     let settings = PostgresSettings::of_url(&arguments.database_url)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     progress::watched("migrate", || None, || runtime.block_on(migrate(&settings)))?;

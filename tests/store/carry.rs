@@ -267,6 +267,29 @@ async fn what_its_audit_contradicts_is_not_stored() {
     assert!(text(&nothing).contains("\"sections\":0"), "{}", text(&nothing));
 }
 
+/// Whatever a command wants of it.
+#[tokio::test]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_database_without_a_schema_says_how_it_gets_one() {
+    let place = Place::new();
+    place.open().await.close().await;
+    let server = Server::shared();
+    let empty = server.url(&server.copy_of("template1").await);
+    let file = place.beside("none");
+    for arguments in [
+        &["copy", "--from", &url(&place.file()), "--to", &empty][..],
+        &["copy", "--from", &empty, "--to", &url(&place.beside("to.db"))],
+        &["export", file.to_str().unwrap(), "--database-url", &empty],
+        &["audit", "verify", "--database-url", &empty],
+    ] {
+        let said = refused(arguments);
+        assert!(said.contains("does not exist") && said.contains("run `flankfit migrate`"), "{said}");
+        // PostgreSQL's own sources are nobody's business
+        assert!(!said.contains(" at line ") && said.trim_end().lines().count() == 1, "{said}");
+    }
+    assert!(!file.exists());
+}
+
 /// A column that a migration adds must be taken along.
 #[tokio::test]
 async fn every_column_of_a_jobs_tables_is_taken_along() {

@@ -179,6 +179,21 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
     }
 }
 
+/// The schema is complete, so all that a server of another role than its owner's lacks is a setting.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn who_may_not_make_the_schema_is_told_what_to_say_instead() {
+    let [_, url] = served().await;
+    let refused = open(settings(&url)).await.map(drop).unwrap_err();
+    assert!(matches!(refused, PostgresError::Migration { .. }), "{refused}");
+    let told = refused.to_string();
+    assert!(
+        ["permission denied", "`flankfit migrate`", "--migrate check"].iter().all(|part| told.contains(part)),
+        "{told}"
+    );
+    assert!(!told.contains(" at line "), "{told}");
+}
+
 /// What PostgreSQL calls what somebody may not do, and what a trigger refuses.
 const NO_RIGHT: &str = "42501";
 const RESTRICTED: &str = "23001";

@@ -1,6 +1,8 @@
 //! What can go wrong with the database, in words that help. No password is in any of them: a
 //! database is named by host, port and name.
 
+use sqlx::migrate::MigrateError;
+
 use crate::jobs::RepositoryError;
 
 /// Why the store could not be opened.
@@ -8,7 +10,7 @@ use crate::jobs::RepositoryError;
 pub enum PostgresError {
     #[error("this is not a database URL of the form postgres://USER@HOST:PORT/DATABASE: {reason}")]
     Url { reason: String },
-    #[error("the database {address} cannot be reached: {source}")]
+    #[error("the database {address} cannot be reached: {told}", told = said(source))]
     Connect { address: String, source: sqlx::Error },
     #[error("the database {address} is PostgreSQL {version}; flankfit needs 15 or later")]
     TooOld { address: String, version: i64 },
@@ -23,8 +25,33 @@ pub enum PostgresError {
     Unsafe { address: String, setting: &'static str },
     #[error("the database {address} needs a newer flankfit (one that knows migration {migration})")]
     Newer { address: String, migration: i64 },
-    #[error("the database {address} cannot be brought up to date: {source}")]
-    Migration { address: String, source: sqlx::migrate::MigrateError },
+    #[error("the database {address} cannot be brought up to date: {told}", told = not_migrated(source))]
+    Migration { address: String, source: MigrateError },
+}
+
+/// What PostgreSQL calls what somebody may not do.
+const NO_RIGHT: &str = "42501";
+
+/// An error in words. The library adds a line number, which is one of PostgreSQL's own sources.
+pub fn said(error: &sqlx::Error) -> String {
+    error.as_database_error().map_or_else(|| error.to_string(), |database| database.message().to_owned())
+}
+
+/// Why the schema could not be made or renewed, and who can.
+fn not_migrated(error: &MigrateError) -> String {
+    let (told, source) = match error {
+        MigrateError::Execute(source) => (said(source), source),
+        MigrateError::ExecuteMigration(source, number) => (format!("migration {number}: {}", said(source)), source),
+        other => return other.to_string(),
+    };
+    match source.as_database_error().and_then(|error| error.code()).as_deref() {
+        Some(NO_RIGHT) => {
+            format!(
+                "{told}; its owner makes the schema with `flankfit migrate`, another role starts with --migrate check"
+            )
+        }
+        _ => told,
+    }
 }
 
 /// What is done after an error.
@@ -63,13 +90,16 @@ pub fn class(error: &sqlx::Error) -> Class {
 pub fn failure(error: &sqlx::Error) -> RepositoryError {
     let code = error.as_database_error().and_then(|error| error.code());
     match (class(error), code.as_deref()) {
-        (Class::Lost | Class::Again, _) => RepositoryError::Unavailable(error.to_string()),
-        (Class::Other, _) if matches!(error, sqlx::Error::PoolClosed) => {
-            RepositoryError::Unavailable(error.to_string())
-        }
-        // out of disk or memory; took too long; the schema is not there yet; no rights
-        (Class::Other, Some("57014" | "42P01" | "42501")) => RepositoryError::Unavailable(error.to_string()),
-        (Class::Other, Some(code)) if code.starts_with("53") => RepositoryError::Unavailable(error.to_string()),
-        _ => RepositoryError::Failed(error.to_string()),
+        (Class::Lost | Class::Again, _) => RepositoryError::Unavailable(said(error)),
+        (Class::Other, _) if matches!(error, sqlx::Error::PoolClosed) => RepositoryError::Unavailable(said(error)),
+        // a table or a column is not there
+        (Class::Other, Some("42P01" | "42703")) => RepositoryError::Unavailable(format!(
+            "{}: the database has no schema yet, or an older one; run `flankfit migrate`",
+            said(error)
+        )),
+        // out of disk or memory; took too long; no rights
+        (Class::Other, Some("57014" | NO_RIGHT)) => RepositoryError::Unavailable(said(error)),
+        (Class::Other, Some(code)) if code.starts_with("53") => RepositoryError::Unavailable(said(error)),
+        _ => RepositoryError::Failed(said(error)),
     }
 }

@@ -2,7 +2,10 @@
 
 use std::sync::LazyLock;
 
-use sqlx::{AssertSqlSafe, Connection as _, Executor as _, PgConnection, migrate::Migrator};
+use sqlx::{
+    AssertSqlSafe, Connection as _, Executor as _, PgConnection,
+    migrate::{MigrateError, Migrator},
+};
 
 use super::{error::PostgresError, folded, settings::PostgresSettings};
 
@@ -27,8 +30,10 @@ fn newest() -> i64 {
 /// at a time one does it and the others wait.
 pub async fn migrate(settings: &PostgresSettings) -> Result<(), PostgresError> {
     let address = || settings.address();
-    let failed = |source| PostgresError::Connect { address: address(), source };
-    let mut db = PgConnection::connect_with(&settings.migrations()).await.map_err(failed)?;
+    let failed = |source| PostgresError::Migration { address: address(), source: MigrateError::Execute(source) };
+    let mut db = PgConnection::connect_with(&settings.migrations())
+        .await
+        .map_err(|source| PostgresError::Connect { address: address(), source })?;
     MIGRATIONS.run(&mut db).await.map_err(|source| PostgresError::Migration { address: address(), source })?;
     db.execute(sqlx::raw_sql(AssertSqlSafe(include_str!("grants.sql")))).await.map_err(failed)?;
     refuse_newer(&mut db)

@@ -131,6 +131,9 @@ fn without_unknown(url: &str) -> String {
 
 fn parse(url: &str) -> Result<PgConnectOptions, PostgresError> {
     let refused = |reason: String| PostgresError::Url { reason };
+    if !PostgresSettings::takes(url) {
+        return Err(refused("it begins with postgres://, in small letters".into()));
+    }
     let place = url.split_once("://").map_or(url, |(_, rest)| rest).split('?').next().unwrap_or_default();
     if place.split_once('/').is_some_and(|(_, name)| name.contains('@')) {
         // what is before it would be taken for the name of the database, and told
@@ -153,6 +156,8 @@ mod tests {
             "postgres://app:canary@db.example:port/plant",
             "postgres://app:canary@[/x",
             "postgres://app:12/canary@db.example/plant",
+            "sqlite://canary.db",
+            "Postgres://app:canary@db.example/plant",
         ] {
             let error = PostgresSettings::of_url(wrong).unwrap_err().to_string();
             assert!(!error.contains("canary"), "{error}");

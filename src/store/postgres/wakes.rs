@@ -22,7 +22,12 @@ use tokio::{
 };
 use uuid::Uuid;
 
-use super::{error::failure, message::Message, open, settings::PostgresSettings};
+use super::{
+    error::{failure, said},
+    message::Message,
+    open,
+    settings::PostgresSettings,
+};
 use crate::{
     jobs::{RepositoryFuture, Wake, Wakes},
     store::shared::Integer,
@@ -103,7 +108,7 @@ impl Notifications {
             .connect_lazy_with(self.settings.past_a_pooler());
         loop {
             if let Err(error) = self.hear(&pool, ring).await {
-                tracing::debug!(%error, "other servers are not heard");
+                tracing::debug!(error = said(&error), "other servers are not heard");
             }
             sleep(PAUSE).await;
         }

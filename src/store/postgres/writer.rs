@@ -14,7 +14,7 @@ use std::{
 use uuid::Uuid;
 
 use super::{
-    error::{Class, class, failure},
+    error::{Class, class, failure, said},
     open,
     session::{Proof, Session, Wanted},
     settings::PostgresSettings,
@@ -67,7 +67,7 @@ impl Failure {
     fn told(&self) -> RepositoryError {
         match self {
             Failure::Nothing(error) => failure(error),
-            Failure::Unknown(error) => RepositoryError::OutcomeUnknown(error.to_string()),
+            Failure::Unknown(error) => RepositoryError::OutcomeUnknown(said(error)),
         }
     }
 }
@@ -84,7 +84,7 @@ impl Writer {
         if let Some(session) = self.session
             && let Err(error) = session.close().await
         {
-            tracing::warn!(%error, "a connection to the database did not close cleanly");
+            tracing::warn!(error = said(&error), "a connection to the database did not close cleanly");
         }
         self.waiting.closed();
     }
@@ -119,7 +119,7 @@ impl Writer {
                 _ => return Err(Failure::Nothing(error)),
             }
             metrics::counter!(telemetry::STORE_RETRIES).increment(1);
-            tracing::debug!(%error, "a transaction is tried again");
+            tracing::debug!(error = said(&error), "a transaction is tried again");
         }
     }
 
@@ -150,7 +150,7 @@ impl Writer {
                 Err(error)
             }
             // Whatever the server said at last, it has gone with the connection.
-            Err(_) => Err(sqlx::Error::Io(io::Error::new(io::ErrorKind::ConnectionAborted, error))),
+            Err(_) => Err(sqlx::Error::Io(io::Error::new(io::ErrorKind::ConnectionAborted, said(&error)))),
         }
     }
 }

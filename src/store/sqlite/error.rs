@@ -26,6 +26,9 @@ pub enum OpenError {
     #[error("the database {path} is read-only: the file and its directory must be writable by the user that runs \
         flankfit", path = path.display())]
     ReadOnly { path: PathBuf },
+    /// Who only reads makes none.
+    #[error("there is no database at {path}; name the one that the server uses", path = path.display())]
+    Missing { path: PathBuf },
     /// Another process holds the lock.
     #[error(
         "the database {path} is in use: another flankfit writes it (it holds {lock}); stop that one, or name another \

@@ -185,6 +185,7 @@ pub struct SqliteHoldings {
 impl SqliteHoldings {
     /// To read a database, which a server may have open.
     pub async fn open(settings: &StoreSettings) -> Result<Self, OpenError> {
+        settings.must_exist()?;
         Ok(SqliteHoldings { readers: settings.open_readers().await?, writer: None, _lock: None })
     }
 

@@ -78,6 +78,15 @@ impl StoreSettings {
         self.options.get_filename().to_path_buf()
     }
 
+    /// Refuses a file that is not there, for those who only read it.
+    pub(super) fn must_exist(&self) -> Result<(), OpenError> {
+        match self.path().try_exists() {
+            Ok(false) => Err(OpenError::Missing { path: self.path() }),
+            // what is wrong otherwise is told where it is opened
+            _ => Ok(()),
+        }
+    }
+
     /// The writing connection, on a database brought up to date.
     pub(super) async fn open_writer(&self) -> Result<SqliteConnection, OpenError> {
         let failed = |source| OpenError::from_sqlx(self.path(), source);

@@ -9,11 +9,15 @@ use flankfit::{
 
 use super::app::TestApp;
 
+fn url(database: &Path) -> String {
+    format!("sqlite://{}", database.display())
+}
+
 fn flankfit(arguments: &[&str], database: &Path) -> (bool, String) {
     let output = Command::new(env!("CARGO_BIN_EXE_flankfit"))
         .args(arguments)
         .env_clear()
-        .env("FLANKFIT_DATABASE_URL", format!("sqlite://{}", database.display()))
+        .env("FLANKFIT_DATABASE_URL", url(database))
         .output()
         .unwrap();
     let text = [output.stdout, output.stderr].concat();
@@ -48,7 +52,7 @@ async fn a_backup_is_made_while_the_service_runs() {
 async fn a_second_server_on_one_database_is_refused() {
     let mut app = TestApp::start_on_file().await;
     app.job().await;
-    let url = format!("sqlite://{}", app.database().display());
+    let url = url(&app.database());
     for arguments in
         [&["serve", "--bind", "127.0.0.1:0"][..], &["demo", "--exit", "--bind", "127.0.0.1:0", "--database-url", &url]]
     {
@@ -80,6 +84,12 @@ fn what_is_not_there_is_told_in_one_line() {
     let missing = directory.path().join("request.json");
     for (arguments, told) in [
         (vec!["backup", copy.to_str().unwrap()], ["there is no database at", "--database-url"]),
+        (vec!["export", copy.to_str().unwrap()], ["there is no database at", "none.db"]),
+        (vec!["copy", "--from", &url(&nowhere), "--to", &url(&copy)], ["there is no database at", "none.db"]),
+        (vec!["audit", "verify"], ["there is no database at", "none.db"]),
+        // and what there is nothing to do for
+        (vec!["migrate"], ["is for PostgreSQL", "`flankfit serve`"]),
+        (vec!["migrate", "--database-url", "none.db"], ["postgres://USER@HOST:PORT/DATABASE", "begins with"]),
         (vec!["fit", missing.to_str().unwrap()], ["cannot read", "name a file that holds a fit request"]),
         (vec!["healthcheck", "--bind", "127.0.0.1:1"], ["no server answers at 127.0.0.1:1", "flankfit serve"]),
     ] {
