@@ -19,6 +19,7 @@ use super::{
     dashboard, docs,
     extract::QueryOf,
     openapi::{openapi_3_0_json, openapi_json},
+    readiness::Unready,
     state::AppState,
 };
 use crate::{
@@ -119,7 +120,9 @@ enum Purpose {
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation", params(ReadinessQuery),
     responses(
         (status = 200, description = "Requests can be answered.", body = Health),
-        (status = 503, description = "The process is about to end, the store does not answer, or its disk is full.", body = Problem,
+        (status = 503, description = "The process is about to end, or nothing can be stored; `detail` says why: the store does \
+            not answer or takes no writes, its schema is missing or of another version, it is a standby, or the clocks \
+            are too far apart.", body = Problem,
             content_type = "application/problem+json")
     )
 )]
@@ -142,9 +145,9 @@ async fn get_readiness(
     }
     match state.readiness.check(&state.jobs).await {
         Ok(()) => Ok(axum::Json(Health::of(&state))),
-        Err(cause) => Err(Problem::new(ProblemCode::StoreUnavailable, "The store does not answer, or cannot write.")
-            .caused_by(cause)
-            .retry_after(1)),
+        Err(Unready { told, cause }) => {
+            Err(Problem::new(ProblemCode::StoreUnavailable, told).caused_by(cause).retry_after(1))
+        }
     }
 }
 

@@ -2,9 +2,15 @@
 
 use std::time::{Duration, Instant};
 
-use tokio::{sync::Mutex, time::timeout};
+use tokio::{
+    sync::Mutex,
+    time::{self, timeout_at},
+};
 
-use crate::{jobs::JobService, telemetry};
+use crate::{
+    jobs::{JobService, RepositoryError, Unfit},
+    telemetry,
+};
 
 /// How long what the store said is believed.
 const CHECK_INTERVAL: Duration = Duration::from_secs(1);
@@ -12,13 +18,34 @@ const CHECK_INTERVAL: Duration = Duration::from_secs(1);
 /// How long the store may take.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// Why nothing can be stored: one of a few sentences for whoever asks, which name nothing of the
+/// database, and all of it for the log.
+#[derive(Clone, Debug)]
+pub struct Unready {
+    pub told: &'static str,
+    pub cause: String,
+}
+
+const SILENT: &str = "The store does not answer; the log says more.";
+const UNWRITABLE: &str = "The store answers, but takes no writes; the log says more.";
+
+fn told(unfit: Unfit) -> &'static str {
+    match unfit {
+        Unfit::NoSchema => "The database has no schema yet: run `flankfit migrate`.",
+        Unfit::OldSchema => "The schema of the database is older than this server: run `flankfit migrate`.",
+        Unfit::NewSchema(_) => "The schema of the database is too new for this server: start one of a later version.",
+        Unfit::Standby => "The database is a standby, which takes no writes.",
+        Unfit::Clock(_) => "The clocks of this server and of the database are too far apart.",
+    }
+}
+
 /// What the store last said, and when.
 #[derive(Debug, Default)]
-pub struct Readiness(Mutex<Option<(Instant, Result<(), String>)>>);
+pub struct Readiness(Mutex<Option<(Instant, Result<(), Unready>)>>);
 
 impl Readiness {
     /// Why nothing can be stored, where that is so.
-    pub async fn check(&self, jobs: &JobService) -> Result<(), String> {
+    pub async fn check(&self, jobs: &JobService) -> Result<(), Unready> {
         // one at a time: who comes meanwhile has its outcome
         let mut last = self.0.lock().await;
         if let Some((asked, outcome)) = &*last
@@ -26,16 +53,27 @@ impl Readiness {
         {
             return outcome.clone();
         }
-        let asking = async {
-            jobs.ping().await?;
-            jobs.check_writable().await
-        };
-        let outcome = match timeout(PATIENCE, asking).await {
-            Ok(outcome) => outcome.map_err(|error| error.to_string()),
-            Err(_elapsed) => Err(format!("no answer within {} s", PATIENCE.as_secs())),
-        };
+        let until = time::Instant::now() + PATIENCE;
+        let mut outcome = answered(until, SILENT, jobs.ping()).await;
+        if outcome.is_ok() {
+            outcome = answered(until, UNWRITABLE, jobs.check_writable()).await;
+        }
         telemetry::record_store_up(outcome.is_ok());
         *last = Some((Instant::now(), outcome.clone()));
         outcome
+    }
+}
+
+/// What the store says until then, or the sentence for one that says nothing or something else.
+async fn answered(
+    until: time::Instant,
+    otherwise: &'static str,
+    asking: impl Future<Output = Result<(), RepositoryError>>,
+) -> Result<(), Unready> {
+    match timeout_at(until, asking).await {
+        Ok(Ok(())) => Ok(()),
+        Ok(Err(RepositoryError::Unfit(unfit))) => Err(Unready { told: told(unfit), cause: unfit.to_string() }),
+        Ok(Err(error)) => Err(Unready { told: otherwise, cause: error.to_string() }),
+        Err(_elapsed) => Err(Unready { told: otherwise, cause: format!("no answer within {} s", PATIENCE.as_secs()) }),
     }
 }

@@ -74,7 +74,7 @@ pub use listing::{JobFilter, JobPage, JobPlace, JobPlaceError, JobQuery, JobSort
 pub use measurand::{Measurand, Successors, has_no_tooth, side_name, side_named};
 pub use measurement::MeasurementDetails;
 pub use origin::Origin;
-pub use outcome::{Precondition, RepositoryError, RepositoryFuture, Resource, Stored};
+pub use outcome::{Precondition, RepositoryError, RepositoryFuture, Resource, Stored, Unfit};
 pub use page::{Cursor, CursorError, List, Page, PageRequest};
 pub use prior::{Predecessor, Predecessors};
 pub use purge::{NewPurge, Purge, Seen};

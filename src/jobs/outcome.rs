@@ -2,7 +2,7 @@
 
 use std::pin::Pin;
 
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use uuid::Uuid;
 
 /// What a request named and the store did not find.
@@ -16,6 +16,23 @@ pub enum Resource {
     Key,
     Tenant,
     Task,
+}
+
+/// Why a store that answers is not served from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum Unfit {
+    #[error("the database has no schema yet: run `flankfit migrate`")]
+    NoSchema,
+    #[error("the schema of the database is older than this version: run `flankfit migrate`")]
+    OldSchema,
+    #[error("the schema needs a version that knows migration {0}")]
+    NewSchema(i64),
+    /// It takes no writes.
+    #[error("the server is a standby")]
+    Standby,
+    /// Processes on one database give times to what they store.
+    #[error("the clock of the database is {:.1} s before ours", .0.as_secs_f64())]
+    Clock(SignedDuration),
 }
 
 /// Why the store did not do what it was asked.
@@ -98,6 +115,9 @@ pub enum RepositoryError {
     /// The store cannot be used now; nothing was stored.
     #[error("the store cannot be used now: {0}")]
     Unavailable(String),
+    /// The store answers, and is not to be used now; nothing was stored.
+    #[error("the store cannot be used now: {0}")]
+    Unfit(Unfit),
     /// The store was lost while it was about to say that all is stored: all of it was, or nothing.
     #[error("it is not known whether it was stored: {0}")]
     OutcomeUnknown(String),

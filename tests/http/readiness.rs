@@ -4,7 +4,7 @@ use std::{
     future::pending,
     pin::Pin,
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicBool, AtomicUsize, Ordering::SeqCst},
     },
     time::{Duration, Instant},
@@ -14,25 +14,27 @@ use flankfit::{
     config::ServeSettings,
     http::{self, AppState},
     jobs::{
-        Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryFuture, Store, SystemClock, Tasks,
-        Turn, Upkeep,
+        Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryError, RepositoryFuture, Store,
+        SystemClock, Tasks, Turn, Unfit, Upkeep,
         archive::{Holdings, Key},
         audit::{Auditor, Sealing, WholeSeal},
     },
     store::{SqliteStore, StoreSettings},
 };
-use jiff::Timestamp;
+use jiff::{SignedDuration, Timestamp};
 use reqwest::{Client, RequestBuilder};
 use tempfile::TempDir;
 use tokio::{net::TcpListener, task::JoinSet, time::sleep};
 
 use crate::harness::{figure, send};
 
-/// A store that counts how often it is asked whether it answers, and may be silent.
+/// A store that counts how often it is asked whether it answers, and may be silent, unfit or full.
 struct Watched {
     store: Arc<dyn Store>,
     pings: AtomicUsize,
     is_silent: AtomicBool,
+    unfit: Mutex<Option<Unfit>>,
+    is_full: AtomicBool,
 }
 
 impl Store for Watched {
@@ -83,12 +85,21 @@ impl Upkeep for Watched {
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
-        self.store.check_writable(now)
+        match self.is_full.load(SeqCst) {
+            true => Box::pin(async { Err(RepositoryError::Unavailable("canary: the disk is full".to_owned())) }),
+            false => self.store.check_writable(now),
+        }
     }
 
     fn ping(&self) -> RepositoryFuture<'_, ()> {
         self.pings.fetch_add(1, SeqCst);
-        if self.is_silent.load(SeqCst) { Box::pin(pending()) } else { self.store.ping() }
+        if self.is_silent.load(SeqCst) {
+            return Box::pin(pending());
+        }
+        match *self.unfit.lock().unwrap() {
+            Some(unfit) => Box::pin(async move { Err(RepositoryError::Unfit(unfit)) }),
+            None => self.store.ping(),
+        }
     }
 
     fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
@@ -110,8 +121,13 @@ impl Server {
         let directory = tempfile::tempdir().unwrap();
         let settings = StoreSettings::of_file(directory.path().join("jobs.db"));
         let store = SqliteStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
-        let store =
-            Arc::new(Watched { store: Arc::new(store), pings: AtomicUsize::new(0), is_silent: AtomicBool::new(false) });
+        let store = Arc::new(Watched {
+            store: Arc::new(store),
+            pings: AtomicUsize::new(0),
+            is_silent: AtomicBool::new(false),
+            unfit: Mutex::new(None),
+            is_full: AtomicBool::new(false),
+        });
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
         let settings = ServeSettings { workers: 1, ..ServeSettings::default() };
         let state = AppState::new(settings, jobs, None).unwrap();
@@ -192,6 +208,41 @@ async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready
         sleep(Duration::from_millis(50)).await;
     }
     server.pings();
+}
+
+/// In words that name nothing of the database.
+#[tokio::test]
+async fn it_is_said_why_nothing_can_be_stored() {
+    let server = Server::start().await;
+    // what the store has said is believed for a second
+    let told = async |why: &str| {
+        let begun = Instant::now();
+        loop {
+            let answer = send(server.get("/readyz")).await;
+            if answer.text.contains(why) {
+                let detail = answer.problem(503, "store_unavailable")["detail"].to_string();
+                assert!(!detail.contains("canary") && !detail.contains("4711"), "{detail}");
+                return;
+            }
+            assert!(begun.elapsed() < Duration::from_secs(60), "{why} is not told: {}", answer.text);
+            sleep(Duration::from_millis(50)).await;
+        }
+    };
+    for (unfit, why) in [
+        (Unfit::NoSchema, "no schema yet: run `flankfit migrate`"),
+        (Unfit::OldSchema, "older than this server: run `flankfit migrate`"),
+        (Unfit::NewSchema(4711), "too new for this server"),
+        (Unfit::Standby, "is a standby"),
+        (Unfit::Clock(SignedDuration::from_secs(4711)), "clocks of this server and of the database"),
+    ] {
+        *server.store.unfit.lock().unwrap() = Some(unfit);
+        told(why).await;
+    }
+    *server.store.unfit.lock().unwrap() = None;
+    server.store.is_full.store(true, SeqCst);
+    told("takes no writes").await;
+    server.store.is_silent.store(true, SeqCst);
+    told("does not answer").await;
 }
 
 /// Metrics tell of the store although nobody asks for readiness.

@@ -90,6 +90,11 @@ impl From<RepositoryError> for Problem {
                     .caused_by(cause)
                     .retry_after(2)
             }
+            RepositoryError::Unfit(unfit) => {
+                Problem::new(ProblemCode::StoreUnavailable, "The store is not to be used now; nothing was stored.")
+                    .caused_by(unfit)
+                    .retry_after(2)
+            }
             RepositoryError::OutcomeUnknown(cause) => Problem::new(
                 ProblemCode::OutcomeUnknown,
                 "The store was lost before it answered: everything was stored, or nothing. Send the request again with \

@@ -8,6 +8,7 @@ use sqlx::{
 };
 
 use super::{error::PostgresError, folded, settings::PostgresSettings};
+use crate::jobs::Unfit;
 
 static MIGRATIONS: LazyLock<Migrator> = LazyLock::new(|| {
     let mut migrations = sqlx::migrate!("./migrations/postgres");
@@ -52,23 +53,20 @@ async fn refuse_newer(db: &mut PgConnection) -> Result<Result<(), i64>, sqlx::Er
     Ok(if floor > newest() { Err(floor) } else { Ok(()) })
 }
 
-/// What is missing of the schema, in words; `None` where this version works on it.
-pub async fn missing(db: &mut PgConnection) -> Result<Option<String>, sqlx::Error> {
+/// Why this version does not work on the schema, where that is so.
+pub async fn unfit(db: &mut PgConnection) -> Result<Option<Unfit>, sqlx::Error> {
     let there: bool = sqlx::query_scalar(
         "SELECT to_regclass('_sqlx_migrations') IS NOT NULL AND to_regclass('schema_floor') IS NOT NULL",
     )
     .fetch_one(&mut *db)
     .await?;
     if !there {
-        return Ok(Some("the database has no schema yet: run `flankfit migrate`".into()));
+        return Ok(Some(Unfit::NoSchema));
     }
     let last: Option<i64> =
         sqlx::query_scalar("SELECT max(version) FROM _sqlx_migrations WHERE success").fetch_one(&mut *db).await?;
     if last.unwrap_or(0) < newest() {
-        return Ok(Some("the schema of the database is older than this version: run `flankfit migrate`".into()));
+        return Ok(Some(Unfit::OldSchema));
     }
-    Ok(refuse_newer(db)
-        .await?
-        .err()
-        .map(|migration| format!("the schema needs a version that knows migration {migration}")))
+    Ok(refuse_newer(db).await?.err().map(Unfit::NewSchema))
 }

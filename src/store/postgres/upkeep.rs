@@ -3,9 +3,9 @@
 use jiff::SignedDuration;
 use sqlx::{PgConnection, PgPool};
 
-use super::{error::failure, migrate::missing, session::Session, time::stamp};
+use super::{error::failure, migrate::unfit, session::Session, time::stamp};
 use crate::{
-    jobs::{Clock, RepositoryError},
+    jobs::{Clock, RepositoryError, Unfit},
     store::shared::{Moment, Outcome, Probe, Run},
     telemetry,
 };
@@ -24,16 +24,16 @@ pub async fn ping(from: &PgPool, clock: &dyn Clock) -> Result<(), RepositoryErro
     let asked = async {
         let mut db = from.acquire().await?;
         if sqlx::query_scalar("SELECT pg_is_in_recovery()").fetch_one(&mut *db).await? {
-            return Ok(Some("the server is a standby".to_owned()));
+            return Ok(Some(Unfit::Standby));
         }
-        match missing(&mut db).await? {
+        match unfit(&mut db).await? {
             Some(why) => Ok(Some(why)),
             None => Ok(distant(skew(&mut db, clock).await?)),
         }
     };
     match asked.await {
         Ok(None) => Ok(()),
-        Ok(Some(why)) => Err(RepositoryError::Unavailable(why)),
+        Ok(Some(why)) => Err(RepositoryError::Unfit(why)),
         Err(error) => Err(failure(&error)),
     }
 }
@@ -47,9 +47,9 @@ async fn skew(db: &mut PgConnection, clock: &dyn Clock) -> Result<SignedDuration
 }
 
 /// Why nothing is stored by such a clock, where that is so.
-fn distant(skew: SignedDuration) -> Option<String> {
+fn distant(skew: SignedDuration) -> Option<Unfit> {
     metrics::gauge!(telemetry::CLOCK_SKEW).set(skew.as_secs_f64());
-    let told = format!("the clock of the database is {:.1} s before ours", skew.as_secs_f64());
+    let told = Unfit::Clock(skew);
     if skew.abs() > TOLD {
         tracing::warn!("{told}");
     }

@@ -125,6 +125,8 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::Failed(_) => "failed",
         // no store says so unless its server is killed, which is tested elsewhere
         RepositoryError::OutcomeUnknown(_) => "outcome unknown",
+        // nor unless its database is another one than that of the tests
+        RepositoryError::Unfit(_) => "unfit",
     }
 }
 
