@@ -17,10 +17,14 @@ use crate::{
 };
 
 /// Has the server keep its log in a folder beside it.
-const KEEP_LOG: &str = "mkdir log-kept && \
+/// (A new cluster lets everybody replicate from here; a line for all databases does not.)
+const KEEP_LOG: &str = "mkdir log-kept && grep -v replication data/pg_hba.conf >hba && \
+    echo 'local replication flankfit_backup,flankfit_owner trust' >>hba && cp hba data/pg_hba.conf && \
     printf \"archive_mode=on\\narchive_command='cp %%p $PWD/log-kept/%%f'\\n\" >>data/postgresql.conf && \
     $BIN/pg_ctl -D data -l log -m fast -w restart";
-const BACKUP: &str = "$BIN/pg_basebackup -h \"$PWD\" -U owner -D copy -X none -c fast --no-sync";
+/// As docs/postgresql.md says.
+const ROLE: &str = "CREATE ROLE flankfit_backup LOGIN REPLICATION";
+const BACKUP: &str = "$BIN/pg_basebackup -h \"$PWD\" -U flankfit_backup -D copy -X none -c fast --no-sync";
 /// Ends the server as the loss of its machine would, and brings the copy up to the end of the log.
 const RESTORE: &str = "$BIN/pg_ctl -D data -m immediate -w stop && \
     printf \"restore_command='cp $PWD/log-kept/%%f %%p'\\narchive_mode=off\\nhot_standby=off\\n\" >>copy/postgresql.conf && \
@@ -74,6 +78,14 @@ async fn a_base_backup_and_the_log_since_bring_everything_back() {
     let sealing =
         |at| flankfit::jobs::audit::Sealing { at, key: None, unless_since: at - SignedDuration::from_hours(1) };
     store.seal_audit(sealing(place.now())).await.unwrap();
+    // its rights are enough, and no others than that
+    assert!(include_str!("../../docs/postgresql.md").contains(&format!("    {ROLE};\n")));
+    let mut own = PgConnection::connect(&server.url("postgres")).await.unwrap();
+    sqlx::query("CREATE ROLE flankfit_owner LOGIN").execute(&mut own).await.unwrap();
+    sqlx::query(ROLE).execute(&mut own).await.unwrap();
+    drop(own);
+    let refused = shell(&server.folder, &BACKUP.replace("flankfit_backup", "flankfit_owner")).status().unwrap();
+    assert!(!refused.success());
     run(&server, BACKUP);
 
     // what comes after the backup is in the log alone
