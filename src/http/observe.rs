@@ -37,6 +37,9 @@ pub static TRACESTATE: HeaderName = HeaderName::from_static(telemetry::TRACESTAT
 /// Longest id taken over from a client.
 const LONGEST_ID: usize = 128;
 
+/// What balancers and monitoring ask all the while. That it went well is told at DEBUG alone.
+const CHECKS: [&str; 3] = ["/healthz", "/readyz", "/metrics"];
+
 /// The id of the request that is being answered (a request extension).
 #[derive(Clone, Debug)]
 pub struct RequestId(pub HeaderValue);
@@ -203,6 +206,8 @@ fn report(
         Some(url) => {
             tracing::debug!(request_id = id, %method, route, %url, actor, status = status.as_u16(), seconds, "answered")
         }
+        // where DEBUG is not logged
+        None if CHECKS.contains(&route) && status.is_success() => {}
         None => tracing::info!(request_id = id, %method, route, actor, status = status.as_u16(), seconds, "answered"),
     }
 }

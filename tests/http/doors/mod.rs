@@ -8,6 +8,7 @@ mod figures;
 mod health;
 mod issuer;
 pub mod keys;
+mod lines;
 mod roles;
 mod secrecy;
 mod secret_files;

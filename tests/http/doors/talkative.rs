@@ -26,8 +26,13 @@ impl Talkative {
 
     /// One within this environment.
     pub fn within(environment: &[(&str, &str)], database: &Path, arguments: &[&str]) -> Self {
+        Self::logging("trace", environment, database, arguments)
+    }
+
+    /// One that logs so much only.
+    pub fn logging(level: &str, environment: &[(&str, &str)], database: &Path, arguments: &[&str]) -> Self {
         let mut child = Command::new(env!("CARGO_BIN_EXE_flankfit"))
-            .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", "trace", "--database-url"])
+            .args(["serve", "--bind", "127.0.0.1:0", "--log-format", "json", "--log", level, "--database-url"])
             .arg(in_file(database))
             .args(arguments)
             .env_clear()
