@@ -1397,7 +1397,8 @@ export interface paths {
         head?: never;
         /**
          * Changes the name or the end of a key. What is left out stays.
-         * @description What a key allows is not changed: make another one.
+         * @description What a key allows is not changed: make another one. A key that has ended is not changed, either,
+         *     and does not come back.
          */
         patch: operations["update_key"];
         trace?: never;
@@ -1414,7 +1415,8 @@ export interface paths {
         /**
          * Gives the holder of a key another secret.
          * @description The new key has an id of its own, the same name and scopes, and lives as long as the one before
-         *     was made to live. That one goes on for `overlap_seconds`.
+         *     was made to live. That one goes on for `overlap_seconds`, and is not rotated again: who lost the
+         *     new key rotates that one, whose id is `replaced_by` of the old one.
          */
         post: operations["rotate_key"];
         delete?: never;
@@ -6356,6 +6358,8 @@ export interface components {
              * @description When it was ended for good.
              */
             revoked_at?: string;
+            /** @description The key that took its place when it was rotated. */
+            replaced_by?: string;
             /**
              * @description The key itself, in the answer to the request that made it and nowhere else: nobody can tell
              *     it again.
@@ -6385,7 +6389,8 @@ export interface components {
             name?: string;
             /**
              * Format: date-time
-             * @description The new end, later than now. (A key that shall end now is deleted.)
+             * @description The new end, later than now; of a key that was replaced no later than the one it has. (A key
+             *     that shall end now is deleted.)
              */
             expires_at?: string;
         };
@@ -32562,7 +32567,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The key is revoked. */
+            /** @description The key has ended or is revoked, or it was replaced and would end later than it does. */
             409: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32926,7 +32931,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The key is revoked or of a certificate, or the first request with this idempotency key is still running. */
+            /** @description The key has ended, is revoked, was rotated before or is of a certificate, or the first request with this idempotency key is still running. */
             409: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34646,7 +34651,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The process is about to end, the store does not answer, or its disk is full. */
+            /** @description The process is about to end, or nothing can be stored; `detail` says why: the store does not answer or takes no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
             503: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
