@@ -1,6 +1,7 @@
 //! Wiring: settings in, a running server out.
 
 mod retention;
+mod seal_age;
 mod seals;
 
 use std::{io, net::SocketAddr, sync::Arc, time::Duration};

@@ -71,8 +71,11 @@ pub const AUTHENTICATIONS: &str = "flankfit_auth_total";
 pub const DRAINING: &str = "flankfit_draining";
 /// Seconds until the server's certificate ends.
 pub const TLS_EXPIRY: &str = "flankfit_tls_expiry_seconds";
-/// Seconds since all that there was to seal of the audit was sealed.
+/// Age in seconds of the oldest entry of the audit that no seal held at the last turn of sealing,
+/// or none in the file of seals; 0 where there was none.
 pub const AUDIT_SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
+/// Seconds between two turns of sealing, as they are set.
+pub const AUDIT_SEAL_INTERVAL: &str = "flankfit_audit_seal_interval_seconds";
 /// Spans that no collector has got. Label: `reason` (`queue`: it was full; `export`: the collector
 /// did not take them).
 pub const SPANS_DROPPED: &str = "flankfit_trace_spans_dropped_total";
@@ -179,7 +182,12 @@ pub fn metrics() -> &'static PrometheusHandle {
         metrics::describe_counter!(AUTHENTICATIONS, "Requests to /v1 by what their API key is");
         metrics::describe_gauge!(DRAINING, "1 from the signal to stop on");
         metrics::describe_gauge!(TLS_EXPIRY, metrics::Unit::Seconds, "Time until the server's certificate ends");
-        metrics::describe_gauge!(AUDIT_SEAL_AGE, metrics::Unit::Seconds, "Time since all of the audit was sealed");
+        metrics::describe_gauge!(
+            AUDIT_SEAL_AGE,
+            metrics::Unit::Seconds,
+            "Age of the oldest entry of the audit that no seal held when seals were due last, 0 where there was none"
+        );
+        metrics::describe_gauge!(AUDIT_SEAL_INTERVAL, metrics::Unit::Seconds, "Time between seals, as it is set");
         metrics::describe_counter!(SPANS_DROPPED, "Spans that no collector has got, by reason");
         metrics::describe_gauge!(IDENTITY_PROVIDER_UP, "1 where the identity provider told its keys last");
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
@@ -219,9 +227,14 @@ pub fn record_catch_up() {
     metrics::counter!(STREAM_CATCH_UPS).increment(1);
 }
 
-/// Notes how long ago all of the audit was sealed.
+/// Notes for how long something of the audit has been in no seal.
 pub fn record_seal_age(age: Duration) {
     metrics::gauge!(AUDIT_SEAL_AGE).set(age.as_secs_f64());
+}
+
+/// Notes how often the audit is sealed.
+pub fn record_seal_interval(interval: Duration) {
+    metrics::gauge!(AUDIT_SEAL_INTERVAL).set(interval.as_secs_f64());
 }
 
 /// Notes whether the store answers and can be written.

@@ -5,13 +5,14 @@ use std::{
     fs::{File, OpenOptions},
     io::{self, Read as _, Seek as _, SeekFrom, Write as _},
     path::{Path, PathBuf},
-    sync::{Arc, Mutex, PoisonError},
+    sync::{Arc, Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
 use jiff::SignedDuration;
 use tokio_rustls::rustls::pki_types::{PrivatePkcs8KeyDer, pem::PemObject};
 
+use super::seal_age::SealAge;
 use crate::{
     api::jobs::{audit::SealBody, seals::line},
     config::AuditSettings,
@@ -22,8 +23,8 @@ use crate::{
     telemetry,
 };
 
-/// Time between two looks at how old the last seals are.
-const LOOK: Duration = Duration::from_secs(5);
+/// Longest time between two times that the age is told.
+const TELL: Duration = Duration::from_secs(5);
 
 /// Why seals cannot be made as they are wanted.
 #[derive(Debug, thiserror::Error)]
@@ -41,8 +42,7 @@ pub struct SealKeeper {
     key: Option<Arc<SigningKey>>,
     file: Option<PathBuf>,
     every: Duration,
-    /// When all that there was to seal was sealed last, as far as this process knows.
-    fresh: Mutex<Instant>,
+    age: Mutex<SealAge>,
 }
 
 impl SealKeeper {
@@ -54,7 +54,7 @@ impl SealKeeper {
             open(file).map_err(|source| SealError::File { file: file.clone(), source })?;
         }
         let every = Duration::from_secs(settings.audit_seal_seconds.into());
-        Ok(SealKeeper { key: key.map(Arc::new), file, every, fresh: Mutex::new(Instant::now()) })
+        Ok(SealKeeper { key: key.map(Arc::new), file, every, age: Mutex::new(SealAge::begin(Instant::now())) })
     }
 
     /// Never ends.
@@ -68,11 +68,14 @@ impl SealKeeper {
         let mut unwritten = String::new();
         loop {
             tokio::time::sleep(self.every).await;
-            let begun = Instant::now();
+            self.age().turn();
             let sealed = match service.seal_audit(self.key.clone(), unless_within).await {
                 Ok(made) => {
                     made.iter().flatten().for_each(log);
                     unwritten.extend(made.iter().flatten().map(line));
+                    if !unwritten.is_empty() {
+                        self.age().made();
+                    }
                     true
                 }
                 Err(error) => {
@@ -80,9 +83,21 @@ impl SealKeeper {
                     false
                 }
             };
-            if self.write(&mut unwritten).await && sealed {
-                *self.fresh.lock().unwrap_or_else(PoisonError::into_inner) = begun;
+            if self.write(&mut unwritten).await {
+                self.age().written();
             }
+            if sealed {
+                self.look(service).await;
+            }
+        }
+    }
+
+    /// Finds out what is in no seal yet.
+    async fn look(&self, service: &JobService) {
+        let begun = Instant::now();
+        match service.unsealed().await {
+            Ok(told) => self.age().looked(told, begun),
+            Err(error) => tracing::warn!(%error, "it is not known whether all of the audit is sealed"),
         }
     }
 
@@ -103,10 +118,15 @@ impl SealKeeper {
     }
 
     async fn tell_age(&self) {
+        telemetry::record_seal_interval(self.every);
         loop {
-            telemetry::record_seal_age(self.fresh.lock().unwrap_or_else(PoisonError::into_inner).elapsed());
-            tokio::time::sleep(LOOK.min(self.every)).await;
+            telemetry::record_seal_age(self.age().at(Instant::now()));
+            tokio::time::sleep(TELL.min(self.every)).await;
         }
+    }
+
+    fn age(&self) -> MutexGuard<'_, SealAge> {
+        self.age.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 

@@ -10,7 +10,7 @@ use uuid::Uuid;
 
 use super::{
     archive::{Holdings, Key},
-    audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
+    audit::{Auditor, Chain, Entry, Seal, Sealing, Unsealed, Verdict, WholeSeal},
     callers::{Caller, Credentials, Keys},
     event::{EventPlace, JobEvent, ToldEvent},
     fit::{FitRecord, NewFit},
@@ -88,6 +88,9 @@ pub trait Upkeep: Send + Sync + 'static {
     /// Seals the chains of every tenant that grew, if no process has done so since then; the new
     /// seals, or none where another process is at it.
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>>;
+
+    /// What of the audit is in no seal yet.
+    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed>;
 
     /// A turn to purge what is old; none where another process has it.
     fn turn(&self) -> RepositoryFuture<'_, Option<Turn>>;

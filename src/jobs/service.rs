@@ -10,7 +10,7 @@ use uuid::Uuid;
 use super::{
     ambient::{Clock, Ids},
     archive::Holdings,
-    audit::{Chain, Entry, Seal, Sealing, SigningKey, Verdict, WholeSeal},
+    audit::{Chain, Entry, Seal, Sealing, SigningKey, Unsealed, Verdict, WholeSeal},
     callers::{Caller, Owned, Tenant},
     draft::JobDraft,
     event::{EventPlace, JobEvent, JobNotifier, ToldEvent},
@@ -115,6 +115,11 @@ impl JobService {
     ) -> Result<Option<Vec<WholeSeal>>, RepositoryError> {
         let at = self.now();
         self.store.seal_audit(Sealing { at, key, unless_since: at - unless_within }).await
+    }
+
+    /// What of the audit is in no seal yet.
+    pub async fn unsealed(&self) -> Result<Unsealed, RepositoryError> {
+        self.store.unsealed().await
     }
 
     /// Whether the store answers.

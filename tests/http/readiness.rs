@@ -17,7 +17,7 @@ use flankfit::{
         Caller, Credentials, JobService, Keys, OrderedIds, Repository, RepositoryError, RepositoryFuture, Store,
         SystemClock, Tasks, Turn, Unfit, Upkeep,
         archive::{Holdings, Key},
-        audit::{Auditor, Sealing, WholeSeal},
+        audit::{Auditor, Sealing, Unsealed, WholeSeal},
     },
     store::{SqliteStore, StoreSettings},
 };
@@ -74,6 +74,10 @@ impl Upkeep for Watched {
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         self.store.seal_audit(sealing)
+    }
+
+    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
+        self.store.unsealed()
     }
 
     fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {

@@ -7,6 +7,7 @@ mod disk;
 mod failover;
 mod group_commit;
 mod heard;
+mod held_seals;
 mod job_list;
 mod lost;
 mod migrations;

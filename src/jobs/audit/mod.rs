@@ -30,6 +30,6 @@ pub use entry::{Action, By, Chain, Entry, Head, Prepared};
 pub use found::{Found, FoundStream, Kind};
 pub use layout::{Sha256Digest, time_text};
 pub use purged::{Nameless, purged};
-pub use seal::{Seal, SealedHead, Sealing, WholeSeal, root_of, seals};
+pub use seal::{Seal, SealedHead, Sealing, Unsealed, WholeSeal, root_of, seals};
 pub use signing::{Signed, SigningKey, public_key};
 pub use verify::{Verdict, Verifier, What};

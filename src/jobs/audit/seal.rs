@@ -138,6 +138,15 @@ pub struct Sealing {
     pub unless_since: Timestamp,
 }
 
+/// What of the audit is in no seal yet, by numbers of a store that ascend as it stores entries.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Unsealed {
+    /// Entries that are stored from now on have this number at least.
+    pub next: i64,
+    /// The number of the oldest entry that no seal holds.
+    pub oldest: Option<i64>,
+}
+
 /// The next seals of tenants whose chains grew: the last seal of each, and the new heads.
 pub fn seals(
     last: &BTreeMap<Tenant, (u64, Sha256Digest)>,

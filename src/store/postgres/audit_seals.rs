@@ -6,7 +6,7 @@ use super::{locate::signed, session::Session, time::stamp};
 use crate::{
     jobs::{
         Caller, Page, PageRequest,
-        audit::{Seal, Sealing, WholeSeal, seals},
+        audit::{Seal, Sealing, Unsealed, WholeSeal, seals},
     },
     store::shared::{
         GetSeals, GrownRow, LastSealRow, NewestSealRow, Outcome, Read, Run, SealAudit, SealRow, grown, last_seals,
@@ -94,6 +94,25 @@ async fn insert(db: &mut PgConnection, WholeSeal { seal, heads }: &WholeSeal, up
     .execute(db)
     .await?;
     Ok(())
+}
+
+/// What no seal has looked at yet: what came since the newest one, and what that left out because
+/// something older had not ended.
+pub async fn unsealed(from: &PgPool) -> Result<Unsealed, sqlx::Error> {
+    let (next, upto): (i64, Option<i64>) = sqlx::query_as(
+        "SELECT pg_snapshot_xmax(pg_current_snapshot())::text::bigint,
+                (SELECT upto FROM audit_seals ORDER BY at DESC LIMIT 1)",
+    )
+    .fetch_one(from)
+    .await?;
+    // a database that was restored counts its transactions anew
+    let upto = upto.filter(|upto| *upto <= next).unwrap_or(0);
+    let oldest = sqlx::query_scalar("SELECT min(changed_by) FROM audit WHERE changed_by >= $1 AND changed_by < $2")
+        .bind(upto)
+        .bind(next)
+        .fetch_one(from)
+        .await?;
+    Ok(Unsealed { next, oldest })
 }
 
 impl Read<PgPool> for GetSeals {

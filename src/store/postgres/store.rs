@@ -7,6 +7,7 @@ use jiff::Timestamp;
 use sqlx::PgPool;
 
 use super::{
+    audit_seals,
     auditor::PostgresAuditor,
     error::{Class, PostgresError, class, failure},
     holdings::PostgresHoldings,
@@ -23,7 +24,7 @@ use crate::{
         self, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture, Tasks, Turn,
         Upkeep, Wakes,
         archive::{Holdings, Key},
-        audit::{Auditor, Sealing, WholeSeal},
+        audit::{Auditor, Sealing, Unsealed, WholeSeal},
     },
     store::shared::{Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, SealAudit, Subject, queue},
     telemetry,
@@ -153,6 +154,10 @@ impl Upkeep for PostgresStore {
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         Box::pin(self.0.queue(Subject::Nothing).write(SealAudit(sealing)))
+    }
+
+    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
+        Box::pin(async { audit_seals::unsealed(&self.0.readers).await.map_err(|error| failure(&error)) })
     }
 
     fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {

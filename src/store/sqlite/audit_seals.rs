@@ -8,7 +8,7 @@ use super::{locate::signed, time};
 use crate::{
     jobs::{
         Caller, Page, PageRequest, Tenant,
-        audit::{Seal, Sealing, Sha256Digest, WholeSeal, seals},
+        audit::{Seal, Sealing, Sha256Digest, Unsealed, WholeSeal, seals},
     },
     store::shared::{
         GetSeals, GrownRow, LastSealRow, NewestSealRow, Outcome, Read, Run, SealAudit, SealRow, grown, last_seals,
@@ -91,6 +91,19 @@ async fn insert(db: &mut SqliteConnection, WholeSeal { seal, heads }: &WholeSeal
         query.execute(&mut *db).await?;
     }
     Ok(())
+}
+
+/// What no seal has looked at yet.
+pub async fn unsealed(from: &SqlitePool) -> Result<Unsealed, sqlx::Error> {
+    let (next, oldest): (i64, Option<i64>) = sqlx::query_as(
+        "SELECT coalesce(max(seq), 0) + 1,
+                (SELECT min(seq) FROM audit
+                 WHERE seq > coalesce((SELECT upto FROM audit_seals ORDER BY at DESC LIMIT 1), 0))
+         FROM audit",
+    )
+    .fetch_one(from)
+    .await?;
+    Ok(Unsealed { next, oldest })
 }
 
 impl Read<SqlitePool> for GetSeals {

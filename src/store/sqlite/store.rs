@@ -6,6 +6,7 @@ use jiff::Timestamp;
 use sqlx::{SqliteConnection, SqlitePool};
 
 use super::{
+    audit_seals,
     auditor::SqliteAuditor,
     error::{OpenError, failure},
     holdings::SqliteHoldings,
@@ -19,7 +20,7 @@ use crate::{
         self, ANSWERS_KEPT, Caller, Clock, Credentials, Ids, Keys, Repository, RepositoryError, RepositoryFuture,
         Tasks, Turn, Upkeep,
         archive::{Holdings, Key},
-        audit::{Auditor, Sealing, WholeSeal},
+        audit::{Auditor, Sealing, Unsealed, WholeSeal},
     },
     store::shared::{
         Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, Run, SealAudit, StoreError, Subject, queue,
@@ -123,6 +124,10 @@ impl Upkeep for SqliteStore {
 
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         Box::pin(self.0.queue.write(SealAudit(sealing)))
+    }
+
+    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
+        Box::pin(async { audit_seals::unsealed(&self.0.readers).await.map_err(|error| failure(&error)) })
     }
 
     /// The process is the only one.

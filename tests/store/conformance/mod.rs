@@ -170,6 +170,7 @@ conformance! {
         seals:
             seals_have_the_ends_of_chains_that_grew,
             every_head_is_sealed_once,
+            entries_are_unsealed_until_a_seal_holds_them,
             a_rewritten_chain_is_convicted_by_its_seals;
         streams:
             blocks_are_taken_in_their_turn_by_whoever_comes_first,

@@ -17,7 +17,7 @@ use flankfit::{
         Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors, Task, TaskQuery, TaskResult, Tasks,
         Tenant, ToldEvent, Trace, Turn, Upkeep, Wakes,
         archive::{Holdings, Key},
-        audit::{Auditor, Chain, Entry, Seal, Sealing, Verdict, WholeSeal},
+        audit::{Auditor, Chain, Entry, Seal, Sealing, Unsealed, Verdict, WholeSeal},
     },
     key_operations, repository_operations,
 };
@@ -131,10 +131,11 @@ fn name_of(error: &RepositoryError) -> &'static str {
 }
 
 /// What is done for no caller.
-const UPKEEP: [&str; 18] = [
+const UPKEEP: [&str; 19] = [
     "turn",
     "untouched",
     "seal_audit",
+    "unsealed",
     "forget_answers",
     "forget_told",
     "check_writable",
@@ -202,6 +203,11 @@ impl Upkeep for Watched {
     fn seal_audit(&self, sealing: Sealing) -> RepositoryFuture<'_, Option<Vec<WholeSeal>>> {
         self.exercised.operation("seal_audit");
         self.store.seal_audit(sealing)
+    }
+
+    fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
+        self.exercised.operation("unsealed");
+        self.store.unsealed()
     }
 
     fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {

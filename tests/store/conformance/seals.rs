@@ -155,6 +155,25 @@ pub async fn every_head_is_sealed_once(pair: &mut Pair) {
     assert!(last.values().all(|head| head.number == 61));
 }
 
+pub async fn entries_are_unsealed_until_a_seal_holds_them(pair: &mut Pair) {
+    let (place, store) = (pair.values.clone(), pair.store.clone());
+    let unsealed = async || pair.handles[0].unsealed().await.unwrap();
+    let before = unsealed().await;
+    assert_eq!(before.oldest, None);
+    let job = place.stored_job(&store).await.id;
+    let one = unsealed().await;
+    let oldest = one.oldest.unwrap();
+    assert!(before.next <= oldest && oldest < one.next, "{before:?} {one:?}");
+    place.stored_iteration(&store, job).await;
+    let two = unsealed().await;
+    assert!(two.oldest == Some(oldest) && two.next > one.next, "{one:?} {two:?}");
+    sealed(pair, 1).await;
+    assert_eq!(unsealed().await.oldest, None);
+    place.stored_iteration(&store, job).await;
+    let next = unsealed().await.oldest.unwrap();
+    assert!(next >= two.next, "{next} {two:?}");
+}
+
 /// SQL that writes the chain of a job anew from an entry on, made by somebody else: whoever owns
 /// the database can do so, and nothing within the chain tells.
 pub fn rewritten(pair: &Pair, job: Uuid, entries: &[Entry], from: u64) -> String {
