@@ -106,10 +106,12 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
 
     let peer = request.extensions().get::<Peer>().copied();
     let principal = match names_host(&request) {
-        Ok(()) => admit(&state, &mut request, peer).await,
+        Ok(()) => identify_caller(&state, &mut request, peer).await,
         Err(problem) => Err(problem),
     };
     let actor = principal.as_ref().ok().and_then(Option::as_ref).map(|principal| principal.caller.actor.clone());
+    // the log line of a refusal names the caller as well
+    let principal = principal.and_then(|found| has_requests_left(&state, found.as_ref(), peer).map(|()| found));
     let answer = async {
         match principal {
             Ok(principal) => {
@@ -145,21 +147,27 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
     response
 }
 
-/// Whether the caller is known and has requests left, where that is asked for.
-async fn admit(state: &AppState, request: &mut Request, peer: Option<Peer>) -> Result<Option<Principal>, Problem> {
+/// Who calls, where that is asked for.
+async fn identify_caller(
+    state: &AppState,
+    request: &mut Request,
+    peer: Option<Peer>,
+) -> Result<Option<Principal>, Problem> {
     let (method, path) = (request.method(), request.uri().path());
     sites::check(state, method, request.headers()).await?;
     let identified = state.callers.identify(method, path, request.headers(), request.extensions()).await;
     auth::forget(request.headers_mut());
     match identified {
-        Ok(Some(principal)) => {
-            let known = principal.is_known().then_some(&principal.caller);
-            state.rates.count(known, peer).map(|()| Some(principal))
-        }
-        Ok(None) => Ok(None),
         Err(problem) if problem.status == 401 => Err(state.rates.refuse(problem, peer)),
-        Err(problem) => Err(problem),
+        identified => identified,
     }
+}
+
+/// Whether a caller that is counted may make this request as well.
+fn has_requests_left(state: &AppState, principal: Option<&Principal>, peer: Option<Peer>) -> Result<(), Problem> {
+    let Some(principal) = principal else { return Ok(()) };
+    let known = principal.is_known().then_some(&principal.caller);
+    state.rates.count(known, peer)
 }
 
 /// A request of HTTP/1.1 names one host (RFC 9112, 3.2).

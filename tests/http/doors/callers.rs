@@ -1,10 +1,15 @@
 //! How many requests a caller may make, and how often a peer is told that it has no key.
 
-use std::num::NonZeroU32;
+use std::{
+    num::NonZeroU32,
+    time::{Duration, Instant},
+};
 
 use flankfit::config::{Digest, parse_networks};
+use serde_json::Value;
 use sha2::Digest as _;
 
+use super::talkative::Talkative;
 use crate::harness::{CURVE, TestApp, send};
 
 fn digest(key: &str) -> Digest {
@@ -40,6 +45,28 @@ async fn each_key_has_its_share_of_requests() {
         asked += 1;
         assert!(asked < 100_000, "nobody is served again");
     }
+}
+
+#[tokio::test]
+async fn the_log_names_who_is_refused_by_the_limit() {
+    let folder = tempfile::tempdir().unwrap();
+    let digest: String = digest("one").0.iter().map(|byte| format!("{byte:02x}")).collect();
+    let arguments = ["--api-keys-sha256", &digest, "--rate-limit", "1"];
+    let server = Talkative::start(&folder.path().join("test.db"), &arguments);
+    let client = reqwest::Client::builder().no_proxy().build().unwrap();
+    let begun = Instant::now();
+    let refused = loop {
+        let answer = send(client.get(format!("{}/v1/jobs", server.base)).bearer_auth("one")).await;
+        if answer.status == 429 {
+            break answer;
+        }
+        assert!(begun.elapsed() < Duration::from_secs(30), "nobody is refused");
+    };
+    let lines = server.end();
+    let mut lines = lines.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());
+    let line = lines.find(|line| line["status"] == 429).expect("a line of the refusal");
+    assert_eq!(line["request_id"], refused.header("x-request-id"));
+    assert_eq!(line["actor"], format!("key-{}", &digest[..12]), "{line}");
 }
 
 #[tokio::test]
