@@ -127,6 +127,14 @@ fn new_of(runtime: &Runtime, to: &dyn Holdings, jobs: &[(Key, Digested)]) -> Res
     jobs.iter().map(|(key, told)| is_new((key, told))).collect()
 }
 
+/// Ends the storing: whoever takes a database file elsewhere takes all of it.
+fn close(runtime: &Runtime, to: &dyn Holdings) -> Result<(), ArchiveError> {
+    match runtime.block_on(to.close())? {
+        true => Ok(()),
+        false => Err(ArchiveError::StillOpen),
+    }
+}
+
 pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
     let open =
         || File::open(&arguments.file).map_err(|error| format!("cannot read {}: {error}", arguments.file.display()));
@@ -149,6 +157,7 @@ pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
                 count.stored += usize::from(wanted);
                 count.there += usize::from(!wanted);
             }
+            close(&runtime, &*to)?;
             Ok(count)
         })
     })?;
@@ -180,6 +189,7 @@ pub fn copy(arguments: &CopyArguments) -> Result<(), CommandError> {
                 count.stored += usize::from(wanted);
                 count.there += usize::from(!wanted);
             }
+            close(&runtime, &*to)?;
             Ok(count)
         })
     })?;

@@ -211,6 +211,26 @@ async fn one_job_is_exported_alone_and_no_file_is_overwritten() {
     goes_on(&place, &to, job).await;
 }
 
+/// Whoever takes a database elsewhere takes one file.
+#[tokio::test]
+async fn the_file_of_a_database_is_whole_when_its_jobs_are_said_to_be_stored() {
+    let (place, _) = filled().await;
+    let here = url(&place.file());
+    let (file, whole) = exported(&place, "whole", &here);
+    let (copied, imported) = (place.beside("copied.db"), place.beside("imported.db"));
+    assert_eq!(done(&["copy", "--from", &here, "--to", &url(&copied)]), stored(4, 0));
+    assert_eq!(done(&["import", file.to_str().unwrap(), "--database-url", &url(&imported)]), stored(4, 0));
+    for made in [copied, imported] {
+        let log = PathBuf::from(format!("{}-wal", made.display()));
+        assert!(!log.exists(), "{}", log.display());
+        let name = format!("{}-elsewhere", made.file_stem().unwrap().display());
+        let elsewhere = place.beside(&format!("{name}.db"));
+        fs::copy(&made, &elsewhere).unwrap();
+        let (_, there) = exported(&place, &name, &url(&elsewhere));
+        assert_eq!(there, whole);
+    }
+}
+
 #[tokio::test]
 async fn a_file_that_is_not_as_it_was_written_stores_nothing() {
     let (place, job) = filled().await;

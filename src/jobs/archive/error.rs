@@ -26,6 +26,11 @@ pub enum ArchiveError {
     Differs(Uuid),
     #[error("job {job} was not stored, the jobs before it were: {error}")]
     NotStored { job: Uuid, error: RepositoryError },
+    #[error(
+        "all jobs are stored, but another program has the database open: until it has ended, the file beside the \
+         database whose name ends with -wal belongs to it"
+    )]
+    StillOpen,
     #[error("there is no job {0}, and there never was")]
     NoSuchJob(Uuid),
 }

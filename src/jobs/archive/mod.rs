@@ -52,6 +52,10 @@ pub trait Holdings: Send + Sync {
     /// Stores the rows of a job that there is not, if all of them come, what is stored then has the
     /// digest that was told, and its audit agrees with it.
     fn write(&self, key: Key, from: mpsc::Receiver<Coming>) -> RepositoryFuture<'_, ()>;
+
+    /// Ends the writing; whether all is in the file of the database alone, where it is a file. A
+    /// program that reads it may keep it from that.
+    fn close(&self) -> RepositoryFuture<'_, bool>;
 }
 
 /// The keys of jobs and chains in their order, without the chains that are of no job.

@@ -321,6 +321,10 @@ impl Holdings for PostgresHoldings {
     fn write(&self, key: Key, from: mpsc::Receiver<Coming>) -> RepositoryFuture<'_, ()> {
         Box::pin(async move { self.store(&key, from).await.map_err(told) })
     }
+
+    fn close(&self) -> RepositoryFuture<'_, bool> {
+        Box::pin(async { Ok(true) })
+    }
 }
 
 #[cfg(test)]

@@ -177,7 +177,8 @@ const STATEMENTS: &[Statements] = &[
 /// The jobs of a database.
 pub struct SqliteHoldings {
     readers: SqlitePool,
-    writer: Option<Mutex<SqliteConnection>>,
+    /// None where the database is read only, and once it is closed.
+    writer: Mutex<Option<SqliteConnection>>,
     /// No server writes meanwhile.
     _lock: Option<std::fs::File>,
 }
@@ -186,19 +187,19 @@ impl SqliteHoldings {
     /// To read a database, which a server may have open.
     pub async fn open(settings: &StoreSettings) -> Result<Self, OpenError> {
         settings.must_exist()?;
-        Ok(SqliteHoldings { readers: settings.open_readers().await?, writer: None, _lock: None })
+        Ok(SqliteHoldings { readers: settings.open_readers().await?, writer: Mutex::default(), _lock: None })
     }
 
     /// Of a database that is open.
     pub(super) fn of(readers: SqlitePool) -> Self {
-        SqliteHoldings { readers, writer: None, _lock: None }
+        SqliteHoldings { readers, writer: Mutex::default(), _lock: None }
     }
 
     /// To store jobs in a database, which is made where there is none and which no server may have
     /// open.
     pub async fn open_to_write(settings: &StoreSettings) -> Result<Self, OpenError> {
         let lock = lock::take(&settings.path()).await?;
-        let writer = Some(Mutex::new(settings.open_writer().await?));
+        let writer = Mutex::new(Some(settings.open_writer().await?));
         Ok(SqliteHoldings { readers: settings.open_readers().await?, writer, _lock: lock })
     }
 
@@ -211,8 +212,8 @@ impl SqliteHoldings {
     }
 
     async fn store(&self, key: &Key, mut from: mpsc::Receiver<Coming>) -> Outcome<()> {
-        let Some(writer) = &self.writer else { return Err(given_up("it was opened to be read").into()) };
-        let mut writer = writer.lock().await;
+        let mut writer = self.writer.lock().await;
+        let Some(writer) = writer.as_mut() else { return Err(given_up("it was opened to be read").into()) };
         let mut db = writer.begin_with("BEGIN IMMEDIATE").await?;
         // what tells of events would tell of them a second time; the transaction brings it back
         let telling: Vec<(String, String)> = sqlx::query_as(
@@ -251,6 +252,18 @@ impl SqliteHoldings {
             return Err(given_up(&format!("its audit is broken at entry {number}: {}", what.name())).into());
         }
         Ok(db.commit().await?)
+    }
+
+    /// Copies the log into the database, which is whole without it then. Who reads the database
+    /// meanwhile is waited for as for any write; the connection that closes last takes the log
+    /// away.
+    async fn end(&self) -> Outcome<bool> {
+        self.readers.close().await;
+        let Some(mut writer) = self.writer.lock().await.take() else { return Ok(true) };
+        let (busy, _, _): (i64, i64, i64) =
+            sqlx::query_as("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(&mut writer).await?;
+        writer.close().await?;
+        Ok(busy == 0)
     }
 
     async fn send(&self, key: &Key, to: mpsc::Sender<Row>) -> Outcome<()> {
@@ -331,6 +344,10 @@ impl Holdings for SqliteHoldings {
 
     fn write(&self, key: Key, from: mpsc::Receiver<Coming>) -> RepositoryFuture<'_, ()> {
         Box::pin(async move { self.store(&key, from).await.map_err(told) })
+    }
+
+    fn close(&self) -> RepositoryFuture<'_, bool> {
+        Box::pin(async { self.end().await.map_err(told) })
     }
 }
 
