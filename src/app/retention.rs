@@ -23,9 +23,12 @@ use crate::{
 /// A turn ends after it; others, or this process again, go on.
 const LONGEST_TURN: Duration = Duration::from_secs(50);
 
-/// Why the server does not start.
+/// Why archives cannot be written.
 #[derive(Debug, thiserror::Error)]
-#[error("archives of jobs cannot be kept in {folder}: {source}")]
+#[error(
+    "archives of jobs cannot be kept in {folder}: {source}; make it a folder that the server may write to, or name \
+     another with --archive-dir"
+)]
 pub struct NoArchives {
     folder: PathBuf,
     source: io::Error,
@@ -69,15 +72,19 @@ impl Retention {
     /// Jobs that are looked up at a time.
     pub const AT_A_TIME: u32 = 100;
 
-    /// As it is set; none where nothing is purged by its age. The folder is made where it is not
-    /// there.
+    /// As it is set; none where nothing is purged by its age. A folder that is named is made where
+    /// it is not there.
     pub fn of(settings: &RetentionSettings) -> Result<Option<Self>, NoArchives> {
-        let (Some(days), Some(folder)) = (settings.retain_bulk_days, settings.archive_dir.clone()) else {
+        let Some(folder) = settings.archive_dir.clone() else {
+            // most archives fit into memory
+            if let Err(error) = takes_files(&settings.spool_dir()) {
+                tracing::warn!(%error, "archives of more than 1 MiB will be refused");
+            }
             return Ok(None);
         };
-        let unusable = |source| NoArchives { folder: folder.clone(), source };
-        fs::create_dir_all(&folder).map_err(unusable)?;
-        tempfile::tempfile_in(&folder).map_err(unusable)?;
+        fs::create_dir_all(&folder).map_err(|source| NoArchives { folder: folder.clone(), source })?;
+        takes_files(&folder)?;
+        let Some(days) = settings.retain_bulk_days else { return Ok(None) };
         Ok(Some(Retention {
             after: SignedDuration::from_hours(24 * i64::from(days.get())),
             folder,
@@ -141,13 +148,16 @@ impl Retention {
     async fn archive_and_purge(&self, service: &Arc<JobService>, key: &Key) -> Result<Done, RepositoryError> {
         let jobs = service.for_retention(key);
         let folder = self.folder.join(key.tenant.as_str());
-        let failed = |error: io::Error| RepositoryError::Unavailable(format!("an archive cannot be written: {error}"));
+        let failed = |error: io::Error| RepositoryError::NotArchived(format!("{}: {error}", self.folder.display()));
         let partial = folder.join(format!("{}.partial", key.job));
         let begun = {
             let (folder, partial) = (folder.clone(), partial.clone());
             on_disk(move || begin(&folder, &partial)).await.map_err(failed)?
         };
-        let (file, archived) = jobs.archive(key.job, begun).await?;
+        let (file, archived) = jobs.archive(key.job, begun).await.map_err(|error| match error {
+            RepositoryError::NotArchived(why) => failed(io::Error::other(why)),
+            error => error,
+        })?;
         let kept = folder.join(format!("{}-{}.jsonl.zst", key.job, told(&archived.sha256)));
         let name = kept.clone();
         on_disk(move || keep(&file, &partial, &folder, &name, &archived.sha256)).await.map_err(failed)?;
@@ -163,6 +173,12 @@ impl Retention {
             Err(error) => Err(error),
         }
     }
+}
+
+/// Tries whether a file can be made there.
+fn takes_files(folder: &Path) -> Result<(), NoArchives> {
+    let tried = tempfile::tempfile_in(folder);
+    tried.map(drop).map_err(|source| NoArchives { folder: folder.to_owned(), source })
 }
 
 async fn on_disk<T: Send + 'static>(work: impl FnOnce() -> io::Result<T> + Send + 'static) -> io::Result<T> {
@@ -221,7 +237,11 @@ mod tests {
                 archive_dir,
             })
         };
-        assert!(of(Some(1), Some(&file)).is_err_and(|error| error.to_string().contains("cannot be kept in")));
+        for days in [Some(1), None] {
+            let said = of(days, Some(&file)).err().map(|error| error.to_string()).unwrap_or_default();
+            assert!(said.contains(&format!("cannot be kept in {}: ", file.display())), "{said}");
+            assert!(said.contains("--archive-dir"), "{said}");
+        }
         assert!(matches!(of(None, Some(place.path())), Ok(None)));
         assert!(matches!(of(Some(1), Some(&place.path().join("new"))), Ok(Some(_))));
         assert!(place.path().join("new").is_dir());

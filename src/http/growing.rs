@@ -71,6 +71,27 @@ impl Growing {
         Ok(piece)
     }
 
+    /// Takes a piece; waits for the disk.
+    fn take(&self, piece: &[u8]) -> io::Result<()> {
+        let mut state = self.lock();
+        if state.file.is_none() && state.memory.len() + piece.len() > IN_MEMORY {
+            let mut file = tempfile::tempfile_in(&self.0.folder)?;
+            file.write_all(&state.memory)?;
+            state.memory = Vec::new();
+            state.file = Some(file);
+        }
+        let end = state.length;
+        match &mut state.file {
+            None => state.memory.extend_from_slice(piece),
+            Some(file) => {
+                file.seek(SeekFrom::Start(end))?;
+                file.write_all(piece)?;
+            }
+        }
+        state.length += piece.len() as u64;
+        Ok(())
+    }
+
     /// All of it, where it is in memory.
     fn take_short(&self) -> Option<Vec<u8>> {
         let mut state = self.lock();
@@ -101,23 +122,9 @@ impl Growing {
 
 impl Write for Growing {
     fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
-        let mut state = self.lock();
-        if state.file.is_none() && state.memory.len() + piece.len() > IN_MEMORY {
-            let mut file = tempfile::tempfile_in(&self.0.folder)?;
-            file.write_all(&state.memory)?;
-            state.memory = Vec::new();
-            state.file = Some(file);
-        }
-        let end = state.length;
-        match &mut state.file {
-            None => state.memory.extend_from_slice(piece),
-            Some(file) => {
-                file.seek(SeekFrom::Start(end))?;
-                file.write_all(piece)?;
-            }
-        }
-        state.length += piece.len() as u64;
-        drop(state);
+        // the file has no name, so its folder is told
+        let told = |error: io::Error| io::Error::new(error.kind(), format!("{}: {error}", self.0.folder.display()));
+        self.take(piece).map_err(told)?;
         self.0.more.notify_waiters();
         Ok(piece.len())
     }
@@ -169,7 +176,8 @@ where
         return Ok(Sent { body: Body::from(bytes), written });
     }
     let pieces = stream::try_unfold((growing, writing, 0), |(growing, writing, from)| async move {
-        let Some(piece) = growing.next(from).await? else { return Ok::<_, io::Error>(None) };
+        let broken = |error: &io::Error| tracing::warn!(%error, "an answer broke off before its end");
+        let Some(piece) = growing.next(from).await.inspect_err(broken)? else { return Ok::<_, io::Error>(None) };
         let from = from + piece.len() as u64;
         Ok(Some((Bytes::from(piece), (growing, writing, from))))
     });
@@ -248,6 +256,16 @@ mod tests {
         // before that it is a refusal
         let refused = send(growing().0, async { Err::<(), _>(io::Error::other("no")) }, QUICK).await;
         assert!(refused.is_err_and(|why| why.to_string() == "no"));
+    }
+
+    #[test]
+    fn a_folder_that_takes_no_file_is_named() {
+        let folder = tempfile::tempdir().unwrap().path().join("gone");
+        let mut growing = Growing::new(folder.clone());
+        growing.write_all(&noise(IN_MEMORY)).unwrap();
+        let error = growing.write_all(b"more").unwrap_err();
+        assert_eq!(error.kind(), io::ErrorKind::NotFound);
+        assert!(error.to_string().starts_with(&format!("{}: ", folder.display())), "{error}");
     }
 
     #[tokio::test]

@@ -118,6 +118,9 @@ pub enum RepositoryError {
     /// The store answers, and is not to be used now; nothing was stored.
     #[error("the store cannot be used now: {0}")]
     Unfit(Unfit),
+    /// The disk does not take a job's archive; nothing was stored.
+    #[error("the archive cannot be written: {0}")]
+    NotArchived(String),
     /// The store was lost while it was about to say that all is stored: all of it was, or nothing.
     #[error("it is not known whether it was stored: {0}")]
     OutcomeUnknown(String),

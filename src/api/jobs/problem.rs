@@ -102,6 +102,13 @@ impl From<RepositoryError> for Problem {
             )
             .caused_by(cause)
             .retry_after(2),
+            // not until somebody sees to the disk
+            RepositoryError::NotArchived(cause) => Problem::new(
+                ProblemCode::Internal,
+                "The archive could not be written: the server's folder for archives takes no file, or has no room. \
+                 Nothing was stored; the log has the folder under the request id.",
+            )
+            .caused_by(cause),
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
     }

@@ -40,7 +40,7 @@ impl ArchiveError {
     pub fn told(self) -> RepositoryError {
         match self {
             ArchiveError::Store(error) => error,
-            ArchiveError::File(error) => RepositoryError::Unavailable(format!("an archive cannot be written: {error}")),
+            ArchiveError::File(error) => RepositoryError::NotArchived(error.to_string()),
             other => RepositoryError::Failed(other.to_string()),
         }
     }

@@ -160,5 +160,7 @@ fn what_is_old_is_purged_into_a_folder_alone() {
     std::fs::write(&file, "").unwrap();
     let said = serve(&["--retain-bulk-days", "30", "--archive-dir", file.to_str().unwrap()]);
     assert!(said.contains("archives of jobs cannot be kept in"), "{said}");
+    let said = serve(&["--archive-dir", file.to_str().unwrap()]);
+    assert!(said.contains(&format!("cannot be kept in {}", file.display())), "{said}");
     assert!(!database.exists(), "nothing was opened");
 }

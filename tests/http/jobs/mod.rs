@@ -23,7 +23,7 @@ mod measurand;
 mod plant;
 mod previews;
 mod purged_later;
-mod purges;
+pub mod purges;
 mod refusals;
 mod replicas;
 mod seals;

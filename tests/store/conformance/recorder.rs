@@ -119,6 +119,8 @@ fn name_of(error: &RepositoryError) -> &'static str {
         RepositoryError::HasTasks(_) => "open tasks",
         // the use case says so, which asks the store for a verdict
         RepositoryError::AuditBroken(_) => "broken audit",
+        // the use case says so, whose file is not the store's
+        RepositoryError::NotArchived(_) => "not archived",
         RepositoryError::KeyTaken => "key taken",
         RepositoryError::Unavailable(_) => "unavailable",
         RepositoryError::Overloaded => "overloaded",
