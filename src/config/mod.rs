@@ -4,6 +4,7 @@
 mod address;
 mod audit;
 mod auth;
+mod bounds;
 mod count;
 mod digest;
 mod host;
@@ -23,6 +24,7 @@ use clap::{Args, ValueEnum};
 pub use address::parse_address;
 pub use audit::AuditSettings;
 pub use auth::{Authentication, KeysRole};
+use bounds::within;
 pub use count::parse_positive;
 pub use digest::{Digest, Digests, parse_digests};
 pub use host::{Host, Hosts, parse_hosts};
@@ -89,33 +91,32 @@ pub struct ServeSettings {
     #[arg(long, env = "FLANKFIT_TENANT_SHARE", default_value_t = 0.5, value_parser = parse_share)]
     pub tenant_share: f64,
     /// Largest request body in bytes, counted after decompression.
-    #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024)]
+    #[arg(long, env = "FLANKFIT_BODY_LIMIT", default_value_t = 256 * 1024 * 1024,
+        value_parser = within(bounds::LEAST_BODY..=bounds::MOST_BYTES))]
     pub body_limit: usize,
     /// Memory in bytes for all request bodies (as sent, decompressed and parsed) and unsent
     /// responses together. Beyond it requests are refused: 503, or 413 for one that needs more than
     /// this alone.
-    #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30)]
+    #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30,
+        value_parser = within(bounds::LEAST_MEMORY..=bounds::MOST_BYTES))]
     pub body_memory: usize,
     /// Seconds within which a request body must arrive (else 408).
-    #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60,
-        value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60, value_parser = within(1..=bounds::DAY))]
     pub body_timeout: u64,
     /// Seconds without progress after which a client that does not read its response is
     /// disconnected.
-    #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30,
-        value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30, value_parser = within(1..=bounds::DAY))]
     pub write_timeout: u64,
     /// Most connections at a time; fewer if the limit on open files is lower. When all are in use,
     /// the longest idle one is closed for a new client; if none is idle, the client waits.
-    #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096)]
+    #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096,
+        value_parser = within(1..=bounds::MOST_CONNECTIONS))]
     pub max_connections: usize,
     /// Seconds within which a request must be answered (else 503).
-    #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120,
-        value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120, value_parser = within(1..=bounds::DAY))]
     pub request_timeout: u64,
     /// Seconds within which an operation (`Prefer: respond-async`) must end, else it fails.
-    #[arg(long, env = "FLANKFIT_OPERATION_TIMEOUT", default_value_t = 3600,
-        value_parser = clap::value_parser!(u64).range(1..))]
+    #[arg(long, env = "FLANKFIT_OPERATION_TIMEOUT", default_value_t = 3600, value_parser = within(1..=bounds::MONTH))]
     pub operation_timeout: u64,
     /// Bytes that the operations of a tenant may take in the database, compressed requests and
     /// results together; beyond it new ones are refused (429).
@@ -123,10 +124,10 @@ pub struct ServeSettings {
     pub operation_bytes: u64,
     /// Seconds from the signal to end until no connection is taken any more: until then the server
     /// answers as ever, but says that it is not ready and lets connections end.
-    #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0)]
+    #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0, value_parser = within(0..=bounds::DAY))]
     pub drain_delay: u64,
     /// Seconds that a shutdown waits for accepted requests.
-    #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30)]
+    #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30, value_parser = within(0..=bounds::DAY))]
     pub shutdown_grace: u64,
     /// Whether callers of /v1/… need a key.
     #[arg(long, env = "FLANKFIT_AUTH", value_enum, default_value_t = Authentication::Auto)]

@@ -6,16 +6,24 @@ use clap::Args;
 
 use super::parse_positive;
 
+/// A hundred years. Dates of some million years ago are none.
+const MOST_DAYS: u32 = 36_525;
+
 #[derive(Clone, Debug, Default, PartialEq, Eq, Args)]
 pub struct RetentionSettings {
     /// Days after which a job that nobody has touched is archived into --archive-dir and then
     /// purged of nodes, results, texts and names. Without it never.
-    #[arg(long, env = "FLANKFIT_RETAIN_BULK_DAYS", requires = "archive_dir", value_parser = parse_positive)]
+    #[arg(long, env = "FLANKFIT_RETAIN_BULK_DAYS", requires = "archive_dir", value_parser = parse_days)]
     pub retain_bulk_days: Option<NonZeroU32>,
     /// Folder for the archives of jobs that are purged by their age; archives that are asked for
     /// are put together there before they are sent, without a name.
     #[arg(long, env = "FLANKFIT_ARCHIVE_DIR", value_name = "DIR")]
     pub archive_dir: Option<PathBuf>,
+}
+
+fn parse_days(text: &str) -> Result<NonZeroU32, String> {
+    let days = parse_positive(text).ok().filter(|days| days.get() <= MOST_DAYS);
+    days.ok_or_else(|| format!("write a whole number from 1 to {MOST_DAYS}, or leave the setting out"))
 }
 
 impl RetentionSettings {

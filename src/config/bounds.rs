@@ -1,0 +1,69 @@
+//! Numbers of settings that make no sense beyond some bounds: a server that can answer nobody, and
+//! times that no clock reaches.
+
+use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
+
+/// Seconds of a day: nobody waits longer for an answer, or for the end of a server.
+pub const DAY: u64 = 86_400;
+/// Seconds of thirty days.
+pub const MONTH: u64 = 30 * DAY;
+/// Bytes that the body of a small fit has.
+pub const LEAST_BODY: usize = 1 << 10;
+/// Bytes for bodies of some requests at a time.
+pub const LEAST_MEMORY: usize = 1 << 20;
+/// Bytes, more than machines have.
+pub const MOST_BYTES: usize = 1 << 40;
+/// Connections, as many as open files that systems allow.
+pub const MOST_CONNECTIONS: usize = 1 << 20;
+
+/// Reads a whole number within bounds.
+pub fn within<T>(bounds: RangeInclusive<T>) -> impl Fn(&str) -> Result<T, String> + Clone + Send + Sync + 'static
+where
+    T: FromStr + PartialOrd + Display + Clone + Send + Sync + 'static,
+{
+    move |text| {
+        let number = text.parse().ok().filter(|number| bounds.contains(number));
+        number.ok_or_else(|| format!("write a whole number from {} to {}", bounds.start(), bounds.end()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::{Args as _, Command};
+
+    use crate::config::ServeSettings;
+
+    /// What is said against a setting; nothing where it is taken.
+    fn refusal(flag: &str, value: &str) -> Option<String> {
+        let command = ServeSettings::augment_args(Command::new("serve")).mut_args(|arg| arg.env(None::<&'static str>));
+        let arguments = ["serve".to_owned(), format!("{flag}={value}"), "--archive-dir=archives".to_owned()];
+        command.try_get_matches_from(arguments).err().map(|error| error.to_string())
+    }
+
+    #[test]
+    fn what_no_server_can_do_is_refused_with_the_bounds() {
+        for (flag, least, most) in [
+            ("--body-limit", 1024_u64, 1_099_511_627_776),
+            ("--body-memory", 1_048_576, 1_099_511_627_776),
+            ("--max-connections", 1, 1_048_576),
+            ("--body-timeout", 1, 86_400),
+            ("--write-timeout", 1, 86_400),
+            ("--request-timeout", 1, 86_400),
+            ("--operation-timeout", 1, 2_592_000),
+            ("--drain-delay", 0, 86_400),
+            ("--shutdown-grace", 0, 86_400),
+            ("--retain-bulk-days", 1, 36_525),
+        ] {
+            let beyond = [most + 1, u64::MAX - 1].map(|value| value.to_string());
+            let below = least.checked_sub(1).map(|value| value.to_string());
+            for value in below.into_iter().chain(beyond).chain(["-1".into(), "1.5".into()]) {
+                let said = refusal(flag, &value).unwrap_or_default();
+                let bounds = format!("write a whole number from {least} to {most}");
+                assert!(said.contains(flag) && said.contains(&bounds), "{flag}={value}: {said}");
+            }
+            for value in [least, most] {
+                assert_eq!(refusal(flag, &value.to_string()), None);
+            }
+        }
+    }
+}
