@@ -19,6 +19,7 @@ use crate::{
 /// For so long something is waited for that has no time of its own.
 const PATIENCE: Duration = Duration::from_secs(60);
 const SEAL_AGE: &str = "flankfit_audit_seal_age_seconds";
+const SEAL_INTERVAL: &str = "flankfit_audit_seal_interval_seconds";
 
 /// A server and who asks it.
 struct Asked {
@@ -152,7 +153,7 @@ async fn a_server_tells_that_it_drains() {
     send(asked.get("/readyz")).await.problem(503, "draining");
 }
 
-/// The age grows while seals cannot be written, and falls back once they are.
+/// The age grows while seals cannot be written, and is nothing once they are.
 #[tokio::test]
 async fn the_age_of_the_last_seal_is_told() {
     let folder = tempfile::tempdir().unwrap();
@@ -162,6 +163,7 @@ async fn the_age_of_the_last_seal_is_told() {
     let arguments = ["--audit-seal-seconds", "1", "--audit-seal-file", file.to_str().unwrap()];
     let asked = Asked::start_in(folder, &arguments);
     asked.until(SEAL_AGE, |age| (0.0..60.0).contains(&age)).await;
+    assert_eq!(asked.figure(SEAL_INTERVAL).await, Some(1.0));
     let away = asked.folder.path().join("away");
     std::fs::rename(&seals, &away).unwrap();
     asked.new_job().await;
@@ -172,7 +174,7 @@ async fn the_age_of_the_last_seal_is_told() {
     }
     asked.until(SEAL_AGE, |age| age > 6.0).await;
     std::fs::rename(&away, &seals).unwrap();
-    asked.until(SEAL_AGE, |age| age < 6.0).await;
+    asked.until(SEAL_AGE, |age| age == 0.0).await;
     assert!(std::fs::read_to_string(&file).unwrap().contains("\"chains\""));
 }
 
