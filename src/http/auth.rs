@@ -141,8 +141,8 @@ impl Callers {
         if tenant.is_root() { Ok(true) } else { self.kept.lets_in(tenant).await }
     }
 
-    /// Whether somebody whose request was kept would be let in with it now: by the key as which they
-    /// acted, or for their tenant.
+    /// Whether somebody whose request was kept would be let in with it now: by the key as which
+    /// they acted, or for their tenant.
     pub async fn still_lets_in(&self, caller: &Caller) -> Result<bool, RepositoryError> {
         let is_listed = self.listed.iter().any(|(_, principal)| principal.caller.actor == caller.actor);
         if is_listed || &*caller.actor == actor::ANONYMOUS {

@@ -179,7 +179,8 @@ async fn a_clock_far_from_the_databases_is_not_served_with() {
     }
 }
 
-/// The schema is complete, so all that a server of another role than its owner's lacks is a setting.
+/// The schema is complete, so all that a server of another role than its owner's lacks is a
+/// setting.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn who_may_not_make_the_schema_is_told_what_to_say_instead() {

@@ -80,37 +80,49 @@ impl From<RepositoryError> for Problem {
             RepositoryError::TasksFull { .. } | RepositoryError::TooManyTasks { .. } => {
                 Problem::new(ProblemCode::TooManyRequests, no_room(&error)).retry_after(10)
             }
-            RepositoryError::Overloaded => Problem::new(
-                ProblemCode::Overloaded,
-                "Too many writes are waiting; nothing was stored. Try again in a moment.",
-            )
-            .retry_after(1),
-            RepositoryError::Unavailable(cause) => {
-                Problem::new(ProblemCode::StoreUnavailable, "The store does not answer; nothing was stored.")
-                    .caused_by(cause)
-                    .retry_after(2)
-            }
-            RepositoryError::Unfit(unfit) => {
-                Problem::new(ProblemCode::StoreUnavailable, "The store is not to be used now; nothing was stored.")
-                    .caused_by(unfit)
-                    .retry_after(2)
-            }
-            RepositoryError::OutcomeUnknown(cause) => Problem::new(
-                ProblemCode::OutcomeUnknown,
-                "The store was lost before it answered: everything was stored, or nothing. Send the request again with \
-                 the same Idempotency-Key, which stores nothing twice; one that had no key: look whether it is there.",
-            )
-            .caused_by(cause)
-            .retry_after(2),
-            // not until somebody sees to the disk
-            RepositoryError::NotArchived(cause) => Problem::new(
-                ProblemCode::Internal,
-                "The archive could not be written: the server's folder for archives takes no file, or has no room. \
-                 Nothing was stored; the log has the folder under the request id.",
-            )
-            .caused_by(cause),
+            error @ (RepositoryError::Overloaded
+            | RepositoryError::Unavailable(_)
+            | RepositoryError::Unfit(_)
+            | RepositoryError::OutcomeUnknown(_)
+            | RepositoryError::NotArchived(_)) => of_store(error),
             RepositoryError::Failed(cause) => Problem::internal(cause),
         }
+    }
+}
+
+/// What is said where the store or its disk takes nothing at present.
+fn of_store(error: RepositoryError) -> Problem {
+    match error {
+        RepositoryError::Overloaded => Problem::new(
+            ProblemCode::Overloaded,
+            "Too many writes are waiting; nothing was stored. Try again in a moment.",
+        )
+        .retry_after(1),
+        RepositoryError::Unavailable(cause) => {
+            Problem::new(ProblemCode::StoreUnavailable, "The store does not answer; nothing was stored.")
+                .caused_by(cause)
+                .retry_after(2)
+        }
+        RepositoryError::Unfit(unfit) => {
+            Problem::new(ProblemCode::StoreUnavailable, "The store is not to be used now; nothing was stored.")
+                .caused_by(unfit)
+                .retry_after(2)
+        }
+        RepositoryError::OutcomeUnknown(cause) => Problem::new(
+            ProblemCode::OutcomeUnknown,
+            "The store was lost before it answered: everything was stored, or nothing. Send the request again with \
+             the same Idempotency-Key, which stores nothing twice; one that had no key: look whether it is there.",
+        )
+        .caused_by(cause)
+        .retry_after(2),
+        // not until somebody sees to the disk
+        RepositoryError::NotArchived(cause) => Problem::new(
+            ProblemCode::Internal,
+            "The archive could not be written: the server's folder for archives takes no file, or has no room. \
+             Nothing was stored; the log has the folder under the request id.",
+        )
+        .caused_by(cause),
+        other => Problem::internal(other),
     }
 }
 

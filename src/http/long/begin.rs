@@ -144,11 +144,17 @@ async fn told(caller: &CallerState, begun: Begun, preference: Preference) -> Res
     };
     let mut response = None;
     if let Some(wait) = preference.waiting(caller.settings.request_timeout()) {
-        task = endpoints::ended_within(caller, task, wait).await?;
+        // the task is kept, whatever can be said of it now: then 202 tells where to ask again
+        task = endpoints::ended_within(caller, task.clone(), wait).await.unwrap_or(task);
         if task.state.is_end() {
-            let mut result = endpoints::result(caller, &task).await?;
-            preference.waited().map(|waited| result.headers_mut().insert(&APPLIED, waited));
-            response = Some(result);
+            response = match endpoints::result(caller, &task).await {
+                Ok(mut result) => {
+                    preference.waited().map(|waited| result.headers_mut().insert(&APPLIED, waited));
+                    Some(result)
+                }
+                Err(problem) if problem.status == 503 => None,
+                Err(problem) => return Err(problem),
+            };
         }
     }
     let mut response = match response {

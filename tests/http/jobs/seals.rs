@@ -158,6 +158,6 @@ async fn the_command_line_finds_what_was_changed() {
         assert!(code == Some(2) && said.is_empty() && errors.contains(why), "{code:?} {errors}");
     }
     let (code, _, errors) = verified(Path::new(&nowhere), &[]);
-    assert!(code == Some(2) && errors.contains("cannot open"), "{errors}");
+    assert!(code == Some(2) && errors.contains("there is no database at"), "{errors}");
     app.stop().await;
 }

@@ -186,7 +186,7 @@ pub async fn what_has_ended_does_not_come_back(pair: &mut Pair) {
     let mut rotation = Rotation { of: made.id, old_ends: end + HOUR, new: key(&place, &tenant, None) };
     rotation.new.key.created_at = end;
     assert_eq!(refused(keys.rotate_key(Arc::new(rotation.clone()), None).await), told);
-    assert_eq!(keys.keys(WHOLE).await.unwrap().items, [made.clone()]);
+    assert_eq!(keys.keys(WHOLE).await.unwrap().items, std::slice::from_ref(&made));
     // until then it goes on
     let patch = KeyPatch { name: None, expires_at: Some(end + HOUR) };
     let just = end - SignedDuration::from_micros(1);

@@ -45,6 +45,26 @@ async fn a_large_answer_is_never_whole_in_memory() {
     }
 }
 
+/// Whoever waits is told where the answer is, if there is no room for it at the moment.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+async fn an_answer_without_room_can_be_had_later() {
+    let app = TestApp::around(harness::TestApp::start_with(|settings| settings.body_memory = 4 << 20).await);
+    let mut export = example("surface_export");
+    (export["format"], export["samples"]) = (json!("stl_text"), json!([100, 100]));
+    let path = "/v1/surfaces/export";
+    let plain = app.post(path, &export).await.expect(200);
+    let waiting = || later(&app, path, &export).header("Idempotency-Key", "one");
+    let operation = begun(waiting()).await;
+    same(&result(&app, &operation).await, &plain);
+    let others = app.server().state.budget.take(3_500_000).unwrap();
+    result(&app, &operation).await.problem(503, "overloaded");
+    let told = send(waiting().header("Prefer", "wait=30")).await.expect(202);
+    assert_eq!((told.header("location"), told.header("retry-after")), (Some(&*operation), None));
+    assert_eq!(told.json()["state"], "succeeded");
+    drop(others);
+    same(&result(&app, &operation).await, &plain);
+}
+
 /// What is too long to be kept is given up, and says what may be done.
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 async fn an_answer_beyond_what_is_kept_is_the_end_of_its_operation() {
