@@ -2,8 +2,9 @@
 -- none, since a key's digest in the audit has it.
 ALTER TABLE api_keys ADD COLUMN replaced_by TEXT REFERENCES api_keys (id);
 
-CREATE TRIGGER api_keys_stay_replaced BEFORE UPDATE OF replaced_by ON api_keys
-WHEN OLD.replaced_by IS NOT NULL AND NEW.replaced_by IS NOT OLD.replaced_by
+CREATE TRIGGER api_keys_stay_replaced BEFORE UPDATE OF replaced_by, expires_at ON api_keys
+WHEN OLD.replaced_by IS NOT NULL
+    AND (NEW.replaced_by IS NOT OLD.replaced_by OR NEW.expires_at IS NULL OR NEW.expires_at > OLD.expires_at)
 BEGIN
-    SELECT RAISE (ABORT, 'a replaced key stays replaced');
+    SELECT RAISE (ABORT, 'a replaced key stays replaced, and its end is not put off');
 END;

@@ -40,7 +40,7 @@ const RELEASED: &[(i64, &str)] = &[
     (26, "b2d327fbd93f2efdddae6ec135769fa8"),
     (27, "2bae9d513e0938acb341efa27a194b1e"),
     (28, "5da634d2390d0b119471f89b70e283d1"),
-    (29, "bd6c8f2f94af4f67e4db58d99c8da2b5"),
+    (29, "1c7e41659d5c1ef960151a6cb41d6f6f"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

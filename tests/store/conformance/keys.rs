@@ -314,6 +314,7 @@ pub async fn a_key_stays_what_it_is(pair: &mut Pair) {
         ("DELETE FROM api_keys", "keys are kept"),
         ("UPDATE api_keys SET revoked_at = NULL", "a revoked key stays revoked"),
         ("UPDATE api_keys SET replaced_by = NULL", "a replaced key stays replaced"),
+        ("UPDATE api_keys SET expires_at = NULL WHERE replaced_by IS NOT NULL", "its end is not put off"),
         ("UPDATE api_keys SET scopes = 'tenants'", "a key stays what it is"),
         ("UPDATE api_keys SET tenant = 'other'", "a key stays what it is"),
     ] {
