@@ -110,6 +110,11 @@ impl Permit {
         if wanted > room { Err(never(room)) } else { Ok(()) }
     }
 
+    /// Most that it may hold, if nobody else holds anything.
+    pub fn room(&self) -> usize {
+        self.budget.limit_for(usize::MAX)
+    }
+
     /// Takes more whether there is room or not, for what is there already and must not be lost.
     pub fn force(&mut self, more: usize) {
         self.budget.0.held.fetch_add(more, Ordering::Relaxed);
