@@ -127,11 +127,14 @@ fn new_of(runtime: &Runtime, to: &dyn Holdings, jobs: &[(Key, Digested)]) -> Res
     jobs.iter().map(|(key, told)| is_new((key, told))).collect()
 }
 
-/// Ends the storing: whoever takes a database file elsewhere takes all of it.
-fn close(runtime: &Runtime, to: &dyn Holdings) -> Result<(), ArchiveError> {
-    match runtime.block_on(to.close())? {
-        true => Ok(()),
-        false => Err(ArchiveError::StillOpen),
+/// Ends the storing, also where it has stopped at a job: whoever takes a database file elsewhere
+/// takes all that is stored.
+fn closed(runtime: &Runtime, to: &dyn Holdings, stored: Result<Count, CommandError>) -> Result<Count, CommandError> {
+    let closed = runtime.block_on(to.close());
+    let count = stored?;
+    match closed? {
+        true => Ok(count),
+        false => Err(ArchiveError::StillOpen.into()),
     }
 }
 
@@ -142,24 +145,23 @@ pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
     let again = open()?;
     let runtime = runtime()?;
     let count = progress::shown("import", || -> Result<Count, CommandError> {
-        let stages = parts(2);
-        let (to, jobs, new) = stages.run(1, || -> Result<_, CommandError> {
-            let jobs = archive::listed(whole)?;
-            let to = runtime.block_on(open_holdings(&arguments.database_url, true))?;
-            let new = new_of(&runtime, &*to, &jobs)?;
-            Ok((to, jobs, new))
-        })?;
-        stages.run(1, || {
-            let mut file = ArchiveReader::begin(again)?;
-            let (each, mut count) = (parts(jobs.len()), Count::default());
-            for wanted in new {
-                each.run(1, || runtime.block_on(archive::import(&mut file, &*to, wanted)))?;
-                count.stored += usize::from(wanted);
-                count.there += usize::from(!wanted);
-            }
-            close(&runtime, &*to)?;
-            Ok(count)
-        })
+        let stages = parts(3);
+        let jobs = stages.run(1, || archive::listed(whole))?;
+        let to = runtime.block_on(open_holdings(&arguments.database_url, true))?;
+        let store = || -> Result<Count, CommandError> {
+            let new = stages.run(1, || new_of(&runtime, &*to, &jobs))?;
+            stages.run(1, || {
+                let mut file = ArchiveReader::begin(again)?;
+                let (each, mut count) = (parts(jobs.len()), Count::default());
+                for wanted in new {
+                    each.run(1, || runtime.block_on(archive::import(&mut file, &*to, wanted)))?;
+                    count.stored += usize::from(wanted);
+                    count.there += usize::from(!wanted);
+                }
+                Ok(count)
+            })
+        };
+        closed(&runtime, &*to, store())
     })?;
     count.tell();
     Ok(())
@@ -171,27 +173,29 @@ pub fn copy(arguments: &CopyArguments) -> Result<(), CommandError> {
     let to = runtime.block_on(open_holdings(&arguments.to, true))?;
     let count = progress::shown("copy", || -> Result<Count, CommandError> {
         let stages = parts(2);
-        let (jobs, new) = stages.run(1, || -> Result<_, CommandError> {
-            let mut jobs = Vec::new();
-            for key in runtime.block_on(from.keys())? {
-                let told = runtime.block_on(archive::digest(&*from, &key))?;
-                jobs.push((key, told));
-            }
-            let new = new_of(&runtime, &*to, &jobs)?;
-            Ok((jobs, new))
-        })?;
-        stages.run(1, || {
-            let (each, mut count) = (parts(jobs.len()), Count::default());
-            for ((key, _), wanted) in jobs.iter().zip(new) {
-                if wanted {
-                    each.run(1, || runtime.block_on(archive::copy(&*from, &*to, key)))?;
+        let store = || -> Result<Count, CommandError> {
+            let (jobs, new) = stages.run(1, || -> Result<_, CommandError> {
+                let mut jobs = Vec::new();
+                for key in runtime.block_on(from.keys())? {
+                    let told = runtime.block_on(archive::digest(&*from, &key))?;
+                    jobs.push((key, told));
                 }
-                count.stored += usize::from(wanted);
-                count.there += usize::from(!wanted);
-            }
-            close(&runtime, &*to)?;
-            Ok(count)
-        })
+                let new = new_of(&runtime, &*to, &jobs)?;
+                Ok((jobs, new))
+            })?;
+            stages.run(1, || {
+                let (each, mut count) = (parts(jobs.len()), Count::default());
+                for ((key, _), wanted) in jobs.iter().zip(new) {
+                    if wanted {
+                        each.run(1, || runtime.block_on(archive::copy(&*from, &*to, key)))?;
+                    }
+                    count.stored += usize::from(wanted);
+                    count.there += usize::from(!wanted);
+                }
+                Ok(count)
+            })
+        };
+        closed(&runtime, &*to, store())
     })?;
     count.tell();
     Ok(())

@@ -283,6 +283,7 @@ async fn what_its_audit_contradicts_is_not_stored() {
     let to = place.beside("new.db");
     let said = refused(&["copy", "--from", &url(&place.file()), "--to", &url(&to)]);
     assert!(said.contains(&job.to_string()) && said.contains("its audit is broken at entry 2: content"), "{said}");
+    assert!(!place.beside("new.db-wal").exists(), "what was stored before is in the file");
     let (_, nothing) = exported(&place, "nothing", &url(&to));
     assert!(text(&nothing).contains("\"sections\":0"), "{}", text(&nothing));
 }
