@@ -13,6 +13,10 @@ pub const LEAST_BODY: usize = 1 << 10;
 pub const LEAST_MEMORY: usize = 1 << 20;
 /// Bytes, more than machines have.
 pub const MOST_BYTES: usize = 1 << 40;
+/// Threads, more than machines have processors.
+pub const MOST_WORKERS: usize = 4096;
+/// Requests that wait, more than anybody waits behind.
+pub const MOST_WAITING: usize = 1 << 20;
 /// Connections, as many as open files that systems allow.
 pub const MOST_CONNECTIONS: usize = 1 << 20;
 
@@ -46,6 +50,9 @@ mod tests {
             ("--body-limit", 1024_u64, 1_099_511_627_776),
             ("--body-memory", 1_048_576, 1_099_511_627_776),
             ("--max-connections", 1, 1_048_576),
+            ("--workers", 0, 4096),
+            ("--queue", 1, 1_048_576),
+            ("--operation-bytes", 1_048_576, 1_099_511_627_776),
             ("--body-timeout", 1, 86_400),
             ("--write-timeout", 1, 86_400),
             ("--request-timeout", 1, 86_400),

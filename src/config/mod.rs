@@ -82,10 +82,10 @@ pub struct ServeSettings {
     #[command(flatten)]
     pub postgres: PostgresArguments,
     /// Threads that compute fits; 0 means one per processor.
-    #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0)]
+    #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0, value_parser = within(0..=bounds::MOST_WORKERS))]
     pub workers: usize,
     /// Longest queue of requests that wait for a worker; beyond it the answer is 503.
-    #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024)]
+    #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024, value_parser = within(1..=bounds::MOST_WAITING))]
     pub queue: usize,
     /// What a tenant may have of the workers and of that queue while others wait, such as 0.5.
     #[arg(long, env = "FLANKFIT_TENANT_SHARE", default_value_t = 0.5, value_parser = parse_share)]
@@ -120,7 +120,8 @@ pub struct ServeSettings {
     pub operation_timeout: u64,
     /// Bytes that the operations of a tenant may take in the database, compressed requests and
     /// results together; beyond it new ones are refused (429).
-    #[arg(long, env = "FLANKFIT_OPERATION_BYTES", default_value_t = 1 << 30)]
+    #[arg(long, env = "FLANKFIT_OPERATION_BYTES", default_value_t = 1 << 30,
+        value_parser = within(bounds::LEAST_MEMORY as u64..=bounds::MOST_BYTES as u64))]
     pub operation_bytes: u64,
     /// Seconds from the signal to end until no connection is taken any more: until then the server
     /// answers as ever, but says that it is not ready and lets connections end.
