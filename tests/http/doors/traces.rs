@@ -195,17 +195,21 @@ async fn whoever_begins_a_trace_decides_whether_it_is_sampled() {
 async fn requests_of_the_server_carry_the_trace_on() {
     let folder = tempfile::tempdir().unwrap();
     let (collector, issuer, key) = (Collector::start(), Issuer::start(), SigningKey::es256("one"));
-    issuer.publish(&[&SigningKey::es256("other")]);
+    let other = SigningKey::es256("other");
+    issuer.publish(&[&other]);
     let arguments = ["--otlp-endpoint", &collector.url, "--oidc-issuer", &issuer.url, "--oidc-audience", "flankfit"];
     let server = Talkative::start(&folder.path().join("test.db"), &arguments);
     while issuer.asked().is_empty() {
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
     assert!(!issuer.asked()[0].to_ascii_lowercase().contains("traceparent"), "nobody asked for it");
+    let whoami = || reqwest::Client::new().get(format!("{}/v1/whoami", server.base));
+    // the keys that it asked for are those it knows, before there are others
+    let known = whoami().bearer_auth(issuer.token(&other, json!({"role": "reader"}))).send().await.unwrap();
+    assert_eq!((known.status().as_u16(), issuer.asked().len()), (200, 1));
     issuer.publish(&[&key]);
-    let request = reqwest::Client::new().get(format!("{}/v1/whoami", server.base));
     let token = issuer.token(&key, json!({"role": "reader"}));
-    let answer = request.bearer_auth(&token).header("traceparent", traceparent(true)).send().await.unwrap();
+    let answer = whoami().bearer_auth(&token).header("traceparent", traceparent(true)).send().await.unwrap();
     assert_eq!(answer.status(), 200);
     let (_, asked, _) = named(&answer);
     collector.until_got(&asked).await;
