@@ -318,15 +318,14 @@ mod tests {
         let (noted, (let_on, held)) = (Arc::default(), mpsc::channel());
         let exporter = Noting(Arc::clone(&noted), Arc::new(Mutex::new(held)));
         let (sender, waiting) = sync_channel(10);
-        let thread = std::thread::spawn(move || Sending { exporter, fails: false, why: Why::default() }.run(&waiting));
         let provider = provider(Queue(sender.clone()));
         let tracer = provider.tracer("test");
         tracer.start("first").end();
+        // the wish to flush lies behind the first before anybody looks: so it takes no place later
+        let (answer, flushed) = sync_channel(1);
+        sender.send(Message::Flush(answer)).unwrap();
+        let thread = std::thread::spawn(move || Sending { exporter, fails: false, why: Why::default() }.run(&waiting));
         // the exporter is at work on the first, and is not let on
-        let flushing = std::thread::spawn({
-            let queue = Queue(sender.clone());
-            move || queue.shutdown_with_timeout(Duration::from_secs(20))
-        });
         until_one_goes(&noted);
         for _ in 0..100 {
             tracer.start("more").end();
@@ -334,7 +333,8 @@ mod tests {
         let dropped = super::super::metrics().render();
         assert!(dropped.contains("flankfit_trace_spans_dropped_total{reason=\"queue\"} 90"), "{dropped}");
         drop(let_on);
-        assert!(flushing.join().unwrap().is_ok());
+        flushed.recv().unwrap();
+        assert!(Queue(sender.clone()).shutdown_with_timeout(Duration::from_secs(60)).is_ok());
         drop((provider, tracer, sender));
         thread.join().unwrap();
         assert_eq!(*noted.lock().unwrap(), [1, 10]);

@@ -19,7 +19,7 @@ use crate::{
 };
 
 /// What others began on the server of the tests has ended by then.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 async fn sealed(store: &PostgresStore, values: &Values) -> Vec<WholeSeal> {
     let sealing = Sealing { at: values.now(), key: None, unless_since: Timestamp::MAX };

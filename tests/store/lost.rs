@@ -26,6 +26,8 @@ use crate::{
 /// What the server says when something is done.
 const BEGUN: &[u8] = b"BEGIN\0";
 const COMMITTED: &[u8] = b"COMMIT\0";
+/// For stores that get through: a busy machine may take long to do what was cut again.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// A way to a new database on the server of the tests.
 pub struct Proxy {
@@ -81,7 +83,7 @@ impl Proxy {
         let url = format!("postgres://owner@127.0.0.1:{}/{}?sslmode=disable", self.port, self.name);
         let mut settings = PostgresSettings::of_url(&url).unwrap();
         (settings.writers, settings.readers) = (1, 2);
-        (settings.unsafe_store, settings.patience) = (true, Duration::from_secs(2));
+        (settings.unsafe_store, settings.patience) = (true, PATIENCE);
         settings
     }
 }
@@ -108,10 +110,12 @@ struct Lossy {
 }
 
 impl Lossy {
-    async fn new() -> Self {
+    async fn new(patience: Duration) -> Self {
         let proxy = Proxy::new().await;
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
-        let store = PostgresStore::open(proxy.settings(), ids, clock).await.unwrap();
+        let mut settings = proxy.settings();
+        settings.patience = patience;
+        let store = PostgresStore::open(settings, ids, clock).await.unwrap();
         let repository = store.of(&caller("default"));
         Lossy { proxy, store, repository, values: Values::default() }
     }
@@ -124,7 +128,7 @@ impl Lossy {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn a_commit_whose_answer_was_lost_is_found_and_not_repeated() {
-    let lossy = Lossy::new().await;
+    let lossy = Lossy::new(PATIENCE).await;
     let (store, values, cut) = (&lossy.repository, &lossy.values, &lossy.proxy.cut);
     let job = values.stored_job(store).await.id;
     for number in 1..=10 {
@@ -144,7 +148,7 @@ async fn a_commit_whose_answer_was_lost_is_found_and_not_repeated() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn a_transaction_that_was_lost_before_is_done_again() {
-    let lossy = Lossy::new().await;
+    let lossy = Lossy::new(PATIENCE).await;
     let (store, values, cut) = (&lossy.repository, &lossy.values, &lossy.proxy.cut);
     let job = values.stored_job(store).await.id;
     for number in 1..=5 {
@@ -161,7 +165,7 @@ async fn a_transaction_that_was_lost_before_is_done_again() {
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn what_nobody_can_know_is_said_to_be_unknown() {
-    let lossy = Lossy::new().await;
+    let lossy = Lossy::new(Duration::from_secs(2)).await;
     let (store, values, cut) = (&lossy.repository, &lossy.values, &lossy.proxy.cut);
     let job = values.stored_job(store).await.id;
     cut.for_good.store(true, Ordering::SeqCst);

@@ -19,7 +19,7 @@ use crate::{
 
 fn settings(url: &str) -> PostgresSettings {
     let mut settings = PostgresSettings::of_url(url).unwrap();
-    (settings.writers, settings.readers) = (1, 2);
+    (settings.writers, settings.readers, settings.patience) = (1, 2, Duration::from_secs(60));
     settings
 }
 
@@ -85,9 +85,21 @@ async fn a_standby_is_not_used_until_it_is_the_primary() {
     assert!(matches!(repository.job(job).await, Err(RepositoryError::Unavailable(_))));
     assert!(matches!(store.ping().await, Err(RepositoryError::Unavailable(_))));
     run(&server, "$BIN/pg_ctl -D data -w promote").await;
-    assert_eq!(repository.insert_iteration(values.iteration(job), None).await.unwrap().number, 1);
-    store.ping().await.unwrap();
+    let stored = soon(async || repository.insert_iteration(values.iteration(job), None).await).await;
+    assert_eq!(stored.number, 1);
+    soon(async || store.ping().await).await;
     store.close().await;
+}
+
+/// What a store says that waits for a second only, once the machine gives it so much.
+async fn soon<T>(ask: impl AsyncFn() -> Result<T, RepositoryError>) -> T {
+    let begun = Instant::now();
+    loop {
+        match ask().await {
+            Err(RepositoryError::Unavailable(why)) => assert!(begun.elapsed() < Duration::from_secs(60), "{why}"),
+            told => return told.unwrap(),
+        }
+    }
 }
 
 /// A store with a job, and a database in which something can be put in its way.
@@ -190,7 +202,8 @@ async fn sessions_wait_for_a_while_only() {
     let refused = hindered.insert().await;
     assert!(matches!(refused, Err(RepositoryError::Unavailable(_))), "{refused:?}");
     let waited = begun.elapsed();
-    assert!((8..16).contains(&waited.as_secs()), "four times two seconds: {waited:?}");
+    // more only by what the machine has others do meanwhile
+    assert!((8..40).contains(&waited.as_secs()), "four times two seconds: {waited:?}");
     assert_eq!(hindered.there().await, 1);
     own.execute("ROLLBACK").await.unwrap();
     assert_eq!(hindered.insert().await.unwrap(), 2);

@@ -45,7 +45,7 @@ pub struct Writers {
 impl Writers {
     pub async fn start(mut settings: PostgresSettings) -> Self {
         (settings.writers, settings.readers) = (2, 4);
-        (settings.unsafe_store, settings.patience) = (true, Duration::from_secs(20));
+        (settings.unsafe_store, settings.patience) = (true, Duration::from_secs(60));
         let (ids, clock) = (Arc::new(OrderedIds::new()), Arc::new(SystemClock));
         let store = Arc::new(PostgresStore::open(settings, ids, clock).await.unwrap());
         let (repository, values) = (store.of(&caller("default")), Arc::new(Values::default()));
@@ -92,7 +92,7 @@ impl Writers {
         let before: Vec<u32> = self.stored.iter().map(|stored| stored.load(Ordering::SeqCst)).collect();
         let since = Instant::now();
         while self.stored.iter().zip(&before).any(|(stored, before)| stored.load(Ordering::SeqCst) < before + 5) {
-            assert!(since.elapsed() < Duration::from_secs(30), "nothing is stored any more");
+            assert!(since.elapsed() < Duration::from_secs(90), "nothing is stored any more");
             sleep(Duration::from_millis(5)).await;
         }
     }

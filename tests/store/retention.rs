@@ -314,7 +314,7 @@ async fn a_turn_ends_with_its_connection() {
     assert_eq!(two.retention(1).turn(&two.service).await.unwrap(), 0);
     assert!(!two.is_purged(&job).await);
     let mut owner = PgConnection::connect(&owners).await.unwrap();
-    let end = "SELECT pg_terminate_backend(pid, 10000) FROM pg_locks JOIN pg_database d ON d.oid = database
+    let end = "SELECT pg_terminate_backend(pid, 60000) FROM pg_locks JOIN pg_database d ON d.oid = database
                WHERE locktype = 'advisory' AND granted AND d.datname = current_database()";
     let ended: Vec<bool> = sqlx::query_scalar(end).fetch_all(&mut owner).await.unwrap();
     assert_eq!(ended, [true], "one connection has it, and ends");

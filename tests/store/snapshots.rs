@@ -43,7 +43,7 @@ impl Held {
         let waits = "SELECT EXISTS (SELECT FROM pg_stat_activity
                                     WHERE datname = current_database() AND wait_event_type = 'Lock')";
         let mut failures = Vec::new();
-        while failures.len() < 5 {
+        while failures.len() < 20 {
             let before = read().await.unwrap();
             holder.execute("BEGIN; LOCK TABLE records IN ACCESS EXCLUSIVE MODE").await.unwrap();
             let done = Cell::new(false);

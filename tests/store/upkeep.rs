@@ -5,7 +5,7 @@ use std::{
         Arc,
         atomic::{AtomicI64, Ordering},
     },
-    time::Duration,
+    time::{Duration, Instant},
 };
 
 use flankfit::{
@@ -54,7 +54,15 @@ async fn a_second_writer_is_refused_and_the_next_one_is_not() {
     flankfit::store::backup(&StoreSettings::of_file(place.file()), &place.beside("copy.db")).await.unwrap();
     drop(second);
     // whoever is gone without closing lets go too
-    place.open().await.close().await;
+    let dropped = Instant::now();
+    let third = loop {
+        match SqliteStore::open(StoreSettings::of_file(place.file()), ids(), still(place.now())).await {
+            Ok(store) => break store,
+            Err(OpenError::InUse { .. }) => assert!(dropped.elapsed() < PATIENCE, "nobody lets go of it"),
+            Err(error) => panic!("{error}"),
+        }
+    };
+    third.close().await;
 }
 
 /// A clock that stands until it is moved.

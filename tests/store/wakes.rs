@@ -48,7 +48,7 @@ async fn what_many_commits_have_to_tell_is_gathered() {
     let hearing = async {
         let (mut heard, mut notifications) = (BTreeSet::new(), 0_u128);
         while heard.len() < COMMITS {
-            let notification = timeout(Duration::from_secs(30), listener.recv()).await.expect("the rest is told");
+            let notification = timeout(Duration::from_secs(60), listener.recv()).await.expect("the rest is told");
             let notification = notification.unwrap();
             notifications += 1;
             let words = notification.payload().split(' ').filter_map(|word| word.split_once('/'));

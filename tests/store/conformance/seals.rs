@@ -35,7 +35,7 @@ pub async fn sealed(pair: &Pair, heads: usize) -> Vec<WholeSeal> {
     pair.ground.settled().await;
     let (mut made, begun) = (Vec::new(), Instant::now());
     while made.iter().map(|seal: &WholeSeal| seal.heads.len()).sum::<usize>() < heads {
-        assert!(begun.elapsed() < Duration::from_secs(20), "{made:?}");
+        assert!(begun.elapsed() < Duration::from_secs(60), "{made:?}");
         let turn = made.len() % 2;
         made.extend(pair.handles[turn].seal_audit(sealing(pair.values.now())).await.unwrap().into_iter().flatten());
         tokio::time::sleep(Duration::from_millis(5)).await;
@@ -145,7 +145,7 @@ pub async fn every_head_is_sealed_once(pair: &mut Pair) {
         if sealed == 2 {
             break;
         }
-        assert!(begun.elapsed() < Duration::from_secs(20), "{sealed} of 2 ends are sealed");
+        assert!(begun.elapsed() < Duration::from_secs(60), "{sealed} of 2 ends are sealed");
     }
     let all = pair.ground.scalar("SELECT count(*) FROM audit_sealed").await;
     let heads = pair.ground.scalar("SELECT count(*) FROM (SELECT DISTINCT chain, number FROM audit_sealed) AS h").await;

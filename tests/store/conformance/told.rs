@@ -14,7 +14,7 @@ use uuid::Uuid;
 use super::{pair::Pair, streams::events};
 
 /// For events that stand behind transactions of others, of which a server may have many.
-const PATIENCE: Duration = Duration::from_secs(30);
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// So many events after a place, a few at a time, and no more.
 async fn told(store: &Arc<dyn Repository>, mut after: EventPlace, count: usize) -> Vec<ToldEvent> {

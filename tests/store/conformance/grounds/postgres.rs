@@ -1,7 +1,7 @@
 //! PostgreSQL: a database of its own on the server of the tests, on which every handle is a store
 //! of its own, as those of two processes are.
 
-use std::sync::Arc;
+use std::{sync::Arc, time::Duration};
 
 use flankfit::{
     jobs::{OrderedIds, Store, SystemClock},
@@ -73,6 +73,8 @@ impl Postgres {
     fn settings(&self) -> PostgresSettings {
         let mut settings = PostgresSettings::of_url(&self.url).unwrap();
         (settings.readers, settings.writers) = (2, 2);
+        // the server is that of many tests at once
+        settings.patience = Duration::from_secs(60);
         // the server of the tests syncs nothing
         settings.unsafe_store = true;
         settings
