@@ -26,10 +26,17 @@ const t = texts({ en, de });
  */
 export function Fits({ iteration, etag, viewed, unit, onChosen }) {
   const [letting, setLetting] = useState(/** @type {FitSummary | undefined} */ (undefined));
+  // what stood when somebody was asked, or was shown to them: what comes in meanwhile is not
+  // overruled unseen
+  const [known, setKnown] = useState(etag);
+  const ask = (/** @type {FitSummary} */ one) => {
+    setKnown(etag);
+    setLetting(one);
+  };
   const choose = async (/** @type {string} */ reason) => {
     if (!letting) return;
     const path = { job_id: iteration.job_id, number: iteration.number };
-    const params = { path, header: etag ? { "If-Match": etag } : {} };
+    const params = { path, header: known ? { "If-Match": known } : {} };
     const body = { fit_id: letting.id, ...(reason ? { reason } : {}) };
     try {
       const { data, etag: next } = await answer(
@@ -41,6 +48,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
       // what stands by now is shown beside what was to stand
       if (failed instanceof ApiError && failed.status === 412) {
         const now = await answer(api.GET("/v1/jobs/{job_id}/iterations/{number}", { params: { path } }));
+        setKnown(now.etag);
         onChosen(now.data, now.etag);
       }
       throw failed;
@@ -74,7 +82,7 @@ export function Fits({ iteration, etag, viewed, unit, onChosen }) {
         ? html`<span class="quiet">${t.viewed}</span>`
         : html`<button type="button" class="button small" onClick=${() => setQuery({ fit: one.chosen ? undefined : one.id, by: undefined, lambda: undefined }, { step: true })}>${t.view}</button>`
     }
-    ${!one.chosen && may("judge") && html`<button type="button" class="button small" onClick=${() => setLetting(one)}>${t.letStand}</button>`}
+    ${!one.chosen && may("judge") && html`<button type="button" class="button small" onClick=${() => ask(one)}>${t.letStand}</button>`}
   </span>`;
   return h(
     Fragment,

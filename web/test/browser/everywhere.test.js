@@ -115,9 +115,10 @@ browserTest("the keyboard leads everywhere", {}, async ({ page, open, job }) => 
   await open("/jobs");
   await page.evaluate(() => document.activeElement instanceof HTMLElement && document.activeElement.blur());
   await page.keyboard.press("Tab");
-  assert.equal(await page.evaluate(() => document.activeElement?.textContent), "Skip to content");
+  await page.waitForFunction(() => document.activeElement?.textContent === "Skip to content");
   await page.keyboard.press("Enter");
-  assert.equal(await page.evaluate(() => document.activeElement?.id), "content");
+  // the browser moves the focus behind the next frame
+  await page.waitForFunction(() => document.activeElement?.id === "content");
   await page.keyboard.press("?");
   const dialog = page.getByRole("dialog", { name: "Keyboard shortcuts" });
   await dialog.getByText("Show this list").waitFor();

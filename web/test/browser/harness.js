@@ -320,6 +320,10 @@ export async function inBrowser(server, options, body) {
   }
 }
 
+/** How the browser says that it has lost a server: that depends on what was under way. */
+const LOST =
+  /net::ERR_(CONNECTION_(REFUSED|RESET|CLOSED)|EMPTY_RESPONSE|INCOMPLETE_CHUNKED_ENCODING|HTTP2_PROTOCOL_ERROR|INTERNET_DISCONNECTED)/;
+
 /** @param {Page} page @param {Server} server @param {Options} options */
 function watch(page, server, { statuses = [], offline = false }) {
   /** @type {string[]} */
@@ -332,8 +336,7 @@ function watch(page, server, { statuses = [], offline = false }) {
     if (/GL Driver Message .*GPU stall due to ReadPixels/.test(text)) return;
     const status = /^Failed to load resource: the server responded with a status of (\d+)/.exec(text)?.[1];
     if (status && statuses.includes(Number(status))) return;
-    if (offline && /net::ERR_(CONNECTION_REFUSED|CONNECTION_RESET|EMPTY_RESPONSE|INTERNET_DISCONNECTED)/.test(text))
-      return;
+    if (offline && LOST.test(text)) return;
     faults.push(`console: ${text} (${message.location().url})`);
   });
   page.on("request", (request) => {
@@ -347,7 +350,13 @@ function watch(page, server, { statuses = [], offline = false }) {
 /** @param {Page} page @param {Server} server @returns {World} */
 function world(page, server) {
   const stands = async () => {
-    await page.locator('main[aria-busy="false"] h1').first().waitFor();
+    const heading = page.locator('main[aria-busy="false"] h1').first();
+    do {
+      await heading.waitFor();
+      // what the page does once it is painted comes behind the next frame (shortcuts, what the
+      // caller may), and may ask for more
+      await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done))));
+    } while (!(await heading.isVisible()));
   };
   const call = callOf(server);
   return {
@@ -365,12 +374,11 @@ function world(page, server) {
       call("POST", `/v1/jobs/${jobId}/iterations`, await example(file)),
     accessible: async () => assert.deepEqual(await axeFinds(page), [], "axe"),
     startAgain: async () => {
-      const known = page.getByText("Not live since").waitFor({ state: "detached" });
       await server.start();
       // the page also asks by itself, and then there is nothing to press any more
       const pressed = page.getByRole("button", { name: "Ask now" }).click();
       pressed.catch(() => {});
-      await known;
+      await page.getByText("Not live since").waitFor({ state: "detached" });
     },
   };
 }

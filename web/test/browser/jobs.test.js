@@ -99,6 +99,8 @@ browserTest(
     await page.getByText("No job matches this.").waitFor();
     await page.getByRole("link", { name: "Show all jobs" }).click();
     await page.getByRole("link", { name: "Planet gear" }).waitFor();
+    // the list is there before the field follows the address
+    await stands();
     assert.equal(await page.getByLabel("Search").inputValue(), "");
     await page.getByText("More filters").click();
     await page.getByLabel("Part number").fill("4711");

@@ -1,6 +1,7 @@
 // The choice of λ*.
 
 import assert from "node:assert/strict";
+import { watchAsked } from "./asked.js";
 import { browserTest } from "./harness.js";
 import { unitOf } from "./numbers.js";
 import { formats } from "../../app/lib/format.js";
@@ -68,17 +69,9 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   const { page, open, stands, job, iteration, call } = world;
   const { id } = await job();
   const { fits } = await iteration(id);
+  const asked = await watchAsked(page, "/preview");
   await open(`/jobs/${id}/iterations/1/lambda`);
   const slider = page.getByRole("slider", { name: "λ* by hand" });
-  let [running, most] = [0, 0];
-  const ours = (/** @type {any} */ request) => request.url().endsWith("/preview");
-  page.on("request", (request) => {
-    if (ours(request)) running += 1;
-    most = Math.max(most, running);
-  });
-  page.on("requestfinished", (request) => {
-    if (ours(request)) running -= 1;
-  });
   await slider.focus();
   for (let i = 0; i < 20; i += 1) await page.keyboard.press("ArrowRight");
   const { spec, result } = fits[0];
@@ -87,7 +80,7 @@ browserTest("the slider shows the interface's own values; quick moves end in the
   const value = Number((low * (high / low) ** ((from + 20) / 500)).toPrecision(6));
   await page.waitForFunction((last) => Number(new URLSearchParams(location.search).get("lambda")) === last, value);
   await stands();
-  assert.equal(most, 1, "one request under way");
+  assert.equal((await asked()).most, 1, "one request under way");
   const own = await call("POST", `/v1/jobs/${id}/iterations/1/preview`, {
     ...spec,
     include: [],
@@ -240,7 +233,7 @@ browserTest("keeping a refit that takes long is stopped without being stored", {
 });
 
 browserTest("tables fit a tablet, of the fit and of a refit beside it", {}, async (world) => {
-  const { page, open, job, iteration } = world;
+  const { page, open, stands, job, iteration } = world;
   const { id } = await job();
   await iteration(id);
   await open("/settings");
@@ -254,6 +247,7 @@ browserTest("tables fit a tablet, of the fit and of a refit beside it", {}, asyn
       await open(`/jobs/${id}/iterations/1/lambda${query}`);
       for (const width of [768, 1024]) {
         await page.setViewportSize({ width, height: 1024 });
+        await stands();
         const wide = await page
           .locator(".table-scroll")
           .evaluateAll((all) =>

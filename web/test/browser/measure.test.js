@@ -47,6 +47,7 @@ browserTest(
     await page.getByText("One cell is no number:").waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
     await page.locator('[data-faults="nodes"]', { hasText: "row 4, column 8" }).waitFor();
+    await stands();
     // and on the map, where the axes have that node
     const map = page.locator(".measure-preview .heat-map");
     const cross = map.locator(".map-crosshair circle");

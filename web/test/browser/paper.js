@@ -40,8 +40,10 @@ export async function story({ job, iteration, call }, change) {
 }
 
 /** Fails where the first page is higher or wider than its paper. @param {World} world @param {string} lang */
-export async function onPaper({ page }, lang) {
+export async function onPaper({ page, stands }, lang) {
   await page.emulateMedia({ media: "print" });
+  // what is drawn for the width of the paper is drawn anew
+  await stands();
   const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
     const right = cover.getBoundingClientRect().right;
     const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);

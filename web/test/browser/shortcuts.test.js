@@ -57,6 +57,7 @@ browserTest(
     await page.keyboard.press("?");
     await dialog.waitFor();
     await page.keyboard.press("Escape");
+    await dialog.waitFor({ state: "detached" });
     await page.keyboard.press("]");
     await page.waitForURL(`**/jobs/${id}/iterations/2`);
     await stands();

@@ -77,7 +77,8 @@ browserTest("10,000 jobs are searched, filtered and paged", {}, async (world) =>
   const rows = median(times);
   const most = await page.evaluate(() => document.querySelectorAll("tr").length);
   console.log(`key to rows ${rows.toFixed(0)} ms (${times.map((one) => one.toFixed(0)).join(", ")}), ${most} rows`);
-  assert.ok(rows <= ROWS_MS, `${times}`);
+  const slower = Math.min(MOST_SLOWER, await slowness(page));
+  assert.ok(rows <= ROWS_MS * slower, `${times}`);
   assert.ok(most <= MOST_ROWS);
 
   // the list itself, by pages, filters and searches in turn, one request at a time
@@ -96,7 +97,6 @@ browserTest("10,000 jobs are searched, filtered and paged", {}, async (world) =>
     lists.push(performance.now() - from);
   }
   const p95 = lists.sort((a, b) => a - b)[Math.ceil(0.95 * LISTS) - 1] ?? Number.POSITIVE_INFINITY;
-  const slower = Math.min(MOST_SLOWER, await slowness(page));
   console.log(`a list of 10,000 jobs: 95 in 100 within ${p95.toFixed(1)} ms`);
   assert.ok(p95 <= LIST_MS * slower, `${p95} ms, at most ${LIST_MS} × ${slower.toFixed(2)}`);
 
