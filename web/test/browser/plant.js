@@ -83,6 +83,9 @@ export async function until(what, look, holds) {
   }
 }
 
+/** Ports that were looked at. @type {Set<number>} */
+const lookedAt = new Set();
+
 /**
  * A port that is free, and that the system gives to no client: a server must find it again after it was killed. Nor do
  * the plants of tests in Rust look for theirs there.
@@ -90,6 +93,9 @@ export async function until(what, look, holds) {
 async function freePort() {
   for (;;) {
     const port = 12_000 + Math.floor(Math.random() * 8_000);
+    // several are looked for at once, and each is free until somebody listens
+    if (lookedAt.has(port)) continue;
+    lookedAt.add(port);
     const free = await new Promise((resolve) => {
       const server = net.createServer().once("error", () => resolve(false));
       server.listen(port, "127.0.0.1", () => server.close(() => resolve(true)));
