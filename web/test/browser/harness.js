@@ -355,7 +355,14 @@ function world(page, server) {
       await heading.waitFor();
       // what the page does once it is painted comes behind the next frame (shortcuts, what the
       // caller may), and may ask for more
-      await page.evaluate(() => new Promise((done) => requestAnimationFrame(() => setTimeout(done))));
+      await page.evaluate(
+        () =>
+          new Promise((done) => {
+            requestAnimationFrame(() => setTimeout(done));
+            // a page that nobody sees has no frames, and does it after a tenth of a second
+            setTimeout(done, 1000);
+          }),
+      );
     } while (!(await heading.isVisible()));
   };
   const call = callOf(server);
