@@ -312,15 +312,20 @@ plantTest(
     await plant.servers[0].signal("SIGKILL");
 
     await page.waitForURL(`**/jobs/${id}/iterations/1`);
-    // the browser tells a test of answers when the page may have gone on
+    // the browser tells a test of answers when the page may have gone on; a server that needs more
+    // than a second says 202, and the page asks it for the rest
+    const last = () => answers.at(-1)?.[0] ?? 0;
     await until(
       "the answer",
-      async () => answers,
-      (all) => all.at(-1)?.[0] === 201,
+      async () => last(),
+      (status) => [201, 202].includes(status),
     );
     // a proxy answers so, or has the browser itself send it again
     const lost = answers.slice(0, -1).map(([status]) => status);
-    assert.deepEqual([lost.filter((status) => status !== 502), answers.at(-1)?.[0]], [[], 201]);
+    assert.deepEqual(
+      lost.filter((status) => status !== 502),
+      [],
+    );
     assert.equal(new Set(answers.map(([, key]) => key)).size, 1);
     assert.ok(answers[0]?.[1]);
     const { iterations } = await plant.at(1)("GET", `/v1/jobs/${id}/trace`);
