@@ -17,7 +17,7 @@ use uuid::Uuid;
 use crate::{
     api::jobs::purge::told,
     config::RetentionSettings,
-    jobs::{JobService, RepositoryError, Turn, actor, archive::Key},
+    jobs::{JobService, RepositoryError, actor, archive::Key},
 };
 
 /// A turn ends after it; others, or this process again, go on.
@@ -106,7 +106,13 @@ impl Retention {
 
     /// Purges what is due, if it is this process's turn; answers how many jobs.
     pub async fn turn(&self, jobs: &Arc<JobService>) -> Result<u64, RepositoryError> {
-        let Some(Turn(_held)) = jobs.retention_turn().await? else { return Ok(0) };
+        let Some(turn) = jobs.retention_turn().await? else { return Ok(0) };
+        let purged = self.purge_due(jobs).await;
+        turn.end().await;
+        purged
+    }
+
+    async fn purge_due(&self, jobs: &Arc<JobService>) -> Result<u64, RepositoryError> {
         let (begun, now) = (tokio::time::Instant::now(), jobs.now());
         let mut purged = 0;
         for key in self.due(jobs, now).await? {

@@ -71,8 +71,18 @@ pub trait Wakes: Send + Sync + 'static {
     fn last_events(&self, jobs: Vec<Uuid>) -> RepositoryFuture<'_, Vec<(Uuid, u64)>>;
 }
 
-/// That one process alone does something, until it is dropped.
-pub struct Turn(pub Option<Box<dyn Send>>);
+/// That one process alone does something, until it ends. One that is dropped ends, too, when its
+/// store finds that out; where there is one process only nothing has to end.
+pub struct Turn(pub Option<Pin<Box<dyn Future<Output = ()> + Send>>>);
+
+impl Turn {
+    /// Another process may have it as soon as this returns.
+    pub async fn end(self) {
+        if let Some(end) = self.0 {
+            end.await;
+        }
+    }
+}
 
 /// What is done with a store as a whole, for no caller.
 pub trait Upkeep: Send + Sync + 'static {

@@ -146,9 +146,17 @@ pub async fn turn(settings: &PostgresSettings) -> Result<Option<Turn>, sqlx::Err
     let own: bool =
         sqlx::query_scalar("SELECT pg_try_advisory_lock(hashtext('flankfit retention'))").fetch_one(&mut db).await?;
     if own {
-        return Ok(Some(Turn(Some(Box::new(db)))));
+        return Ok(Some(Turn(Some(Box::pin(end_turn(db))))));
     }
     // another process has it
     let _closed = db.close().await;
     Ok(None)
+}
+
+/// The server lets go of what a closed connection held a moment later, so it is asked to before.
+async fn end_turn(mut db: PgConnection) {
+    let unlock = "SELECT pg_advisory_unlock(hashtext('flankfit retention'))";
+    // where the connection was lost the turn has ended with it
+    let _unlocked = sqlx::query(unlock).execute(&mut db).await;
+    let _closed = db.close().await;
 }
