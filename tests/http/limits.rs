@@ -127,7 +127,8 @@ async fn a_body_with_a_key_waits_packed() {
     let busy = app.occupy_worker().await;
     let waiting = tokio::spawn(send(request()));
     app.until_waiting(1).await;
-    assert_eq!(app.state.budget.held(), length);
+    // what made the job may have been let go of a moment later
+    until_held(&app, |held| held == length).await;
     drop(busy);
     let first = waiting.await.unwrap();
     assert_eq!(first.status, 201, "{}", first.text);

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 use tokio::{
     io::{AsyncReadExt, AsyncWriteExt},
     net::{TcpSocket, TcpStream},
+    sync::watch,
     task::JoinSet,
     time::sleep,
 };
@@ -115,24 +116,34 @@ async fn large_bodies_at_once_stay_within_the_bound() {
     let (blank, address) = (400_000, app.address);
     for _ in 0..3 {
         let (mut clients, length) = (JoinSet::new(), blank + CURVE.len());
+        let (gate, opened) = watch::channel(false);
         for _ in 0..16 {
+            let mut opened = opened.clone();
             clients.spawn(async move {
                 let mut stream = TcpStream::connect(address).await.unwrap();
                 let head = "Host: [::1]\r\nConnection: close\r\nContent-Type: application/json\r\n";
                 let head = format!("POST /v1/fits HTTP/1.1\r\n{head}Content-Length: {length}\r\n\r\n");
                 stream.write_all(head.as_bytes()).await.unwrap();
                 stream.write_all(&vec![b' '; blank]).await.unwrap_or_default();
-                // all of them are under way before any is whole
-                sleep(Duration::from_millis(800)).await;
-                stream.write_all(CURVE.as_bytes()).await.unwrap_or_default();
+                // none is whole before others are refused, which they are without their rest
                 let mut said = Vec::new();
-                let _ended = stream.read_to_end(&mut said).await;
+                let refused = tokio::select! {
+                    _ended = stream.read_to_end(&mut said) => true,
+                    _opened = opened.wait_for(|is_open| *is_open) => false,
+                };
+                if !refused {
+                    stream.write_all(CURVE.as_bytes()).await.unwrap_or_default();
+                    let _ended = stream.read_to_end(&mut said).await;
+                }
                 String::from_utf8_lossy(&said).to_ascii_lowercase()
             });
         }
         let (mut most, mut taken, mut refused) = (0, 0, 0);
         while !clients.is_empty() {
             most = most.max(app.state.budget.held());
+            if refused >= 4 && most >= blank {
+                gate.send_replace(true);
+            }
             tokio::select! {
                 said = clients.join_next() => {
                     let said = said.unwrap().unwrap();

@@ -5,6 +5,7 @@ use std::{
     path::Path,
     process::{Child, Command, Stdio},
     sync::{Arc, Mutex},
+    thread::JoinHandle,
 };
 
 use serde_json::Value;
@@ -16,6 +17,8 @@ pub struct Talkative {
     child: Child,
     pub base: String,
     said: Arc<Mutex<String>>,
+    /// Reads what is said, until there is no more.
+    hearing: Option<JoinHandle<()>>,
 }
 
 impl Talkative {
@@ -54,14 +57,14 @@ impl Talkative {
             }
         };
         let heard = said.clone();
-        std::thread::spawn(move || {
+        let hearing = std::thread::spawn(move || {
             let mut line = String::new();
             while log.read_line(&mut line).is_ok_and(|length| length > 0) {
                 heard.lock().unwrap().push_str(&line);
                 line.clear();
             }
         });
-        Talkative { child, base: format!("http://{address}"), said }
+        Talkative { child, base: format!("http://{address}"), said, hearing: Some(hearing) }
     }
 
     /// What was said so far.
@@ -79,6 +82,8 @@ impl Talkative {
     pub fn end(mut self) -> String {
         self.terminate();
         assert!(self.child.wait().unwrap().success());
+        // the last lines may still be on their way when the process has gone
+        self.hearing.take().unwrap().join().unwrap();
         self.said()
     }
 }

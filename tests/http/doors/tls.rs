@@ -7,7 +7,7 @@ use std::{
     path::PathBuf,
     process::{Command, Stdio},
     sync::{
-        Arc,
+        Arc, Mutex,
         atomic::{AtomicBool, Ordering},
     },
     time::{Duration, Instant},
@@ -263,38 +263,52 @@ async fn certificates_change_under_load_and_no_client_fails() {
     let authority = Authority::new();
     let app = TestApp::start_with(|settings| authority.serve(settings)).await;
     let over = Arc::<AtomicBool>::default();
+    // how often each client has asked, and what it was shown
+    let seen = Arc::new(Mutex::new(vec![(0, Vec::<CertificateDer<'static>>::new()); 8]));
     let mut load = JoinSet::new();
     for number in 0..8 {
         let version = if number % 2 == 0 { &TLS12 } else { &TLS13 };
         let (client, address, over) = (authority.client(&[version], None), app.address, over.clone());
+        let seen = seen.clone();
         load.spawn(async move {
-            let mut shown: Vec<CertificateDer<'static>> = Vec::new();
-            let mut asked = 0;
             while !over.load(Ordering::SeqCst) {
                 let certificate = shown_to(&client, address).await;
+                let (asked, shown) = &mut seen.lock().unwrap()[number];
                 if shown.last() != Some(&certificate) {
                     shown.push(certificate);
                 }
-                asked += 1;
+                *asked += 1;
             }
-            (asked, shown)
         });
     }
+    // a client that fails is a panic here
+    let all_have = async |load: &mut JoinSet<()>, wanted: &dyn Fn(&(u32, Vec<CertificateDer<'static>>)) -> bool| {
+        let begun = Instant::now();
+        while !seen.lock().unwrap().iter().all(wanted) {
+            if let Some(ended) = load.try_join_next() {
+                ended.unwrap();
+            }
+            assert!(begun.elapsed() < Duration::from_secs(120), "a client does not come again");
+            tokio::time::sleep(Duration::from_millis(20)).await;
+        }
+    };
     let client = authority.client(&[&TLS13], None);
     let mut installed = vec![shown_to(&client, app.address).await];
+    all_have(&mut load, &|(_, shown)| shown.last() == installed.last()).await;
     for _ in 0..2 {
         let next = authority.sign("localhost");
         authority.install(&next);
         while shown_to(&client, app.address).await != *next.certificate.der() {}
-        // long enough for each client to come once more
-        tokio::time::sleep(Duration::from_secs(1)).await;
         installed.push(next.certificate.der().clone());
+        all_have(&mut load, &|(_, shown)| shown.last() == installed.last()).await;
     }
+    all_have(&mut load, &|(asked, _)| *asked > 10).await;
     over.store(true, Ordering::SeqCst);
-    // a client that fails is a panic here; each was shown all certificates, in order
-    for (asked, shown) in load.join_all().await {
-        assert!(asked > 10, "{asked}");
-        assert!(shown == installed, "{} certificates were shown", shown.len());
+    load.join_all().await;
+    // each was shown all certificates, in order
+    for (asked, shown) in &*seen.lock().unwrap() {
+        assert!(*asked > 10, "{asked}");
+        assert!(*shown == installed, "{} certificates were shown", shown.len());
     }
 }
 

@@ -16,6 +16,7 @@ use super::{
 use crate::{
     harness::{Answer, CURVE, TestApp, send},
     jobs::{events::Listener, socket},
+    plant::proxy::free_address,
 };
 
 /// A server that accepts tokens of this provider, and believes a proxy here.
@@ -325,10 +326,19 @@ async fn a_peer_that_guesses_tokens_is_held_up_and_a_good_one_is_not() {
     issuer.publish(&[&key]);
     let app = accepting(&issuer).await;
     let ask = |token: String| send(app.get("/v1/whoami").bearer_auth(token));
-    for _ in 0..10 {
-        ask(issuer.token(&stranger, engineer())).await.problem(401, "invalid_key");
-    }
-    ask(issuer.token(&stranger, engineer())).await.problem(429, "too_many_requests");
+    // one more is granted for every six seconds that this takes
+    let mut guessed = 0;
+    let held = loop {
+        let answer = ask(issuer.token(&stranger, engineer())).await;
+        if answer.status != 401 {
+            break answer;
+        }
+        answer.problem(401, "invalid_key");
+        guessed += 1;
+        assert!(guessed < 100, "nobody is held up");
+    };
+    assert!(guessed >= 10, "held up after {guessed}");
+    held.problem(429, "too_many_requests");
     assert_eq!(ask(issuer.token(&key, engineer())).await.status, 200);
     app.stop().await;
 }
@@ -343,8 +353,8 @@ async fn open_connections_end_with_their_token() {
     let post = |path: &str, body: &Value| send(app.post(path, body.to_string()).bearer_auth(&lasting));
     let job = post("/v1/jobs", &json!({"name": "wheel"})).await.header("location").to_owned();
     let stream = post(&format!("{job}/streams"), &crate::jobs::streams::spec()).await.header("location").to_owned();
-    // of what is forgiven to clocks three seconds are left
-    let expired = now() - 17;
+    // of what is forgiven to clocks ten seconds are left, for a busy machine to open all of these
+    let expired = now() - 10;
     let mut claims = engineer();
     claims["exp"] = expired.into();
     let short = issuer.token(&key, claims);
@@ -353,16 +363,15 @@ async fn open_connections_end_with_their_token() {
     let mut socket = socket::connect_with(&format!("http://{}", app.address), &stream, &short).await;
     assert_eq!(socket::close(&mut socket).await.map(u16::from), Some(1008));
     assert!(listener.next().await.is_none());
-    assert!((expired + 20..expired + 30).contains(&now()), "{} s after its end", now() - expired);
+    // and what a busy machine takes beside
+    assert!((expired + 20..expired + 50).contains(&now()), "{} s after its end", now() - expired);
     app.stop().await;
 }
 
 /// It starts, computes and lets in keys; and tokens as soon as the provider is there.
 #[tokio::test]
 async fn a_server_does_not_need_its_provider_to_start() {
-    let place = std::net::TcpListener::bind("127.0.0.1:0").unwrap();
-    let address = place.local_addr().unwrap();
-    drop(place);
+    let address = free_address();
     let url = format!("http://{address}/realms/plant");
     let key = SigningKey::es256("one");
     let app = TestApp::start_with(|settings| {
@@ -386,7 +395,7 @@ async fn a_server_does_not_need_its_provider_to_start() {
     issuer.publish(&[&key]);
     let begun = Instant::now();
     while whoami(&app, &token).await.status != 200 {
-        assert!(begun.elapsed() < Duration::from_secs(40), "it is not asked again");
+        assert!(begun.elapsed() < Duration::from_secs(120), "it is not asked again");
         tokio::time::sleep(Duration::from_millis(200)).await;
     }
     app.stop().await;

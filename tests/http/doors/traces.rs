@@ -18,7 +18,7 @@ use super::{
     issuer::{Issuer, SigningKey},
     talkative::Talkative,
 };
-use crate::{database::in_file, harness::CURVE};
+use crate::{database::in_file, harness::CURVE, plant::proxy::free_address};
 
 const TRACE: &str = "4bf92f3577b34da6a3ce929d0e0e4736";
 const PARENT: &str = "00f067aa0ba902b7";
@@ -104,7 +104,10 @@ async fn spans_of_a_request_come_to_the_collector() {
     // who decides nothing begins a trace of its own
     let (own, own_span, _) = named(&client.get(url("/healthz")).send().await.unwrap());
     assert_ne!(own, TRACE);
-    collector.until_got(&own_span).await;
+    // each span is over a moment after its answer, and what is left at the end has its time
+    for span in [&fit_span, &short_span, &job_span, &read_span, &unknown_span, &brewed_span, &own_span] {
+        collector.until_got(span).await;
+    }
     let said = server.end();
 
     let spans = collector.spans();
@@ -182,7 +185,9 @@ async fn whoever_begins_a_trace_decides_whether_it_is_sampled() {
         let twice = twice.header("traceparent", traceparent(true)).header("traceparent", traceparent(true));
         assert_ne!(named(&twice.send().await.unwrap()).0, TRACE, "of two it is not known which one holds");
         let (_, last, _) = ask(Some(traceparent(true))).await;
-        collector.until_got(&last).await;
+        for span in [Some(&wanted), Some(&own).filter(|_| sample == "1"), Some(&last)].into_iter().flatten() {
+            collector.until_got(span).await;
+        }
         server.end();
         let got: BTreeSet<String> = collector.spans().into_iter().map(|span| span.id).collect();
         assert!(got.contains(&wanted) && !got.contains(&refused), "{sample}");
@@ -248,8 +253,7 @@ async fn until_dropped(base: &str) {
 #[tokio::test]
 async fn spans_that_nobody_takes_are_counted() {
     let folder = tempfile::tempdir().unwrap();
-    let away = std::net::TcpListener::bind("127.0.0.1:0").unwrap().local_addr().unwrap();
-    let endpoint = format!("http://{away}");
+    let endpoint = format!("http://{}", free_address());
     let arguments = ["--otlp-endpoint", &endpoint, "--otlp-sample", "1"];
     let server = Talkative::start(&folder.path().join("test.db"), &arguments);
     until_dropped(&server.base).await;
@@ -277,7 +281,9 @@ async fn spans_tell_what_failed() {
     sqlx::raw_sql("ALTER TABLE jobs RENAME TO lost").execute(&mut own).await.unwrap();
     let failed = reqwest::get(&url).await.unwrap();
     assert_eq!(failed.status(), 500);
-    collector.until_got(&named(&failed).1).await;
+    for answer in [&missing, &failed] {
+        collector.until_got(&named(answer).1).await;
+    }
     server.end();
     let spans = collector.spans();
     let of = |answer| spans.iter().find(|span| span.id == named(answer).1).unwrap();
@@ -361,7 +367,8 @@ async fn nobody_waits_for_a_collector_that_says_nothing() {
     fit().await;
     let begun = Instant::now();
     server.end();
-    assert!(begun.elapsed() < Duration::from_secs(10), "{:?}", begun.elapsed());
+    // and what a busy machine takes beside
+    assert!(begun.elapsed() < Duration::from_secs(30), "{:?}", begun.elapsed());
 }
 
 /// What is done when nobody waits for it any more.

@@ -91,7 +91,16 @@ impl Server {
 
     /// Asks the process to stop, as a service manager does.
     pub fn terminate(&self) {
-        let told = Command::new("kill").args(["-TERM", &self.id().to_string()]).status().unwrap();
+        self.signal("-TERM");
+    }
+
+    /// Holds the process up, until it is killed.
+    pub fn pause(&self) {
+        self.signal("-STOP");
+    }
+
+    fn signal(&self, signal: &str) {
+        let told = Command::new("kill").args([signal, &self.id().to_string()]).status().unwrap();
         assert!(told.success());
     }
 

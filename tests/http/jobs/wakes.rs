@@ -153,7 +153,7 @@ async fn sockets_close_wherever_they_are() {
         let ended = send(replicas.request(0, end, &path).json(&json!({}))).await;
         assert!(ended.status.is_success(), "{}", ended.text);
         for socket in &mut sockets {
-            let code = timeout(Duration::from_secs(10), socket::close(socket)).await.expect("the socket closes");
+            let code = timeout(Duration::from_secs(60), socket::close(socket)).await.expect("the socket closes");
             assert!(code.is_some());
         }
     }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 use reqwest::Method;
 use serde_json::{Value, json};
 
-use super::{begun, kinds::example, later, result, same, slow_iteration, study, trimmed};
+use super::{begun, kinds::example, later, once, result, same, slow_iteration, study, trimmed};
 use crate::jobs::{
     app::{Answer, TestApp, iteration, send},
     events::Listener,
@@ -122,9 +122,10 @@ async fn who_would_wait_has_the_answer_within_that_time_or_is_told_where() {
     assert_eq!(quick.header("preference-applied"), Some("wait=60"));
     same(&quick, &app.post("/v1/studies/randomization", &study(50)).await.expect(200));
     let begun = Instant::now();
-    let slow = asked("/v1/fits", "1", &trimmed(150)).await.expect(202);
+    let slow = asked("/v1/fits", "1", &trimmed(200)).await.expect(202);
     assert!((1..30).contains(&begun.elapsed().as_secs()), "{:?}", begun.elapsed());
     let operation = slow.header("location").unwrap().to_owned();
+    once(&app, &operation, |told| told["state"] == "running").await;
     let begun = Instant::now();
     let running = send(app.request(Method::GET, &operation).header("Prefer", "wait=1")).await.expect(200);
     assert!(begun.elapsed() >= Duration::from_secs(1));

@@ -101,8 +101,9 @@ async fn is_begun_anew(first: kill::Server, body: &Value, next: impl FnOnce(kill
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn another_server_begins_anew_what_a_killed_one_did() {
     let url = Server::shared().database().await;
-    // it takes some times as long as the other server needs to start
     is_begun_anew(kill::Server::start(&url), &trimmed(150), |first| {
+        // else it might end before the other one is there
+        first.pause();
         let second = kill::Server::start(&url);
         first.kill();
         second
@@ -114,7 +115,7 @@ async fn another_server_begins_anew_what_a_killed_one_did() {
 async fn the_next_start_begins_anew_what_a_killed_server_did() {
     let directory = tempfile::tempdir().unwrap();
     let url = in_file(&directory.path().join("jobs.db"));
-    is_begun_anew(kill::Server::start(&url), &trimmed(100), |first| {
+    is_begun_anew(kill::Server::start(&url), &trimmed(150), |first| {
         first.kill();
         kill::Server::start(&url)
     })

@@ -31,9 +31,12 @@ async fn a_restart_goes_on_with_what_was_begun() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let path = "/v1/studies/randomization";
+    // it has no worker yet, so that it is seen running however long the next requests take
+    let open = occupied(app.state(), 2).await;
     let long = begun(later(&app, path, &study(1500))).await;
     let stored = begun(later(&app, &format!("{job}/iterations"), &slow_iteration())).await;
     once(&app, &long, |told| told["state"] == "running").await;
+    drop(open);
     app.restart().await;
     assert_eq!(result(&app, &stored).await.expect(201).json()["number"], 1);
     let done = result(&app, &long).await.expect(200);
@@ -242,7 +245,7 @@ async fn operations_end_with_what_let_their_requests_in() {
         let job = job.header("location").unwrap().to_owned();
         // one worker does operations: the first runs, the second waits
         let mut operations = Vec::new();
-        for body in [trimmed(150), slow_iteration()] {
+        for body in [trimmed(200), slow_iteration()] {
             operations.push(begun(later(&app, &format!("{job}/iterations"), &body).bearer_auth(&theirs)).await);
         }
         let running = async || ask(Method::GET, &operations[0], &theirs, &json!({})).await.json()["state"] == "running";

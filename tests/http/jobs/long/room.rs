@@ -60,6 +60,7 @@ async fn an_answer_without_room_can_be_had_later() {
     let waiting = || later(&app, path, &export).header("Idempotency-Key", "one");
     let operation = begun(waiting()).await;
     same(&result(&app, &operation).await, &plain);
+    all_given_back(&app).await;
     let others = app.server().state.budget.take(3_500_000).unwrap();
     result(&app, &operation).await.problem(503, "overloaded");
     let told = send(waiting().header("Prefer", "wait=30")).await.expect(202);
