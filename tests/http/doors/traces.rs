@@ -104,12 +104,10 @@ async fn spans_of_a_request_come_to_the_collector() {
     // who decides nothing begins a trace of its own
     let (own, own_span, _) = named(&client.get(url("/healthz")).send().await.unwrap());
     assert_ne!(own, TRACE);
-    // each span is over a moment after its answer, and what is left at the end has its time
     for span in [&fit_span, &short_span, &job_span, &read_span, &unknown_span, &brewed_span, &own_span] {
         collector.until_got(span).await;
     }
     let said = server.end();
-
     let spans = collector.spans();
     let of = |id: &str| spans.iter().find(|span| span.id == id).unwrap_or_else(|| panic!("{id} in {spans:#?}"));
     let fit = of(&fit_span);

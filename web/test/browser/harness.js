@@ -347,6 +347,18 @@ function watch(page, server, { statuses = [], offline = false }) {
   return faults;
 }
 
+/** Returns when the page has been painted anew. @param {Page} page */
+export function painted(page) {
+  return page.evaluate(
+    () =>
+      new Promise((done) => {
+        requestAnimationFrame(() => setTimeout(done));
+        // a page that nobody sees has no frames, and does it after a tenth of a second
+        setTimeout(done, 1000);
+      }),
+  );
+}
+
 /** @param {Page} page @param {Server} server @returns {World} */
 function world(page, server) {
   const stands = async () => {
@@ -355,14 +367,7 @@ function world(page, server) {
       await heading.waitFor();
       // what the page does once it is painted comes behind the next frame (shortcuts, what the
       // caller may), and may ask for more
-      await page.evaluate(
-        () =>
-          new Promise((done) => {
-            requestAnimationFrame(() => setTimeout(done));
-            // a page that nobody sees has no frames, and does it after a tenth of a second
-            setTimeout(done, 1000);
-          }),
-      );
+      await painted(page);
     } while (!(await heading.isVisible()));
   };
   const call = callOf(server);

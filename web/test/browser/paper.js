@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { execFile } from "node:child_process";
 import path from "node:path";
 import { promisify } from "node:util";
-import { example } from "./harness.js";
+import { example, painted } from "./harness.js";
 
 /** @typedef {import("./harness.js").World} World */
 
@@ -40,10 +40,11 @@ export async function story({ job, iteration, call }, change) {
 }
 
 /** Fails where the first page is higher or wider than its paper. @param {World} world @param {string} lang */
-export async function onPaper({ page, stands }, lang) {
+export async function onPaper({ page }, lang) {
   await page.emulateMedia({ media: "print" });
-  // what is drawn for the width of the paper is drawn anew
-  await stands();
+  // what is drawn for the width of the paper is drawn anew, once that is known
+  await painted(page);
+  await painted(page);
   const [beyond, beside] = await page.locator(".report-cover").evaluate((cover) => {
     const right = cover.getBoundingClientRect().right;
     const cells = [...cover.querySelectorAll("td, th")].map((cell) => cell.getBoundingClientRect().right);

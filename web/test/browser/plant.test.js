@@ -46,7 +46,8 @@ function plantTest(name, { role, ...options }, body) {
         await body({ page, open, stands, startAgain, plant });
       });
     } catch (error) {
-      if (error instanceof Error) error.message += `\n--- plant ---\n${plant.server.log()}`;
+      // what a test has failed with is told by its stack, in which its message stands as it was
+      if (error instanceof Error) error.stack += `\n--- plant ---\n${plant.server.log()}`;
       throw error;
     } finally {
       await plant.both();
