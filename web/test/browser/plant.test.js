@@ -46,8 +46,7 @@ function plantTest(name, { role, ...options }, body) {
         await body({ page, open, stands, startAgain, plant });
       });
     } catch (error) {
-      // what a test has failed with is told by its stack, in which its message stands as it was
-      if (error instanceof Error) error.stack += `\n--- plant ---\n${plant.server.log()}`;
+      console.error(`--- plant ---\n${plant.server.log()}`);
       throw error;
     } finally {
       await plant.both();
