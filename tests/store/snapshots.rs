@@ -1,7 +1,14 @@
 //! Reads of several statements on PostgreSQL, between which something is stored: what they answer
 //! is of the state in which they began.
 
-use std::{cell::Cell, fmt::Debug, sync::Arc, time::Duration};
+use std::{
+    cell::Cell,
+    fmt::Debug,
+    pin::pin,
+    sync::Arc,
+    task::{Context, Waker},
+    time::Duration,
+};
 
 use flankfit::{
     jobs::{
@@ -74,13 +81,52 @@ impl Held {
     }
 }
 
+/// A store of one writing connection and so many that read.
+async fn reading(url: &str, readers: u32) -> PostgresStore {
+    let mut settings = PostgresSettings::of_url(url).unwrap();
+    (settings.writers, settings.readers, settings.unsafe_store) = (1, readers, true);
+    PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap()
+}
+
+/// Whoever asked may leave at any moment: the connection is the next one's, who sees what is there.
+#[tokio::test(flavor = "multi_thread", worker_threads = 2)]
+#[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
+async fn a_read_that_is_given_up_leaves_no_old_state() {
+    let store = reading(&Server::shared().database().await, 1).await;
+    let (repository, values) = (store.of(&caller("default")), Values::default());
+    let job = values.stored_job(&repository).await.id;
+    values.stored_iteration(&repository, job).await;
+    let (mut step, mut is_read) = (0, false);
+    while !is_read {
+        step += 1;
+        {
+            let mut given_up = pin!(repository.trace(job, WHOLE));
+            for _ in 0..step {
+                is_read |= given_up.as_mut().poll(&mut Context::from_waker(Waker::noop())).is_ready();
+                if is_read {
+                    break;
+                }
+                tokio::time::sleep(Duration::from_millis(1)).await;
+            }
+        }
+        // the connection has gone back by then, and what sees one state sees that of its first
+        // statement
+        tokio::time::sleep(Duration::from_millis(20)).await;
+        repository.job(job).await.unwrap();
+        let name = format!("after step {step}");
+        let patch = JobPatch { name: Some(name.clone()), ..JobPatch::default() };
+        repository.patch_job(job, patch, Precondition::None, values.now()).await.unwrap();
+        assert_eq!(repository.job(job).await.unwrap().name, name);
+    }
+    assert!(step > 3, "it takes several steps to read: {step}");
+    store.close().await;
+}
+
 #[tokio::test(flavor = "multi_thread", worker_threads = 2)]
 #[cfg_attr(without_postgres, ignore = "there is no PostgreSQL server")]
 async fn reads_of_several_statements_see_one_state() {
     let url = Server::shared().database().await;
-    let mut settings = PostgresSettings::of_url(&url).unwrap();
-    (settings.writers, settings.readers, settings.unsafe_store) = (1, 2, true);
-    let store = PostgresStore::open(settings, Arc::new(OrderedIds::new()), Arc::new(SystemClock)).await.unwrap();
+    let store = reading(&url, 2).await;
     let (repository, values) = (store.of(&caller("default")), Values::default());
     let job = values.stored_job(&repository).await.id;
     for _ in 0..2 {

@@ -11,7 +11,13 @@ use sqlx::{
 use tokio::sync::mpsc;
 use uuid::Uuid;
 
-use super::{audit_reads, document, error::failure, open::snapshot, settings::PostgresSettings, time::stamp};
+use super::{
+    audit_reads, document,
+    error::failure,
+    open::{begin, snapshot},
+    settings::PostgresSettings,
+    time::stamp,
+};
 use crate::{
     jobs::{
         EncodedResult, EncodedText, KeptBeside, RepositoryError, RepositoryFuture, Tenant,
@@ -189,7 +195,7 @@ impl PostgresHoldings {
     }
 
     async fn store(&self, key: &Key, mut from: mpsc::Receiver<Coming>) -> Outcome<()> {
-        let mut db = self.0.begin().await?;
+        let mut db = begin(&self.0, "BEGIN").await?;
         // what tells of events would tell of them a second time
         tell(&mut db, "DISABLE").await?;
         let told = loop {

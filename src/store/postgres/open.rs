@@ -2,7 +2,9 @@
 
 use std::{io, time::Duration};
 
-use sqlx::{Connection as _, FromRow, PgConnection, PgPool, Postgres, Transaction, postgres::PgPoolOptions};
+use sqlx::{
+    Connection as _, FromRow, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction, postgres::PgPoolOptions,
+};
 
 use super::{error::PostgresError, settings::PostgresSettings};
 
@@ -93,5 +95,15 @@ pub fn readers(settings: &PostgresSettings) -> PgPool {
 
 /// A transaction that sees one consistent state and changes nothing.
 pub async fn snapshot(from: &PgPool) -> Result<Transaction<'static, Postgres>, sqlx::Error> {
-    from.begin_with("BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await
+    begin(from, "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await
+}
+
+/// A transaction that ends with whoever asked for it.
+///
+/// It begins in a task of its own: sqlx 0.9 does not end what nobody waits for while it begins, and
+/// whoever has the connection next would read what there was then, for as long as it is used.
+pub async fn begin(from: &PgPool, statement: &'static str) -> Result<Transaction<'static, Postgres>, sqlx::Error> {
+    let db = from.acquire().await?;
+    let begun = tokio::spawn(Transaction::begin(db, Some(statement.into_sql_str())));
+    begun.await.unwrap_or(Err(sqlx::Error::WorkerCrashed))
 }
