@@ -119,8 +119,8 @@ async fn a_flood_of_one_tenant_does_not_drown_another() {
     for client in clients {
         client.await.unwrap();
     }
-    // the one at work and perhaps one more, and those that end while the answer is on its way (which
-    // may be some, on a busy machine); in the order of coming it would be the whole queue
+    // the one at work and perhaps one more, and what ends while the answer is on its way: some,
+    // on a busy machine; in the order of coming it would be the whole queue
     before.sort_unstable();
     assert!(before[before.len() / 2] <= 6, "{before:?}");
     assert!(refused.load(Ordering::Relaxed) > 0, "the queue was full");
