@@ -32,12 +32,13 @@ pub struct NewKeyBody {
     /// Who or what holds the key.
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
-    /// What it allows; `root` is of no tenant and so not made here. Either this or `scopes`.
+    /// What it allows. Either this or `scopes`.
     #[serde(default, deserialize_with = "offered::role")]
+    #[schema(schema_with = offered::role_schema)]
     pub role: Option<RoleName>,
-    /// What it allows, one by one; at least one, and not `tenants`.
+    /// What it allows, one by one. Either this or `role`.
     #[serde(default, deserialize_with = "offered::scopes")]
-    #[schema(min_items = 1, max_items = 16)]
+    #[schema(schema_with = offered::scopes_schema)]
     pub scopes: Option<Vec<ScopeName>>,
     /// When it ends; without it the key does not end by itself.
     #[serde(default, deserialize_with = "present")]

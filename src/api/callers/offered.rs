@@ -8,6 +8,8 @@ use serde::{
     de::{EnumAccess, Error, VariantAccess as _, Visitor},
 };
 
+use utoipa::openapi::schema::{Array, ArrayBuilder, Object, ObjectBuilder, Type};
+
 use super::names::{RoleName, ScopeName};
 use crate::{
     api::json::wording::one_of,
@@ -25,6 +27,23 @@ const SCOPES: &[&str] = &[
     Scope::Audit.name(),
     Scope::Admin.name(),
 ];
+
+/// How the interface's document describes such a role.
+pub fn role_schema() -> Object {
+    let what = "What it allows: a role, whose scopes go together. Either this or `scopes`.";
+    one_of_names(ROLES).description(Some(what)).build()
+}
+
+/// How it describes such scopes.
+pub fn scopes_schema() -> Array {
+    let what = "What it allows, one by one. Either this or `role`.";
+    let scopes = ArrayBuilder::new().items(one_of_names(SCOPES)).min_items(Some(1)).max_items(Some(16));
+    scopes.description(Some(what)).build()
+}
+
+fn one_of_names(names: &[&str]) -> ObjectBuilder {
+    ObjectBuilder::new().schema_type(Type::String).enum_values(Some(names.iter().copied()))
+}
 
 /// A role, where there is one.
 pub fn role<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<RoleName>, D::Error> {

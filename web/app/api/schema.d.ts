@@ -7186,10 +7186,13 @@ export interface components {
         NewKey: {
             /** @description Who or what holds the key. */
             name: string;
-            /** @description What it allows; `root` is of no tenant and so not made here. Either this or `scopes`. */
-            role?: components["schemas"]["Role"];
-            /** @description What it allows, one by one; at least one, and not `tenants`. */
-            scopes?: components["schemas"]["Scope"][];
+            /**
+             * @description What it allows: a role, whose scopes go together. Either this or `scopes`.
+             * @enum {string}
+             */
+            role?: "reader" | "operator" | "engineer" | "auditor" | "admin";
+            /** @description What it allows, one by one. Either this or `role`. */
+            scopes?: ("read" | "compute" | "measure" | "judge" | "audit" | "admin")[];
             /**
              * Format: date-time
              * @description When it ends; without it the key does not end by itself.
