@@ -19,7 +19,9 @@ fn gzip(text: &[u8]) -> Vec<u8> {
 
 /// Returns when the server's budget is as it should be.
 async fn until_held(app: &TestApp, wanted: impl Fn(usize) -> bool) {
+    let asked = std::time::Instant::now();
     while !wanted(app.state.budget.held()) {
+        assert!(asked.elapsed().as_secs() < 60, "{} bytes are held", app.state.budget.held());
         // others have the processor meanwhile
         tokio::time::sleep(std::time::Duration::from_millis(1)).await;
     }

@@ -99,6 +99,7 @@ async fn soon<T>(ask: impl AsyncFn() -> Result<T, RepositoryError>) -> T {
             Err(RepositoryError::Unavailable(why)) => assert!(begun.elapsed() < Duration::from_secs(60), "{why}"),
             told => return told.unwrap(),
         }
+        tokio::time::sleep(Duration::from_millis(20)).await;
     }
 }
 

@@ -5,6 +5,7 @@ use std::{io, time::Duration};
 use sqlx::{
     Connection as _, FromRow, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction, postgres::PgPoolOptions,
 };
+use tracing::Instrument as _;
 
 use super::{error::PostgresError, settings::PostgresSettings};
 
@@ -98,12 +99,13 @@ pub async fn snapshot(from: &PgPool) -> Result<Transaction<'static, Postgres>, s
     begin(from, "BEGIN ISOLATION LEVEL REPEATABLE READ READ ONLY").await
 }
 
-/// A transaction that ends with whoever asked for it.
+/// A transaction that ends when whoever asked for it has gone, also while it begins.
 ///
-/// It begins in a task of its own: sqlx 0.9 does not end what nobody waits for while it begins, and
-/// whoever has the connection next would read what there was then, for as long as it is used.
+/// It begins in a task of its own, which nobody can give up: sqlx 0.9 sends no ROLLBACK where BEGIN
+/// is given up, and the connection would go back to the pool inside the transaction. (So a pool's
+/// own `begin` is not to be used.)
 pub async fn begin(from: &PgPool, statement: &'static str) -> Result<Transaction<'static, Postgres>, sqlx::Error> {
     let db = from.acquire().await?;
-    let begun = tokio::spawn(Transaction::begin(db, Some(statement.into_sql_str())));
-    begun.await.unwrap_or(Err(sqlx::Error::WorkerCrashed))
+    let begun = Transaction::begin(db, Some(statement.into_sql_str()));
+    tokio::spawn(begun.in_current_span()).await.unwrap_or(Err(sqlx::Error::WorkerCrashed))
 }

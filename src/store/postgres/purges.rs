@@ -1,6 +1,8 @@
 //! Jobs that are purged: what only takes space or tells of people is taken away; rows, numbers and
 //! chains stay.
 
+use std::time::Duration;
+
 use sqlx::{Connection as _, PgConnection, PgPool};
 use uuid::Uuid;
 
@@ -135,7 +137,8 @@ pub async fn untouched(from: &PgPool, since: jiff::Timestamp, most: u32) -> Resu
     Ok(rows.into_iter().map(|(tenant, job)| Key { tenant, job }).collect())
 }
 
-/// A turn, of which there is one for all processes: it ends with its connection.
+/// A turn, of which there is one for all processes: it ends by [`Turn::end`], or with its
+/// connection.
 ///
 /// The lock is the session's, not a transaction's. A turn lasts for many transactions of other
 /// connections, each of which purges a job for good, and a transaction that is idle meanwhile would
@@ -153,10 +156,17 @@ pub async fn turn(settings: &PostgresSettings) -> Result<Option<Turn>, sqlx::Err
     Ok(None)
 }
 
-/// The server lets go of what a closed connection held a moment later, so it is asked to before.
+/// How long the end of a turn waits for the server.
+const LONGEST_END: Duration = Duration::from_secs(5);
+
+/// The server notices a moment later that a connection was closed, so it is told to unlock before.
 async fn end_turn(mut db: PgConnection) {
-    let unlock = "SELECT pg_advisory_unlock(hashtext('flankfit retention'))";
-    // where the connection was lost the turn has ended with it
-    let _unlocked = sqlx::query(unlock).execute(&mut db).await;
-    let _closed = db.close().await;
+    let ended = async {
+        // where the connection was lost the turn has ended with it
+        let unlock = "SELECT pg_advisory_unlock(hashtext('flankfit retention'))";
+        let _unlocked = sqlx::query(unlock).execute(&mut db).await;
+        let _closed = db.close().await;
+    };
+    // a connection that says nothing is dropped
+    let _late = tokio::time::timeout(LONGEST_END, ended).await;
 }

@@ -97,10 +97,11 @@ impl Writer {
             sqlx::query(ERASE_PATIENCE).execute(&mut self.connection).await?;
             let (busy, _, _): (i64, i64, i64) =
                 sqlx::query_as("PRAGMA wal_checkpoint(TRUNCATE)").fetch_one(&mut self.connection).await?;
-            sqlx::query(PATIENCE).execute(&mut self.connection).await?;
             Ok::<_, sqlx::Error>(busy == 0)
         };
-        let emptied = emptied.await.unwrap_or_else(|error| {
+        let emptied = emptied.await;
+        let patient = sqlx::query(PATIENCE).execute(&mut self.connection).await;
+        let emptied = emptied.and_then(|emptied| patient.map(|_| emptied)).unwrap_or_else(|error| {
             tracing::warn!(%error, "the log of the database could not be emptied");
             false
         });

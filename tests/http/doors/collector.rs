@@ -90,8 +90,8 @@ impl Collector {
         }
     }
 
-    /// Waits until a span has come: it is over a moment after its answer, and what is left at the
-    /// end of a server has two seconds.
+    /// Waits until a span has come. It ends a moment after its answer, and a server that ends has
+    /// only two seconds to send what is left: so each is waited for before.
     pub async fn until_got(&self, id: &str) {
         self.until(|spans| spans.iter().any(|span| span.id == id)).await;
     }

@@ -264,7 +264,8 @@ async fn certificates_change_under_load_and_no_client_fails() {
     let app = TestApp::start_with(|settings| authority.serve(settings)).await;
     let over = Arc::<AtomicBool>::default();
     // how often each client has asked, and what it was shown
-    let seen = Arc::new(Mutex::new(vec![(0, Vec::<CertificateDer<'static>>::new()); 8]));
+    type Seen = (u32, Vec<CertificateDer<'static>>);
+    let seen = Arc::new(Mutex::new(vec![Seen::default(); 8]));
     let mut load = JoinSet::new();
     for number in 0..8 {
         let version = if number % 2 == 0 { &TLS12 } else { &TLS13 };
@@ -282,7 +283,7 @@ async fn certificates_change_under_load_and_no_client_fails() {
         });
     }
     // a client that fails is a panic here
-    let all_have = async |load: &mut JoinSet<()>, wanted: &dyn Fn(&(u32, Vec<CertificateDer<'static>>)) -> bool| {
+    let all_have = async |load: &mut JoinSet<()>, wanted: &dyn Fn(&Seen) -> bool| {
         let begun = Instant::now();
         while !seen.lock().unwrap().iter().all(wanted) {
             if let Some(ended) = load.try_join_next() {

@@ -64,12 +64,13 @@ async fn a_revoked_key_is_refused_at_the_other_server_within_five_seconds() {
         send(replicas.request(0, Method::DELETE, &place).bearer_auth(&admin)).await.expect(204);
         let revoked = Instant::now();
         let refused = loop {
-            // what is asked later is refused, however long the answer takes
-            assert!(revoked.elapsed() < Duration::from_secs(5), "told: {is_told}");
+            let asked_after = revoked.elapsed();
             let answer = asked(&reader).await;
             if answer.status != 200 {
                 break answer;
             }
+            // what is asked later is refused, however long the answer takes
+            assert!(asked_after < Duration::from_secs(5), "told: {is_told}");
             sleep(Duration::from_millis(20)).await;
         };
         refused.problem(401, "invalid_key");
@@ -199,13 +200,17 @@ async fn an_operation_outlives_the_time_of_a_request() {
     let (path, request) = ("/v1/fits", trimmed(150));
     replicas.post(0, path, &request).await.problem(503, "request_timeout");
     let later = replicas.request(0, Method::POST, path).header("Prefer", "respond-async");
-    // whatever takes this busy machine longer than a request may is asked once more
-    let patiently = async |request: RequestBuilder| loop {
-        let answer = send(request.try_clone().unwrap()).await;
-        if answer.status != 503 {
-            return answer;
+    // what takes a busy machine longer than a request may is asked again
+    let patiently = async |request: RequestBuilder| {
+        let begun = Instant::now();
+        loop {
+            let answer = send(request.try_clone().unwrap()).await;
+            if answer.status != 503 {
+                return answer;
+            }
+            answer.problem(503, "request_timeout");
+            assert!(begun.elapsed() < PATIENCE, "{}", answer.text);
         }
-        answer.problem(503, "request_timeout");
     };
     let accepted = patiently(later.json(&request)).await.expect(202);
     let operation = accepted.header("location").unwrap().to_owned();

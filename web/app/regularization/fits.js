@@ -26,7 +26,7 @@ const t = texts({ en, de });
  */
 export function Fits({ iteration, etag, viewed, unit, onChosen }) {
   const [letting, setLetting] = useState(/** @type {FitSummary | undefined} */ (undefined));
-  // what stood when somebody was asked, or was shown to them: what comes in meanwhile is not
+  // the version that the dialog opened on, or that it showed after a 412: a newer one is not
   // overruled unseen
   const [known, setKnown] = useState(etag);
   const ask = (/** @type {FitSummary} */ one) => {

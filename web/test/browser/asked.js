@@ -36,6 +36,8 @@ export async function watchAsked(page, end) {
         };
         try {
           const response = await own(input, init);
+          // what is refused may be asked again and not be read
+          if (!response.ok) ended();
           for (const name of reads) {
             const read = response[name].bind(response);
             Object.assign(response, { [name]: () => read().finally(ended) });

@@ -87,11 +87,11 @@ async fn a_cancelled_operation_ends_at_once_and_stores_nothing() {
     assert!(
         seen["progress"].as_f64() >= running["progress"].as_f64() && seen["remaining_seconds"].as_f64() > Some(0.0)
     );
-    // alone it would go on for longer than that
+    // alone it would go on for some twenty seconds
     let left = Instant::now();
     app.delete(&operation).await.expect(204);
     while app.state().pool.busy() > 0 {
-        assert!(left.elapsed() < Duration::from_secs(10), "the worker goes on");
+        assert!(left.elapsed() < Duration::from_secs(6), "the worker goes on");
         tokio::time::sleep(Duration::from_millis(10)).await;
     }
     assert_eq!(app.get(&operation).await.expect(200).json()["state"], "cancelled");

@@ -39,7 +39,8 @@ pub fn robust_iteration() -> Value {
     trimmed(40)
 }
 
-/// A fit of trimmed squares: of 40 × 40 nodes it takes seconds, of 150 × 150 many more.
+/// A fit of trimmed squares: of 40 × 40 or 150 × 150 nodes it takes seconds, of 200 × 200 some
+/// twenty.
 pub fn trimmed(side: usize) -> Value {
     let axis = |count: usize| (0..count).map(|i| i as f64).collect::<Vec<_>>();
     let height = |i: usize, j: usize| (3.0 * i as f64 + 7.0 * j as f64).sin();

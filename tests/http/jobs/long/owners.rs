@@ -31,7 +31,7 @@ async fn a_restart_goes_on_with_what_was_begun() {
     let mut app = TestApp::start().await;
     let job = app.job().await;
     let path = "/v1/studies/randomization";
-    // it has no worker yet, so that it is seen running however long the next requests take
+    // no worker is free: the operation stays running however long the next requests take
     let open = occupied(app.state(), 2).await;
     let long = begun(later(&app, path, &study(1500))).await;
     let stored = begun(later(&app, &format!("{job}/iterations"), &slow_iteration())).await;
