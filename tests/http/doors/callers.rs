@@ -10,7 +10,7 @@ use serde_json::Value;
 use sha2::Digest as _;
 
 use super::talkative::Talkative;
-use crate::harness::{CURVE, TestApp, send};
+use crate::harness::{Answer, CURVE, TestApp, send};
 
 fn digest(key: &str) -> Digest {
     Digest(sha2::Sha256::digest(key).into())
@@ -101,14 +101,11 @@ async fn without_keys_addresses_count_which_trusted_proxies_name() {
     until_refused(&other, &|number| format!("198.18.{}.{}", number / 256 % 256, number % 256)).await;
 }
 
-#[tokio::test]
-async fn a_peer_that_guesses_is_held_up_and_a_good_key_is_not() {
-    let app = TestApp::start_with(|settings| settings.api_keys_sha256 = vec![digest("right")]).await;
-    let fit = |key: String| send(app.post("/v1/fits", CURVE).bearer_auth(key));
-    // one more is granted for every six seconds that this takes
+/// Guesses until the peer is held up: the answer to the guess that is not judged any more.
+pub async fn held_up<F: Future<Output = Answer>>(ask: impl Fn(u64) -> F) -> Answer {
     let (mut guessed, begun) = (0, Instant::now());
     let held = loop {
-        let answer = fit(format!("guess {guessed}")).await;
+        let answer = ask(guessed).await;
         if answer.status != 401 {
             break answer;
         }
@@ -116,8 +113,17 @@ async fn a_peer_that_guesses_is_held_up_and_a_good_key_is_not() {
         guessed += 1;
         assert!(guessed < 100, "nobody is held up");
     };
+    // one more is granted for every six seconds that this takes
     let granted = 10 + begun.elapsed().as_secs() / 6 + 1;
     assert!((10..=granted).contains(&guessed), "held up after {guessed}");
+    held
+}
+
+#[tokio::test]
+async fn a_peer_that_guesses_is_held_up_and_a_good_key_is_not() {
+    let app = TestApp::start_with(|settings| settings.api_keys_sha256 = vec![digest("right")]).await;
+    let fit = |key: String| send(app.post("/v1/fits", CURVE).bearer_auth(key));
+    let held = held_up(|guess| fit(format!("guess {guess}"))).await;
     held.problem(429, "too_many_requests");
     assert!(held.header("retry-after").parse::<u32>().is_ok_and(|seconds| (1..=6).contains(&seconds)));
     assert_eq!(fit("right".into()).await.status, 200);
