@@ -41,7 +41,7 @@ export async function transport(request) {
   }
   if (isOfProxy(response)) {
     disconnected(true);
-    throw new OfflineError("no answer", { cause: response.status, ofProxy: true });
+    throw new OfflineError("no answer", { cause: response.status });
   }
   connected();
   return response;

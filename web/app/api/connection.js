@@ -73,8 +73,8 @@ globalThis.addEventListener?.("online", () => {
 });
 
 // A request that stores and that a busy server has put off is sent again when the server says so, under the same
-// Idempotency-Key, so that it is stored once; a few times at most, and not once somebody stops it. So is one with which
-// a server was lost behind a proxy, which has others or will have.
+// Idempotency-Key, so that it is stored once; a few times at most, and not once somebody stops it. So is one that nobody
+// has answered: the server may have been lost with it, and another or the same may be there again.
 
 /** @typedef {{ seconds: number, lost: boolean, stop: () => void }} PutOff `lost`: not busy, but away */
 
@@ -94,7 +94,7 @@ export async function sendAgain(request, send) {
   for (let tries = 1; ; tries += 1) {
     // what is sent is read, and cannot be sent twice
     const copy = tries < MOST_TRIES ? request.clone() : request;
-    const answered = await send(copy).catch(lostBehindProxy);
+    const answered = await send(copy).catch(unanswered);
     const lost = answered instanceof OfflineError;
     const seconds = lost ? 2 ** (tries - 1) : secondsOf(answered);
     const goesOn = tries < MOST_TRIES && seconds !== undefined && (await waited({ seconds, lost }, request.signal));
@@ -106,8 +106,8 @@ export async function sendAgain(request, send) {
 }
 
 /** @param {unknown} error */
-function lostBehindProxy(error) {
-  if (error instanceof OfflineError && error.ofProxy) return error;
+function unanswered(error) {
+  if (error instanceof OfflineError) return error;
   throw error;
 }
 

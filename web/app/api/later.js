@@ -2,6 +2,7 @@
 // shown, and it can be stopped without anything being stored.
 
 import { answer, api } from "./client.js";
+import { OfflineError } from "./problem.js";
 
 /** @typedef {import("./client.js").Schema<"Operation">} Operation */
 /** @typedef {(progress: { done: number, seconds: number | undefined } | undefined) => void} Tell `done` from 0 to 1; `seconds` that remain */
@@ -11,6 +12,8 @@ import { answer, api } from "./client.js";
 const PREFER = { Prefer: "respond-async, wait=1" };
 /** How long a request that is stopped may take to say under which id it goes on. */
 const GRACE_MS = 1500;
+/** How often at most an operation is asked about before somebody answers: a restart does not end it. */
+const MOST_TRIES = 5;
 
 /** It was stopped, and the server has said that nothing is stored. */
 export class StoppedError extends Error {}
@@ -34,8 +37,10 @@ export async function answerLater(send, { signal, tell }) {
   const params = { path: { operation_id: id } };
   try {
     await ended(id, signal, tell);
-    const result = api.GET("/v1/operations/{operation_id}/result", { signal, params });
-    return await answer(/** @type {Promise<Pending<Data>>} */ (/** @type {unknown} */ (result)));
+    return await patiently(signal, () => {
+      const result = api.GET("/v1/operations/{operation_id}/result", { signal, params });
+      return answer(/** @type {Promise<Pending<Data>>} */ (/** @type {unknown} */ (result)));
+    });
   } catch (error) {
     if (signal.aborted && (await isCancelled(id))) throw new StoppedError("cancelled", { cause: error });
     throw error;
@@ -48,11 +53,37 @@ async function ended(id, signal, tell) {
   const params = { path: { operation_id: id }, header: { Prefer: "wait=1" } };
   for (;;) {
     signal.throwIfAborted();
-    const { data } = await answer(api.GET("/v1/operations/{operation_id}", { signal, params }));
+    const look = () => answer(api.GET("/v1/operations/{operation_id}", { signal, params }));
+    const { data } = await patiently(signal, look);
     const { state, progress, remaining_seconds: seconds } = /** @type {Operation} */ (data);
     if (state !== "queued" && state !== "running") return;
     tell?.({ done: progress, seconds });
   }
+}
+
+/**
+ * What is answered once somebody answers, after 1, 2, 4 … s without.
+ * @template Answer
+ * @param {AbortSignal} signal @param {() => Promise<Answer>} ask
+ */
+async function patiently(signal, ask) {
+  for (let tries = 1; ; tries += 1) {
+    try {
+      return await ask();
+    } catch (error) {
+      if (!(error instanceof OfflineError) || tries === MOST_TRIES) throw error;
+      await passed(1000 * 2 ** (tries - 1), signal);
+    }
+  }
+}
+
+/** @param {number} time in ms @param {AbortSignal} signal ends it at once */
+function passed(time, signal) {
+  return new Promise((resolve) => {
+    const timer = setTimeout(resolve, time);
+    signal.addEventListener("abort", () => resolve(clearTimeout(timer)), { once: true });
+    if (signal.aborted) resolve(clearTimeout(timer));
+  });
 }
 
 /** Cancels, and asks whether that was in time. @param {string} id */

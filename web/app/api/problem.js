@@ -23,13 +23,7 @@ export class ApiError extends Error {
 }
 
 /** There was no answer. */
-export class OfflineError extends Error {
-  /** @param {string} message @param {ErrorOptions & { ofProxy?: boolean }} [options] `ofProxy`: a proxy has said so */
-  constructor(message, { ofProxy = false, ...options } = {}) {
-    super(message, options);
-    this.ofProxy = ofProxy;
-  }
-}
+export class OfflineError extends Error {}
 
 /**
  * The faults at a pointer and below it.

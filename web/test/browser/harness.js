@@ -253,13 +253,23 @@ export function browserTest(name, options, body) {
       await holdsTheseFiles(server.url);
       await inBrowser(server, options, body);
     } catch (error) {
-      if (error instanceof Error)
-        error.message += `\n--- server ---\n${server.log().split("\n").slice(-15).join("\n")}`;
-      throw error;
+      throw tellingMore(error, "server", server.log().split("\n").slice(-15).join("\n"));
     } finally {
       if (own) await ended(server);
     }
   });
+}
+
+/**
+ * The error, with what else is known in its message and in its stack, which is what is printed.
+ * @param {unknown} error @param {string} of @param {string} text
+ */
+export function tellingMore(error, of, text) {
+  if (!(error instanceof Error)) return error;
+  const { message, stack } = error;
+  error.message = `${message}\n--- ${of} ---\n${text}`;
+  if (stack) error.stack = stack.replace(message, () => error.message);
+  return error;
 }
 
 /** @param {Options} options */
@@ -310,8 +320,9 @@ export async function inBrowser(server, options, body) {
   } catch (error) {
     kept = false;
     if (process.env["FLANKFIT_SHOT"]) await page.screenshot({ path: process.env["FLANKFIT_SHOT"], fullPage: true });
-    if (error instanceof Error && faults.length > 0) error.message += `\n--- page ---\n${faults.join("\n")}`;
-    throw error;
+    const shown = await page.locator(".notices, main").allTextContents().catch(String);
+    const inShort = String(shown).replace(/\s+/g, " ").slice(0, 600);
+    throw tellingMore(error, "page", [page.url(), inShort, ...faults].join("\n"));
   } finally {
     if (kept) {
       for (const one of context.pages()) await one.close();
@@ -323,6 +334,16 @@ export async function inBrowser(server, options, body) {
 /** How the browser says that it has lost a server: that depends on what was under way. */
 const LOST =
   /net::ERR_(CONNECTION_(REFUSED|RESET|CLOSED)|EMPTY_RESPONSE|INCOMPLETE_CHUNKED_ENCODING|HTTP2_PROTOCOL_ERROR|INTERNET_DISCONNECTED)/;
+
+/**
+ * Has what nobody has answered not sent again; it may have been tried for the last time by now.
+ * @param {Page} page
+ */
+export const doNotSendAgain = (page) =>
+  page
+    .getByRole("button", { name: "Do not send it again" })
+    .click({ timeout: 5000 })
+    .catch(() => {});
 
 /** @param {Page} page @param {Server} server @param {Options} options */
 function watch(page, server, { statuses = [], offline = false }) {

@@ -92,7 +92,7 @@ browserTest(
   },
 );
 
-browserTest("a repeated click or a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
+browserTest("a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
   await open("/jobs/new");
   await page.getByLabel("With gear data").uncheck();
   await page.getByLabel("Name", { exact: true }).fill("Once");
@@ -106,8 +106,7 @@ browserTest("a repeated click or a lost answer makes one job", { offline: true }
     return route.continue();
   });
   await page.getByRole("button", { name: "Create the job" }).click();
-  await page.getByRole("alert").getByText("The server does not answer").waitFor();
-  await page.getByRole("button", { name: "Create the job" }).click();
+  // nothing else is needed: the page sends it again
   await page.getByRole("heading", { name: "Once" }).waitFor();
   assert.equal(keys.length, 2);
   assert.ok(keys[0] && keys[0] === keys[1], "the same key");

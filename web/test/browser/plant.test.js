@@ -3,7 +3,7 @@
 // all of these tests.
 
 import assert from "node:assert/strict";
-import { atEnd, counted, example, holdsTheseFiles, inBrowser } from "./harness.js";
+import { atEnd, counted, doNotSendAgain, example, holdsTheseFiles, inBrowser, tellingMore } from "./harness.js";
 import { lacking, startPlant, until } from "./plant.js";
 
 /** @typedef {import("./plant.js").Plant} Plant */
@@ -47,7 +47,7 @@ function plantTest(name, { role, ...options }, body) {
       });
     } catch (error) {
       console.error(`--- plant ---\n${plant.server.log()}`);
-      throw error;
+      throw tellingMore(error, "plant", plant.server.log().split("\n").slice(-30).join("\n"));
     } finally {
       await plant.both();
       await plant.server.start();
@@ -320,7 +320,7 @@ plantTest(
       async () => last(),
       (status) => [201, 202].includes(status),
     );
-    // a proxy answers so, or has the browser itself send it again
+    // a proxy answers so, or not at all, and the browser sends it again as does the page
     const lost = answers.slice(0, -1).map(([status]) => status);
     assert.deepEqual(
       lost.filter((status) => status !== 502),
@@ -363,9 +363,7 @@ plantTest(
         (one) => one.textContent?.includes(text) && one.getBoundingClientRect().top >= 0,
       );
     await until("the notice", () => page.evaluate(above, says), Boolean);
-    // it may have been tried for the last time by now; what is sent later is not to be stopped
-    const button = page.getByRole("button", { name: "Do not send it again" });
-    await button.click({ timeout: 5000 }).catch(() => {});
+    await doNotSendAgain(page);
     await page.locator(".queue-entry").getByRole("heading", { name: "The server does not answer" }).waitFor();
     await page.locator(".queue-entry").getByText("no answer", { exact: true }).waitFor();
     await startAgain();

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
-import { browserTest, example } from "./harness.js";
+import { browserTest, doNotSendAgain, example } from "./harness.js";
 
 /** A server that has too much to do for now. @param {import("playwright-core").Route} route @param {number} seconds */
 function busy(route, seconds) {
@@ -60,6 +60,7 @@ browserTest(
     await page.unroute("**/v1/jobs");
     await server.stop();
     await page.getByRole("button", { name: "Create the job" }).click();
+    await doNotSendAgain(page);
     await page.locator(".new-job-fields").getByRole("heading", { name: "The server does not answer" }).waitFor();
     await server.start();
     await page.reload();

@@ -15,17 +15,21 @@ Object.assign(globalThis, { sessionStorage: storage, localStorage: storage });
 const { transport } = await import("../../app/api/client.js");
 const { lostAt, probe, sendAgain } = await import("../../app/api/connection.js");
 const { session } = await import("../../app/api/key.js");
+const { OfflineError } = await import("../../app/api/problem.js");
 
 /** @typedef {{ status: number, key: string | null, body: string }} Sent */
 /** @type {Sent[]} */
 let sent = [];
-/** What the server answers, one after the other, and then 201. @type {{ status: number, after?: string, proxy?: boolean }[]} */
+/** What the server answers, one after the other, and then 201; 0: nothing. @type {{ status: number, after?: string, proxy?: boolean }[]} */
 let answers = [];
+let alive = false;
 
 globalThis.fetch = async (/** @type {RequestInfo | URL} */ input) => {
+  // whether it is there is asked again and again while it is not
+  if (!(input instanceof Request)) return new Response("{}", { status: alive ? 200 : 502 });
   const { status, after, proxy } = answers.shift() ?? { status: 201 };
-  if (input instanceof Request)
-    sent.push({ status, key: input.headers.get("x-api-key"), body: await input.clone().text() });
+  sent.push({ status, key: input.headers.get("x-api-key"), body: await input.clone().text() });
+  if (status === 0) throw new TypeError("the connection was closed");
   const type = proxy ? "text/html" : status < 400 ? "application/json" : "application/problem+json";
   return new Response("{}", { status, headers: { "content-type": type, ...(after ? { "retry-after": after } : {}) } });
 };
@@ -35,6 +39,7 @@ const decision = (/** @type {Record<string, string>} */ headers = { "idempotency
 
 beforeEach(() => {
   kept.clear();
+  alive = false;
   [sent, answers] = [[], []];
 });
 
@@ -53,6 +58,22 @@ test("what is put off, or still done, is sent again as it was", async () => {
       [201, "accept"],
     ],
   );
+});
+
+test("what nobody has answered is sent again as it was, by a proxy's word or without", async () => {
+  answers = [{ status: 0 }, { status: 502, proxy: true }];
+  const response = await sendAgain(decision(), transport);
+  assert.equal(response.status, 201);
+  assert.deepEqual(
+    sent.map(({ status, body }) => [status, body]),
+    [
+      [0, "accept"],
+      [502, "accept"],
+      [201, "accept"],
+    ],
+  );
+  answers = [{ status: 0 }];
+  await assert.rejects(sendAgain(decision({}), transport), OfflineError);
 });
 
 test("a refusal, and what has no key of its own, is sent once", async () => {
@@ -87,7 +108,7 @@ test("behind a proxy a page is live again once a server says so, and not by some
   await transport(new Request("http://server/v1/machines"));
   assert.ok(lostAt.value, "one of them answers, another does not");
   assert.equal(session.value, before, "nothing is asked for anew");
-  answers = [{ status: 200 }];
+  alive = true;
   assert.ok(await probe());
   assert.equal(lostAt.value, null);
   assert.equal(session.value, before + 1);
