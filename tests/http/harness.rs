@@ -1,6 +1,10 @@
 //! A server of its own for every test: a free port, a database file in a directory that goes away.
 
-use std::{net::SocketAddr, sync::mpsc};
+use std::{
+    net::SocketAddr,
+    sync::mpsc,
+    time::{Duration, Instant},
+};
 
 use flankfit::{
     app::App,
@@ -174,6 +178,20 @@ pub fn figure(metrics: &str, series: &str) -> Option<f64> {
 
 pub async fn send(request: RequestBuilder) -> Answer {
     Answer::read(request.send().await.expect("an answer")).await
+}
+
+/// What is asked of a store that is there, until it says so: a busy machine may take longer for that than the second
+/// that the store has.
+pub async fn ready(request: &RequestBuilder) -> Answer {
+    let begun = Instant::now();
+    loop {
+        let answer = send(request.try_clone().expect("no stream")).await;
+        if answer.status != 503 || begun.elapsed() > Duration::from_secs(60) {
+            assert_eq!(answer.status, 200, "{}", answer.text);
+            return answer;
+        }
+        tokio::time::sleep(Duration::from_millis(50)).await;
+    }
 }
 
 impl Answer {

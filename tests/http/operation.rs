@@ -9,7 +9,7 @@ use flankfit::{
 use reqwest::header;
 use sha2::Digest as _;
 
-use crate::harness::{CURVE, TestApp, WAITING_CURVE, send};
+use crate::harness::{CURVE, TestApp, WAITING_CURVE, ready, send};
 
 #[tokio::test]
 async fn every_answer_has_a_request_id() {
@@ -32,8 +32,7 @@ async fn every_answer_has_a_request_id() {
 async fn health_and_readiness() {
     let app = TestApp::start().await;
     for path in ["/healthz", "/readyz"] {
-        let answer = send(app.get(path)).await;
-        assert_eq!(answer.status, 200);
+        let answer = ready(&app.get(path)).await;
         assert_eq!(answer.json()["status"], "ok");
         assert_eq!(answer.json()["engine"], "flankfit 0.1.0");
     }

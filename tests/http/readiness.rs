@@ -26,7 +26,7 @@ use reqwest::{Client, RequestBuilder};
 use tempfile::TempDir;
 use tokio::{net::TcpListener, task::JoinSet, time::sleep};
 
-use crate::harness::{figure, send};
+use crate::harness::{figure, ready, send};
 
 /// A store that counts how often it is asked whether it answers, and may be silent, unfit or full.
 struct Watched {
@@ -181,7 +181,7 @@ async fn the_store_is_asked_once_a_second_however_many_ask() {
 #[tokio::test]
 async fn a_store_that_does_not_answer_within_a_second_makes_the_server_not_ready() {
     let server = Server::start().await;
-    assert_eq!(send(server.get("/readyz")).await.status, 200);
+    ready(&server.get("/readyz")).await;
     server.store.is_silent.store(true, SeqCst);
     // what it has said is believed for a second
     let refused = loop {

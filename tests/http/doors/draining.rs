@@ -2,7 +2,7 @@
 
 use std::net::SocketAddr;
 
-use crate::harness::{CURVE, TestApp, send};
+use crate::harness::{CURVE, TestApp, ready, send};
 
 fn beside(settings: &mut flankfit::config::ServeSettings) {
     settings.ops_bind = Some(SocketAddr::from(([127, 0, 0, 1], 0)));
@@ -12,9 +12,9 @@ fn beside(settings: &mut flankfit::config::ServeSettings) {
 async fn readiness_and_metrics_have_a_listener_of_their_own() {
     let app = TestApp::start_with(beside).await;
     let operation = app.operation.expect("a second listener");
-    for (path, here, there) in
-        [("/healthz", 200, 200), ("/readyz", 404, 200), ("/metrics", 404, 200), ("/openapi.json", 200, 404)]
-    {
+    ready(&app.client.get(format!("http://{operation}/readyz"))).await;
+    assert_eq!(send(app.get("/readyz")).await.status, 404);
+    for (path, here, there) in [("/healthz", 200, 200), ("/metrics", 404, 200), ("/openapi.json", 200, 404)] {
         assert_eq!(send(app.get(path)).await.status, here, "{path}");
         assert_eq!(send(app.client.get(format!("http://{operation}{path}"))).await.status, there, "{path}");
     }
@@ -45,9 +45,9 @@ async fn a_draining_server_answers_and_says_that_it_ends() {
     .await;
     let operation = app.operation.expect("a second listener");
     assert_eq!(app.fit(CURVE).await.header("connection"), "");
-    let ready = |path: &str| app.client.get(format!("http://{operation}/readyz{path}"));
-    let (every, compute) = (ready(""), ready("?for=compute"));
-    assert_eq!(send(every.try_clone().unwrap()).await.status, 200);
+    let asks = |path: &str| app.client.get(format!("http://{operation}/readyz{path}"));
+    let (every, compute) = (asks(""), asks("?for=compute"));
+    ready(&every).await;
     let stopping = app.begin_stop();
     while send(every.try_clone().unwrap()).await.status == 200 {
         tokio::task::yield_now().await;

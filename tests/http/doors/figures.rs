@@ -12,7 +12,7 @@ use super::{
 };
 use crate::{
     database::in_file,
-    harness::{figure, send},
+    harness::{figure, ready, send},
     plant::proxy::free_address,
     program::program,
 };
@@ -149,7 +149,7 @@ async fn a_server_tells_that_it_drains() {
     // longer than this test: what is left of it is killed
     let asked = Asked::start(&["--drain-delay", "600"]);
     assert_eq!(asked.figure("flankfit_draining").await, Some(0.0));
-    assert_eq!(send(asked.get("/readyz")).await.status, 200);
+    ready(&asked.get("/readyz")).await;
     asked.server.terminate();
     asked.until("flankfit_draining", |figure| figure == 1.0).await;
     send(asked.get("/readyz")).await.problem(503, "draining");

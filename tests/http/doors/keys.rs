@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::{
     database::is_postgres,
-    harness::{Answer, CURVE, TestApp, send},
+    harness::{Answer, CURVE, TestApp, ready, send},
     heard::Heard,
     jobs::{events::Listener, socket},
     program::program,
@@ -72,7 +72,7 @@ async fn a_server_asks_for_keys_once_there_is_one() {
         (&"admin".into(), &made.json()["id"], &"first".into())
     );
     for path in ["/healthz", "/readyz", "/openapi.json", "/docs/"] {
-        assert_eq!(send(app.get(path)).await.status, 200, "{path}");
+        ready(&app.get(path)).await;
     }
     app.stop().await;
 }

@@ -15,7 +15,7 @@ use super::{
     keys::key_of,
 };
 use crate::{
-    harness::{Answer, CURVE, TestApp, send},
+    harness::{Answer, CURVE, TestApp, ready, send},
     jobs::{events::Listener, socket},
     plant::proxy::free_address,
 };
@@ -378,7 +378,7 @@ async fn a_server_does_not_need_its_provider_to_start() {
     let refused = whoami(&app, &token).await;
     refused.problem(503, "issuer_unavailable");
     assert_eq!(refused.header("retry-after"), "15");
-    assert_eq!(send(app.get("/readyz")).await.status, 200);
+    ready(&app.get("/readyz")).await;
     let secret = key_of(&app, "default", Role::Reader).await;
     assert_eq!(send(app.post("/v1/fits", CURVE).bearer_auth(&secret)).await.status, 200);
     let issuer = Issuer::on(std::net::TcpListener::bind(address).unwrap());

@@ -249,7 +249,8 @@ async fn fits_outlive_the_database() {
     let get = async |path: &str| app.get(path).send().await.unwrap().status().as_u16();
     let fit = async |key: &str| crate::harness::send(app.post("/v1/fits", CURVE).bearer_auth(key)).await;
     let first = fit(&seen).await;
-    assert_eq!((first.status.as_u16(), get("/readyz").await, get("/readyz?for=compute").await), (200, 200, 200));
+    crate::harness::ready(&app.get("/readyz")).await;
+    assert_eq!((first.status.as_u16(), get("/readyz?for=compute").await), (200, 200));
 
     run(&server, STOP);
     let stopped = Instant::now();

@@ -128,7 +128,7 @@ async fn a_full_disk_is_not_the_end() {
         let request = client.get(format!("{}{path}", server.base));
         async move { request.send().await.unwrap().status().as_u16() }
     };
-    assert_eq!(status("/readyz").await, 200);
+    crate::harness::ready(&client.get(format!("{}/readyz", server.base))).await;
     let tags: std::collections::BTreeMap<_, _> = (0..50).map(|i| (format!("t{i}"), "x".repeat(50))).collect();
     let refusal = loop {
         let job = json!({"name": "w", "tags": tags});
