@@ -180,8 +180,8 @@ pub async fn send(request: RequestBuilder) -> Answer {
     Answer::read(request.send().await.expect("an answer")).await
 }
 
-/// What is asked of a store that is there, until it says so: a busy machine may take longer for that than the second
-/// that the store has.
+/// What is asked of a store that is there, until it says so: a busy machine may take longer for
+/// that than the second that the store has.
 pub async fn ready(request: &RequestBuilder) -> Answer {
     let begun = Instant::now();
     loop {

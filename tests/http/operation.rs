@@ -31,8 +31,8 @@ async fn every_answer_has_a_request_id() {
 #[tokio::test]
 async fn health_and_readiness() {
     let app = TestApp::start().await;
-    for path in ["/healthz", "/readyz"] {
-        let answer = ready(&app.get(path)).await;
+    for answer in [send(app.get("/healthz")).await, ready(&app.get("/readyz")).await] {
+        assert_eq!(answer.status, 200);
         assert_eq!(answer.json()["status"], "ok");
         assert_eq!(answer.json()["engine"], "flankfit 0.1.0");
     }

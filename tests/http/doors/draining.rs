@@ -49,7 +49,8 @@ async fn a_draining_server_answers_and_says_that_it_ends() {
     let (every, compute) = (asks(""), asks("?for=compute"));
     ready(&every).await;
     let stopping = app.begin_stop();
-    while send(every.try_clone().unwrap()).await.status == 200 {
+    // the store may be slow before that, too
+    while !send(every.try_clone().unwrap()).await.text.contains("\"draining\"") {
         tokio::task::yield_now().await;
     }
     send(every).await.problem(503, "draining");

@@ -55,13 +55,18 @@ export async function transport(request) {
  * @returns {Promise<{ data: Exclude<Data, Schema<"Operation">>, etag: string | undefined, response: Response }>}
  */
 export async function answer(pending) {
-  const { data, error, response } = await pending;
+  const { data, error, response } = await pending.catch(cutOff);
   if (!response.ok) throw refusal(error, response);
   return {
     data: /** @type {Exclude<Data, Schema<"Operation">>} */ (data),
     etag: response.headers.get("etag") ?? undefined,
     response,
   };
+}
+
+/** An answer of which the end is lost is none. @param {unknown} error @returns {never} */
+function cutOff(error) {
+  throw error instanceof TypeError ? new OfflineError("cut off", { cause: error }) : error;
 }
 
 /** @param {unknown} body @param {Response} response */

@@ -82,6 +82,8 @@ globalThis.addEventListener?.("online", () => {
 export const putOff = signal(/** @type {readonly PutOff[]} */ ([]));
 
 const MOST_TRIES = 5;
+/** Since the first try; what is sent long after it was meant surprises. A refused connection takes the tries in 15 s. */
+const LONGEST_LOST_MS = 60_000;
 const LONGEST_PAUSE_S = 60;
 
 /**
@@ -91,13 +93,16 @@ const LONGEST_PAUSE_S = 60;
 export async function sendAgain(request, send) {
   if (!request.headers.has("idempotency-key")) return send(request);
   const key = currentKey();
+  const begun = performance.now();
   for (let tries = 1; ; tries += 1) {
     // what is sent is read, and cannot be sent twice
     const copy = tries < MOST_TRIES ? request.clone() : request;
     const answered = await send(copy).catch(unanswered);
     const lost = answered instanceof OfflineError;
-    const seconds = lost ? 2 ** (tries - 1) : secondsOf(answered);
-    const goesOn = tries < MOST_TRIES && seconds !== undefined && (await waited({ seconds, lost }, request.signal));
+    const seconds = secondsBefore(tries, answered);
+    const late = lost && performance.now() - begun > LONGEST_LOST_MS;
+    const more = tries < MOST_TRIES && !late && seconds !== undefined;
+    const goesOn = more && (await waited({ seconds, lost }, request.signal));
     // what somebody has sent is not sent by another
     if (goesOn && currentKey() === key) continue;
     if (lost) throw answered;
@@ -111,13 +116,20 @@ function unanswered(error) {
   throw error;
 }
 
-/** After how long a response asks to be asked again, where that is worth waiting for. @param {Response} response */
-function secondsOf({ status, headers }) {
+/**
+ * How long to wait before another try, where that is worth it.
+ * @param {number} tries so far @param {Response | OfflineError} answered
+ */
+function secondsBefore(tries, answered) {
+  const pause = 2 ** (tries - 1);
+  if (answered instanceof OfflineError) return pause;
+  const { status, headers } = answered;
   const value = headers.get("retry-after");
-  // 409: the server still does what was sent first
   if ((status !== 503 && status !== 409) || value === null) return undefined;
   const seconds = Number(value);
-  return seconds >= 0 && seconds <= LONGEST_PAUSE_S ? seconds : undefined;
+  if (!(seconds >= 0 && seconds <= LONGEST_PAUSE_S)) return undefined;
+  // the server still does what was sent first, which may take longer than it says each time
+  return status === 409 ? Math.max(seconds, pause) : seconds;
 }
 
 /**

@@ -2,7 +2,7 @@
 // shown, and it can be stopped without anything being stored.
 
 import { answer, api } from "./client.js";
-import { OfflineError } from "./problem.js";
+import { ApiError, OfflineError } from "./problem.js";
 
 /** @typedef {import("./client.js").Schema<"Operation">} Operation */
 /** @typedef {(progress: { done: number, seconds: number | undefined } | undefined) => void} Tell `done` from 0 to 1; `seconds` that remain */
@@ -62,7 +62,7 @@ async function ended(id, signal, tell) {
 }
 
 /**
- * What is answered once somebody answers, after 1, 2, 4 … s without.
+ * What is answered once somebody answers, after 1, 2, 4 … s without, or once a server says that it can again.
  * @template Answer
  * @param {AbortSignal} signal @param {() => Promise<Answer>} ask
  */
@@ -71,8 +71,10 @@ async function patiently(signal, ask) {
     try {
       return await ask();
     } catch (error) {
-      if (!(error instanceof OfflineError) || tries === MOST_TRIES) throw error;
-      await passed(1000 * 2 ** (tries - 1), signal);
+      const put = error instanceof ApiError && error.status === 503 ? error.retryAfter : undefined;
+      const seconds = error instanceof OfflineError ? 2 ** (tries - 1) : put;
+      if (seconds === undefined || tries === MOST_TRIES) throw error;
+      await passed(1000 * seconds, signal);
     }
   }
 }

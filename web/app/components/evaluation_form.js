@@ -3,10 +3,12 @@
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
 import { ApiError } from "../api/problem.js";
+import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/evaluation.js";
 import { fmt } from "../i18n/i18n.js";
 import { useDraft } from "../lib/draft.js";
 import { parseNumber } from "../lib/format.js";
+import { useLeaving } from "../lib/leaving.js";
 import { CLASSES } from "../lib/requirements.js";
 import { h, html, useState } from "../../vendor/ui.js";
 import { SelectField, TextField } from "./form.js";
@@ -36,6 +38,7 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [busy, setBusy] = useState(false);
   const attempt = useAttempt(`evaluation ${jobId} ${number} ${record}`);
+  const leaving = useLeaving();
   const kinds = /** @type {const} */ (["profile", "helix"]).filter((kind) =>
     request.traces.some((trace) => trace.kind === kind),
   );
@@ -68,13 +71,16 @@ export function EvaluationForm({ jobId, number, record, request, settings, onDon
     setError(undefined);
     try {
       const params = { path: { job_id: jobId, number }, header: attempt.headers(body) };
-      const { data } = await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/evaluations", { params, body }));
+      const { data } = await answer(
+        api.POST("/v1/jobs/{job_id}/iterations/{number}/evaluations", { signal: leaving, params, body }),
+      );
       attempt.done();
       forget();
       notify(t.done);
       onDone(/** @type {JobRecord} */ (data).id);
     } catch (failed) {
-      setError(failed);
+      if (leaving.aborted) notify(common.cancelled, "news");
+      else setError(failed);
     } finally {
       setBusy(false);
     }

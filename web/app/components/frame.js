@@ -1,7 +1,7 @@
 // What stands around every page: header, navigation, messages, dialogs.
 
 import { answer, api } from "../api/client.js";
-import { lostAt, probe, putOff } from "../api/connection.js";
+import { lostAt, probe } from "../api/connection.js";
 import { may, tellCaller } from "../api/key.js";
 import { underway, useResource } from "../api/resource.js";
 import { current } from "../navigation.js";
@@ -9,7 +9,9 @@ import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/common.js";
 import { hrefIf } from "../router.js";
 import { h, html, signal, useEffect } from "../../vendor/ui.js";
+import { openDialogs } from "./dialog.js";
 import { KeyDialog } from "./key_dialog.js";
+import { PutOff } from "./put_off.js";
 import { ShortcutHelp } from "./shortcuts.js";
 import { Toasts } from "./toast.js";
 
@@ -64,12 +66,7 @@ function Notices() {
         <button type="button" class="button small" onClick=${probe}>${t.askNow}</button>
       </p>`
     }
-    ${putOff.value.map(
-      ({ seconds, lost: away, stop }, i) => html`<p key=${i} class="notice warn">
-        ${!away && html`<strong>${t.overloaded}.</strong> `}${t.sendsAgain(fmt.value.count(seconds))}
-        <button type="button" class="button small" onClick=${stop}>${t.doNotSend}</button>
-      </p>`,
-    )}
+    ${openDialogs.value === 0 && h(PutOff, null)}
     ${
       outdated.value &&
       html`<p class="notice">

@@ -40,6 +40,7 @@ export function ReasonDialog({
     event.preventDefault();
     if (sending || (required && reason.trim() === "")) return;
     setSending(true);
+    if (!overtaken) setError(undefined);
     try {
       await send(reason.trim());
       forget();
@@ -52,9 +53,10 @@ export function ReasonDialog({
       if (failed instanceof ApiError && failed.status === 412) announce(common.changedMeanwhile);
     }
   };
+  const close = watched?.running ? watched.stop : onClose;
   return h(Dialog, {
     title,
-    onClose,
+    onClose: close,
     children: html`<form onSubmit=${submit}>
       ${text && html`<p>${text}</p>`}
       ${overtaken && html`<div class="failure" role="alert"><h3>${common.changedMeanwhile}</h3>${versions()}</div>`}
@@ -62,7 +64,7 @@ export function ReasonDialog({
       ${error !== undefined && !overtaken && h(Failure, { error, except: ["/reason"] })}
       ${watched?.running && h(Progress, { label: action, progress: watched.progress })}
       <div class="actions end">
-        <button type="button" class="button" onClick=${watched?.running ? watched.stop : onClose}>${common.cancel}</button>
+        <button type="button" class="button" onClick=${close}>${common.cancel}</button>
         <button type="submit" class="button primary" disabled=${sending || (required && reason.trim() === "")}>${overtaken ? common.allTheSame(action) : action}</button>
       </div>
     </form>`,

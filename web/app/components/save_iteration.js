@@ -11,6 +11,7 @@ import en from "../i18n/en/fit.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { digestOf } from "../lib/digest.js";
 import { useDraft } from "../lib/draft.js";
+import { useLeaving } from "../lib/leaving.js";
 import { navigate } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
 import { h, html, useRef, useState } from "../../vendor/ui.js";
@@ -69,6 +70,7 @@ function Save({ jobs, find, setFind, file, spec }) {
   const [sending, setSending] = useState(false);
   const attempt = useAttempt("save of /fit");
   const watched = useWatched();
+  const leaving = useLeaving();
   const submit = async (/** @type {Event} */ event) => {
     event.preventDefault();
     if (sending || jobId === "") return;
@@ -81,16 +83,19 @@ function Save({ jobs, find, setFind, file, spec }) {
     }
     try {
       const header = attempt.headers([jobId, spec, measurement, file.text]);
-      const { data } = await watched.run(({ header: more, signal }) =>
-        api.POST("/v1/jobs/{job_id}/iterations", {
-          signal,
-          params: { path: { job_id: jobId }, header: { ...header, ...more } },
-          ...bodyOf(file, { ...spec, ...measurement }),
-        }),
+      const { data } = await watched.run(
+        ({ header: more, signal }) =>
+          api.POST("/v1/jobs/{job_id}/iterations", {
+            signal,
+            params: { path: { job_id: jobId }, header: { ...header, ...more } },
+            ...bodyOf(file, { ...spec, ...measurement }),
+          }),
+        leaving,
       );
       attempt.done();
       forget();
       notify(t.saved(data.number));
+      if (leaving.aborted) return;
       const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: data.number });
       navigate(to ?? href("/jobs/{job_id}", { job_id: jobId }));
     } catch (failed) {

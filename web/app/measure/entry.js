@@ -21,6 +21,7 @@ import { hrefIf } from "../router.js";
 import { h, html } from "../../vendor/ui.js";
 import { OfGears } from "./of_gears.js";
 import { nodeOfPointer } from "./request.js";
+import { ChangedError } from "./send.js";
 
 const t = texts({ en, de });
 
@@ -60,7 +61,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
     <header>
       <h3 translate="no">${file.name}</h3>
       <div class="actions">
-        <span aria-live="polite">${h(Badge, { kind: KINDS[state], children: error instanceof OfflineError ? t.unanswered : t[state] })}</span>
+        <span aria-live="polite">${h(Badge, { kind: KINDS[state], children: error instanceof OfflineError ? t.unanswered : error instanceof ChangedError ? t.changed : t[state] })}</span>
         ${to && html`<a class="button small" href=${to}>${common.iteration(number ?? 0)}</a>`}
         ${state === "sending" && html`<button type="button" class="button small" onClick=${onCancel}>${common.cancel}</button>`}
         ${(state === "waiting" || state === "failed") && html`<button type="button" class="button small" onClick=${onRemove}>${t.remove}</button>`}
@@ -73,7 +74,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
     ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}
     ${gears && h(OfGears, { file: gears, name: file.name })}
     ${content && content.doubts.length > 0 && h(Doubts, { content })}
-    ${error !== undefined && h(Failure, { error, except: fields })}
+    ${error instanceof ChangedError ? html`<p class="fault" role="alert">${t.changedOnDisk}</p>` : error !== undefined && h(Failure, { error, except: fields })}
     ${error instanceof ApiError && h(NodeFaults, { error })}
     ${content?.surface && h(Preview, { content, error, name: file.name })}
   </li>`;

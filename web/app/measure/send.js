@@ -6,12 +6,22 @@ import { importSpecOf, specOf } from "./request.js";
 
 /** @typedef {import("./read.js").Content} Content */
 
+/** The file was written anew since it was read: no longer what was shown. */
+export class ChangedError extends Error {}
+
 /**
  * @param {string} jobId @param {File} file @param {Content} content @param {import("./request.js").Typed} typed
  * @param {import("../api/attempt.js").Attempt} attempt keeps its key over retries of the same
  * @param {Parameters<typeof answerLater>[1]} watch
  */
-export function send(jobId, file, content, typed, attempt, watch) {
+export async function send(jobId, file, content, typed, attempt, watch) {
+  // sent all the same, it would fail as if nobody had answered
+  await file
+    .slice(0, 1)
+    .arrayBuffer()
+    .catch((cause) => {
+      throw new ChangedError(file.name, { cause });
+    });
   const named = [file.name, content.digest];
   const path = { job_id: jobId };
   if (content.kind === "import") {

@@ -17,6 +17,7 @@ import { t as common } from "../i18n/common.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { kept, useFit, useNodes } from "../flank/use_layers.js";
 import { StoppedError } from "../api/later.js";
+import { useLeaving } from "../lib/leaving.js";
 import { heightUnit } from "../lib/units.js";
 import { query, setQuery } from "../navigation.js";
 import { Choices } from "../regularization/choices.js";
@@ -108,6 +109,7 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
   const [keeping, setKeeping] = useState(false);
   const watched = useWatched();
   const attempt = useAttempt(`fit ${path.job_id} ${path.number}`);
+  const leaving = useLeaving();
   const nodes = useNodes(path.job_id, path.number);
   const measured = nodes.data && kept(nodes.data);
   // while nodes are on their way, what they were fitted over says whether there will be a map
@@ -146,20 +148,23 @@ function Choosing({ iteration, flipU, fit, unit, standing, reload }) {
     const body = { ...refitOf(spec, selection), ...(reason ? { reason } : {}) };
     const key = attempt.headers(body);
     const { data } = await watched
-      .run(({ header, signal }) =>
-        api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
-          signal,
-          params: { path, header: { ...key, ...header } },
-          body,
-        }),
+      .run(
+        ({ header, signal }) =>
+          api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", {
+            signal,
+            params: { path, header: { ...key, ...header } },
+            body,
+          }),
+        leaving,
       )
       .catch((/** @type {unknown} */ error) => {
         if (error instanceof StoppedError) attempt.done();
         throw error;
       });
     attempt.done();
-    setQuery({ fit: data.id, by: undefined, lambda: undefined }, { step: true });
     notify(t.kept);
+    if (leaving.aborted) return;
+    setQuery({ fit: data.id, by: undefined, lambda: undefined }, { step: true });
     reload();
   };
   const shownBy = selection && "by" in selection ? selection.by : undefined;

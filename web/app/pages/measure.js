@@ -16,7 +16,7 @@ import { QueueEntry } from "../measure/entry.js";
 import { MeasureFields } from "../measure/fields.js";
 import { contentOf, started } from "../measure/reader.js";
 import { EMPTY, wrongNumbers } from "../measure/request.js";
-import { send } from "../measure/send.js";
+import { ChangedError, send } from "../measure/send.js";
 import { navigate } from "../navigation.js";
 import { hrefIf } from "../router.js";
 import { h, html, useEffect, useRef, useState } from "../../vendor/ui.js";
@@ -128,10 +128,11 @@ function Measure({ jobId, reread }) {
           break;
         }
         update(id, { state: "failed", error });
-        announce(error instanceof OfflineError ? t.noAnswer : t.refused);
+        if (!(error instanceof ChangedError)) announce(error instanceof OfflineError ? t.noAnswer : t.refused);
         break;
       }
     }
+    const left = underway.current?.signal.aborted;
     underway.current = null;
     if (made.length === 0) return;
     reread();
@@ -139,7 +140,7 @@ function Measure({ jobId, reread }) {
     if (entries.length === 1) {
       notify(t.stored(made[0] ?? 0));
       const to = hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: made[0] ?? 0 });
-      if (to) navigate(to);
+      if (to && !left) navigate(to);
     }
   };
   const drop = (/** @type {DragEvent} */ event) => {

@@ -21,6 +21,7 @@ import { t as requirementText } from "../i18n/requirements.js";
 import { useDraft } from "../lib/draft.js";
 import { FIELDS, formOf, gearOf, tagsOf } from "../lib/gear_form.js";
 import { OPTIONAL } from "../lib/job_edit.js";
+import { useLeaving } from "../lib/leaving.js";
 import { emptyRequirements, requirementsOf } from "../lib/requirements.js";
 import { navigate } from "../navigation.js";
 import { href } from "../router.js";
@@ -65,6 +66,7 @@ function Form() {
   const [sending, setSending] = useState(false);
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const attempt = useAttempt("new job");
+  const leaving = useLeaving();
   const form = useRef(/** @type {HTMLFormElement | null} */ (null));
 
   const submit = async (/** @type {Event} */ event) => {
@@ -76,12 +78,13 @@ function Form() {
     setError(undefined);
     try {
       const header = attempt.headers(body);
-      const { data } = await answer(api.POST("/v1/jobs", { body, params: { header } }));
+      const { data } = await answer(api.POST("/v1/jobs", { signal: leaving, body, params: { header } }));
       attempt.done();
       forget();
       notify(t.created(data.name));
       navigate(href("/jobs/{job_id}", { job_id: data.id }));
     } catch (failed) {
+      if (leaving.aborted) return notify(common.cancelled, "news");
       setError(failed);
       setSending(false);
       if (failed instanceof ApiError) toFault(form.current);

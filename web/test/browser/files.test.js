@@ -1,6 +1,9 @@
 // Files of testers and of gear programs, and what is wrong with a file.
 
 import assert from "node:assert/strict";
+import { mkdtemp, rm, writeFile } from "node:fs/promises";
+import { tmpdir } from "node:os";
+import path from "node:path";
 import { browserTest, doNotSendAgain, example } from "./harness.js";
 import { curvesFile, rexsModel, valuesFile } from "./tester_files.js";
 
@@ -158,6 +161,22 @@ browserTest("a table names the line and the column of a bad cell", { statuses: [
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await entry.getByRole("alert").waitFor();
   assert.match((await entry.getByRole("alert").textContent()) ?? "", /line 8/);
+});
+
+browserTest("a file that was written anew since it was read is not sent", {}, async ({ page, open, job, call }) => {
+  const { id } = await job();
+  await open(`/jobs/${id}/measure`);
+  const folder = await mkdtemp(path.join(tmpdir(), "flankfit-file-"));
+  const place = path.join(folder, "curve.csv");
+  await writeFile(place, "u,v,z\n1,1,1\n1,2,2\n2,1,3\n2,2,5\n");
+  await page.setInputFiles(picker, place);
+  await page.locator(".queue-entry canvas").waitFor();
+  await writeFile(place, "u,v,z\n1,1,1\n1,2,2\n2,1,3\n2,2,5\n3,1,9\n3,2,9\n");
+  await page.getByRole("button", { name: "Store as iteration" }).click();
+  await page.locator(".queue-entry").getByText("This file was changed after it was read here.").waitFor();
+  await page.locator(".queue-entry").getByText("changed", { exact: true }).waitFor();
+  assert.deepEqual((await call("GET", `/v1/jobs/${id}/trace`)).iterations, []);
+  await rm(folder, { recursive: true });
 });
 
 browserTest("the same file twice by one key is one iteration, over a reload too", { offline: true }, async (world) => {

@@ -336,13 +336,13 @@ const LOST =
   /net::ERR_(CONNECTION_(REFUSED|RESET|CLOSED)|EMPTY_RESPONSE|INCOMPLETE_CHUNKED_ENCODING|HTTP2_PROTOCOL_ERROR|INTERNET_DISCONNECTED)/;
 
 /**
- * Has what nobody has answered not sent again; it may have been tried for the last time by now.
+ * Has what nobody has answered not sent again; on a busy machine it may have been tried for the last time by now.
  * @param {Page} page
  */
 export const doNotSendAgain = (page) =>
   page
     .getByRole("button", { name: "Do not send it again" })
-    .click({ timeout: 5000 })
+    .click({ timeout: 15_000 })
     .catch(() => {});
 
 /** @param {Page} page @param {Server} server @param {Options} options */

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { createHash } from "node:crypto";
-import { browserTest, doNotSendAgain, example } from "./harness.js";
+import { browserTest, example } from "./harness.js";
 
 /** A server that has too much to do for now. @param {import("playwright-core").Route} route @param {number} seconds */
 function busy(route, seconds) {
@@ -59,9 +59,14 @@ browserTest(
     await page.getByText("Try again after 30 s.").waitFor();
     await page.unroute("**/v1/jobs");
     await server.stop();
+    let tries = 0;
+    page.on("requestfailed", (request) => {
+      if (request.method() === "POST") tries += 1;
+    });
     await page.getByRole("button", { name: "Create the job" }).click();
-    await doNotSendAgain(page);
+    await page.getByRole("button", { name: "Do not send it again" }).click();
     await page.locator(".new-job-fields").getByRole("heading", { name: "The server does not answer" }).waitFor();
+    assert.ok(tries > 0 && tries < 5, `it was tried ${tries} times`);
     await server.start();
     await page.reload();
     await stands();

@@ -77,6 +77,39 @@ browserTest("a stream says why there is no result yet, and follows its blocks", 
   await page.locator('[data-sequence="4"]').waitFor();
 });
 
+browserTest("what waits in a dialog is stopped there, and by closing it", { offline: true }, async (world) => {
+  const { page, open, call } = world;
+  const { send, stream, path } = await opened(world);
+  for (const row of [0, 4, 8]) await send([row]);
+  await open(path);
+  await page.clock.install();
+  let tries = 0;
+  await page.route("**/finish", (route) => {
+    tries += 1;
+    return route.abort("connectionreset");
+  });
+  const dialog = page.getByRole("dialog", { name: "Finish the stream" });
+  const finish = dialog.getByRole("button", { name: "Finish", exact: true });
+  await page.getByRole("button", { name: "Finish the stream" }).click();
+  await finish.click();
+  await dialog.getByRole("button", { name: "Do not send it again" }).click();
+  await dialog.getByText("The server does not answer").waitFor();
+  const stopped = tries;
+  assert.ok(stopped > 0 && stopped < 5, `it was tried ${stopped} times`);
+  await page.clock.runFor(60_000);
+  assert.equal(tries, stopped);
+
+  await finish.click();
+  await dialog.getByText("What you have sent waits").waitFor();
+  await page.keyboard.press("Escape");
+  await dialog.waitFor({ state: "detached" });
+  await page.getByText("Cancelled. What has arrived by then may have been stored").waitFor();
+  const left = tries;
+  await page.clock.runFor(60_000);
+  assert.equal(tries, left);
+  assert.equal((await call("GET", `/v1/streams/${stream.id}`)).state, "open");
+});
+
 browserTest("many blocks are asked for at most twice a second", {}, async (world) => {
   const { page, open } = world;
   const { send, path, stream } = await opened(world);

@@ -76,6 +76,32 @@ test("what nobody has answered is sent again as it was, by a proxy's word or wit
   await assert.rejects(sendAgain(decision({}), transport), OfflineError);
 });
 
+test("it is tried five times, and not for longer than a minute", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  const now = t.mock.method(performance, "now", () => 0);
+  const sends = async () => {
+    const outcome = assert.rejects(sendAgain(decision(), transport), OfflineError);
+    // each pause, and whatever is done beside
+    for (let i = 0; i < 100; i += 1) {
+      await new Promise((resolve) => setImmediate(resolve));
+      t.mock.timers.tick(1000);
+    }
+    await outcome;
+    return sent.splice(0).length;
+  };
+  answers = Array.from({ length: 9 }, () => ({ status: 0 }));
+  assert.equal(await sends(), 5);
+  // each try takes half a minute
+  let time = 0;
+  now.mock.mockImplementation(() => {
+    time += 31_000;
+    return time;
+  });
+  answers = Array.from({ length: 9 }, () => ({ status: 0 }));
+  const slow = await sends();
+  assert.ok(slow > 1 && slow < 5, `${slow}`);
+});
+
 test("a refusal, and what has no key of its own, is sent once", async () => {
   answers = [{ status: 409 }];
   assert.equal((await sendAgain(decision(), transport)).status, 409);

@@ -29,6 +29,9 @@ export default {
   done: "gespeichert",
   failed: "abgelehnt",
   unanswered: "keine Antwort",
+  changed: "geändert",
+  changedOnDisk:
+    "Diese Datei wurde geändert, nachdem sie hier gelesen wurde. Entfernen Sie sie und wählen Sie sie noch einmal.",
   remove: "Entfernen",
   reading: "Wird gelesen …",
   fault_json: "Das ist kein JSON:",

@@ -28,6 +28,8 @@ export default {
   done: "stored",
   failed: "refused",
   unanswered: "no answer",
+  changed: "changed",
+  changedOnDisk: "This file was changed after it was read here. Remove it and choose it again.",
   remove: "Remove",
   reading: "Being read …",
   fault_json: "This is no JSON:",
