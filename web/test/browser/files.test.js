@@ -8,6 +8,7 @@ import { browserTest, doNotSendAgain, example } from "./harness.js";
 import { curvesFile, rexsModel, valuesFile } from "./tester_files.js";
 
 const picker = "#measure-files";
+const LOST_OR_AWAY = { offline: true, statuses: [503] };
 /** The gear of the files of testers. */
 const SPUR = {
   teeth: 52,
@@ -243,7 +244,7 @@ browserTest(
   },
 );
 
-browserTest("an operation is followed on where an answer about it is lost", { offline: true }, async (world) => {
+browserTest("an operation is followed on where an answer about it is lost", LOST_OR_AWAY, async (world) => {
   const { page, open, job, call } = world;
   const { id } = await job();
   await open(`/jobs/${id}/measure`);
@@ -252,16 +253,21 @@ browserTest("an operation is followed on where an answer about it is lost", { of
   await page.route("**/v1/jobs/*/iterations", (route) =>
     route.continue({ headers: { ...route.request().headers(), prefer: "respond-async" } }),
   );
-  /** @type {Set<string>} */
-  const lost = new Set();
+  const away = {
+    status: 503,
+    contentType: "application/problem+json",
+    headers: { "retry-after": "0" },
+    json: { type: "about:blank", title: "away", status: 503, code: "store_unavailable", detail: "the store is away" },
+  };
+  /** @type {Record<string, string[]>} */
+  const met = { state: ["lost", "away"], result: ["lost", "away"] };
   await page.route("**/v1/operations/**", (route) => {
-    const what = route.request().url().endsWith("/result") ? "result" : "state";
-    if (lost.has(what)) return route.continue();
-    lost.add(what);
-    return route.abort("connectionreset");
+    const next = met[route.request().url().endsWith("/result") ? "result" : "state"]?.shift();
+    if (next === undefined) return route.continue();
+    return next === "lost" ? route.abort("connectionreset") : route.fulfill(away);
   });
   await page.getByRole("button", { name: "Store as iteration" }).click();
   await page.waitForURL(`**/jobs/${id}/iterations/1`);
-  assert.deepEqual([...lost], ["state", "result"]);
+  assert.deepEqual(met, { state: [], result: [] });
   assert.equal((await call("GET", `/v1/jobs/${id}/trace`)).iterations.length, 1);
 });

@@ -10,6 +10,7 @@ import { tmpdir } from "node:os";
 import path from "node:path";
 import readline from "node:readline";
 import { after, test } from "node:test";
+import { setTimeout as pause } from "node:timers/promises";
 import { fileURLToPath } from "node:url";
 import { chromium } from "playwright-core";
 
@@ -320,7 +321,8 @@ export async function inBrowser(server, options, body) {
   } catch (error) {
     kept = false;
     if (process.env["FLANKFIT_SHOT"]) await page.screenshot({ path: process.env["FLANKFIT_SHOT"], fullPage: true });
-    const shown = await page.locator(".notices, main").allTextContents().catch(String);
+    const texts = page.locator(".notices, main").allTextContents().catch(String);
+    const shown = await Promise.race([texts, pause(2000, "the page does not answer")]);
     const inShort = String(shown).replace(/\s+/g, " ").slice(0, 600);
     throw tellingMore(error, "page", [page.url(), inShort, ...faults].join("\n"));
   } finally {

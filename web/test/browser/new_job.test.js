@@ -92,25 +92,6 @@ browserTest(
   },
 );
 
-browserTest("a form that was left sends nothing any more", { offline: true }, async ({ page, open, call }) => {
-  await open("/jobs/new");
-  await page.clock.install();
-  await page.getByLabel("With gear data").uncheck();
-  await page.getByLabel("Name", { exact: true }).fill("Left");
-  let away = true;
-  await page.route("**/v1/jobs", (route) =>
-    away && route.request().method() === "POST" ? route.abort("connectionreset") : route.continue(),
-  );
-  await page.getByRole("button", { name: "Create the job" }).click();
-  await page.getByText("What you have sent waits").waitFor();
-  await page.getByRole("link", { name: "Cancel" }).click();
-  await page.getByText("Cancelled. What has arrived by then").waitFor();
-  away = false;
-  await page.clock.runFor(60_000);
-  await page.getByRole("heading", { name: "Jobs", exact: true }).waitFor();
-  assert.deepEqual((await call("GET", "/v1/jobs")).items, []);
-});
-
 browserTest("a lost answer makes one job", { offline: true }, async ({ page, open, call }) => {
   await open("/jobs/new");
   await page.getByLabel("With gear data").uncheck();

@@ -12,10 +12,10 @@ const storage = {
 };
 Object.assign(globalThis, { sessionStorage: storage, localStorage: storage });
 
-const { transport } = await import("../../app/api/client.js");
+const { answer, transport } = await import("../../app/api/client.js");
 const { lostAt, probe, sendAgain } = await import("../../app/api/connection.js");
 const { session } = await import("../../app/api/key.js");
-const { OfflineError } = await import("../../app/api/problem.js");
+const { ApiError, OfflineError } = await import("../../app/api/problem.js");
 
 /** @typedef {{ status: number, key: string | null, body: string }} Sent */
 /** @type {Sent[]} */
@@ -37,6 +37,9 @@ globalThis.fetch = async (/** @type {RequestInfo | URL} */ input) => {
 const decision = (/** @type {Record<string, string>} */ headers = { "idempotency-key": "k" }) =>
   new Request("http://server/v1/jobs/1", { method: "POST", body: "accept", headers });
 
+/** What was sent, and how each was answered. */
+const tried = () => sent.map(({ status, body }) => [status, body]);
+
 beforeEach(() => {
   kept.clear();
   alive = false;
@@ -50,28 +53,22 @@ test("what is put off, or still done, is sent again as it was", async () => {
   ];
   const response = await sendAgain(decision(), transport);
   assert.equal(response.status, 201);
-  assert.deepEqual(
-    sent.map(({ status, body }) => [status, body]),
-    [
-      [503, "accept"],
-      [409, "accept"],
-      [201, "accept"],
-    ],
-  );
+  assert.deepEqual(tried(), [
+    [503, "accept"],
+    [409, "accept"],
+    [201, "accept"],
+  ]);
 });
 
 test("what nobody has answered is sent again as it was, by a proxy's word or without", async () => {
   answers = [{ status: 0 }, { status: 502, proxy: true }];
   const response = await sendAgain(decision(), transport);
   assert.equal(response.status, 201);
-  assert.deepEqual(
-    sent.map(({ status, body }) => [status, body]),
-    [
-      [0, "accept"],
-      [502, "accept"],
-      [201, "accept"],
-    ],
-  );
+  assert.deepEqual(tried(), [
+    [0, "accept"],
+    [502, "accept"],
+    [201, "accept"],
+  ]);
   answers = [{ status: 0 }];
   await assert.rejects(sendAgain(decision({}), transport), OfflineError);
 });
@@ -100,6 +97,29 @@ test("it is tried five times, and not for longer than a minute", async (t) => {
   answers = Array.from({ length: 9 }, () => ({ status: 0 }));
   const slow = await sends();
   assert.ok(slow > 1 && slow < 5, `${slow}`);
+});
+
+test("what the server still does is waited for longer and longer, whatever it says", async (t) => {
+  t.mock.timers.enable({ apis: ["setTimeout"] });
+  answers = Array.from({ length: 4 }, () => ({ status: 409, after: "1" }));
+  const outcome = sendAgain(decision(), transport);
+  /** @type {number[]} */
+  const at = [];
+  for (let second = 0; second <= 20; second += 1) {
+    for (let i = 0; i < 5; i += 1) await new Promise((resolve) => setImmediate(resolve));
+    while (at.length < sent.length) at.push(second);
+    t.mock.timers.tick(1000);
+  }
+  assert.equal((await outcome).status, 201);
+  assert.deepEqual(at, [0, 1, 3, 7, 15]);
+});
+
+test("an answer that is cut off is none, and a refusal is one", async () => {
+  await assert.rejects(answer(Promise.reject(new TypeError("terminated"))), OfflineError);
+  const aborted = new DOMException("stopped", "AbortError");
+  await assert.rejects(answer(Promise.reject(aborted)), (error) => error === aborted);
+  const refused = { error: { code: "conflict", title: "" }, response: new Response("{}", { status: 409 }) };
+  await assert.rejects(answer(Promise.resolve(refused)), ApiError);
 });
 
 test("a refusal, and what has no key of its own, is sent once", async () => {
