@@ -55,6 +55,8 @@ for (const [name, contents] of Object.entries(bundles)) {
   const result = await build({
     stdin: { contents, resolveDir: here, sourcefile: `${name}.js` },
     absWorkingDir: here,
+    // packages keep their names where node_modules is a link
+    preserveSymlinks: true,
     bundle: true,
     format: "esm",
     target: "es2022",
