@@ -19,6 +19,10 @@ import { html, useId } from "../../vendor/ui.js";
 /** Millimetres of a pixel, as CSS has them. */
 export const PIXEL = 25.4 / 96;
 const EDGE = { long: 18, across: 34, end: 34 };
+/** What stands below the frame: the ticks, and the scale bar. */
+const BELOW = 36;
+/** Room for a scale bar, pixels: 3 … 20 mm. */
+const [SHORTEST_BAR, LONGEST_BAR] = [3 / PIXEL, 20 / PIXEL];
 
 /**
  * @param {{ sheet: Sheet, scale: KScale, bands?: readonly DrawnBand[], flat?: boolean, dash?: string | undefined, name: string, summary: string,
@@ -42,8 +46,9 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
   const { samples } = sheet;
   const [a, b] = scale.deviation;
   const ticks = ticksOf(a, b, wide);
-  return html`<svg class="k-chart chart" width=${width + EDGE.across + EDGE.end} height=${height + EDGE.long + 18}
-    viewBox=${`0 0 ${width + EDGE.across + EDGE.end} ${height + EDGE.long + 18}`} role="img" aria-label=${`${name}. ${summary}`}>
+  const [whole, tall] = [width + EDGE.across + EDGE.end, height + EDGE.long + BELOW];
+  return html`<svg class="k-chart chart" width=${`${(whole * PIXEL).toFixed(3)}mm`} height=${`${(tall * PIXEL).toFixed(3)}mm`}
+    viewBox=${`0 0 ${whole} ${tall}`} role="img" aria-label=${`${name}. ${summary}`}>
     <pattern id=${id} width="5" height="5" patternUnits="userSpaceOnUse" patternTransform="rotate(45)"><path class="k-hatch" d="M0 0v5" /></pattern>
     ${ticks.map((value) => html`<path key=${value} class=${value === 0 ? "k-zero" : "k-grid"} d=${line(scale.length.map((at) => ({ at, value })))} />`)}
     ${ticks.map((value) => {
@@ -59,6 +64,7 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
         : html`<text key=${`l${at}`} x=${EDGE.across - 5} y=${y} dy="0.35em" text-anchor="end" translate="no">${fmt.value.fixed(at, 1)}</text>`;
     })}
     ${units(flat, width, height)}
+    ${scaleBars(scale, flat, width, height)}
     ${ends.map((text, i) => endMark(text, i === 1, flat, width, height))}
     ${bands.map(
       ({ upper, lower, required }, i) =>
@@ -100,6 +106,37 @@ function units(flat, width, height) {
   </g>`;
 }
 
+/**
+ * A usual length whose bar can be measured with a ruler: 10 µm or 1 mm, and the next of 1, 2, 5 where that has no room.
+ * @param {number} usual @param {number} pixels for one unit @param {number} room pixels
+ */
+export function barLength(usual, pixels, room) {
+  const longest = Math.min(LONGEST_BAR, room);
+  const fits = (/** @type {number} */ one) => one * pixels >= SHORTEST_BAR && one * pixels <= longest;
+  const steps = [-4, -3, -2, -1, 0, 1, 2, 3].flatMap((power) => [1, 2, 5].map((one) => Number(`${one}e${power}`)));
+  return fits(usual) ? usual : (steps.findLast(fits) ?? usual);
+}
+
+/**
+ * A bar for each direction, with the length that it stands for.
+ * @param {KScale} scale @param {boolean} flat @param {number} width @param {number} height
+ */
+function scaleBars({ perLength, perDeviation }, flat, width, height) {
+  const [below, beside] = flat
+    ? [barLength(1, perLength, width), barLength(10, perDeviation, height)]
+    : [barLength(10, perDeviation, width), barLength(1, perLength, height)];
+  const [long, up] = flat ? [below * perLength, beside * perDeviation] : [below * perDeviation, beside * perLength];
+  const [belowUnit, besideUnit] = flat ? ["mm", "µm"] : ["µm", "mm"];
+  const [x, y] = [EDGE.across, EDGE.long / 2 + height + 29];
+  const [right, middle] = [EDGE.across + width + 7, EDGE.long / 2 + height / 2];
+  return html`<g class="k-scale" translate="no">
+    <path d=${`M${x} ${y}h${long}`} /><path d=${`M${x} ${y - 3}v6M${x + long} ${y - 3}v6`} />
+    <text x=${x + long + 5} y=${y} dy="0.35em">${`${fmt.value.input(below)} ${belowUnit}`}</text>
+    <path d=${`M${right} ${middle - up / 2}v${up}`} /><path d=${`M${right - 3} ${middle - up / 2}h6M${right - 3} ${middle + up / 2}h6`} />
+    <text transform=${`translate(${right + 9} ${middle}) rotate(-90)`} dy="0.35em" text-anchor="middle">${`${fmt.value.input(beside)} ${besideUnit}`}</text>
+  </g>`;
+}
+
 /** Root or tip, face I or II: beside the frame, where the axis ends. @param {string} text @param {boolean} last @param {boolean} flat @param {number} width @param {number} height */
 function endMark(text, last, flat, width, height) {
   const right = EDGE.across + width;
@@ -127,9 +164,9 @@ function runs(samples, holds) {
   return found;
 }
 
-/** Whole µm, at least 24 pixels apart. @param {number} low @param {number} high @param {number} wide */
+/** Whole µm, at least 20 pixels apart. @param {number} low @param {number} high @param {number} wide */
 function ticksOf(low, high, wide) {
-  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= 24) ?? 1000;
+  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= 20) ?? 1000;
   const first = Math.ceil(low / step - 1e-9);
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
 }

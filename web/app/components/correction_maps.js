@@ -2,14 +2,14 @@
 
 import { mapAxes } from "../flank/axes.js";
 import { HeatMap } from "../flank/heat_map.js";
-import { surfaceOf } from "../flank/layers.js";
+import { hasDatum, ofCorrection, surfaceOf } from "../flank/layers.js";
 import { Legend } from "../flank/legend.js";
 import { MapTable } from "../flank/map_table.js";
+import { commonScale } from "../flank/scale.js";
 import { countsOf, extremesOf, withHeights } from "../flank/surface.js";
 import { t } from "../i18n/correction.js";
 import { t as flank } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
-import { symmetricLimit } from "../lib/colour.js";
 import { h, html } from "../../vendor/ui.js";
 import { useAsTable } from "./as_table.js";
 
@@ -24,13 +24,10 @@ export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
   if (!measured) return html`<p class="quiet">${t.noMaps}</p>`;
   // corrections count in µm, + = material out
   const factor = (axes?.z?.unit === "mm" ? 1000 : 1) * (axes?.z?.positive === "material_in" ? -1 : 1);
-  const before =
-    factor === 1
-      ? measured
-      : withHeights(
-          measured,
-          measured.z.map((z) => factor * z),
-        );
+  const before = withHeights(
+    measured,
+    measured.z.map((z) => factor * z),
+  );
   const at = (/** @type {readonly (number | null)[] | null | undefined} */ values) =>
     values
       ? withHeights(
@@ -42,15 +39,16 @@ export function CorrectionMaps({ nodes, axes, kept, paper = false }) {
     { title: t.before, surface: before },
     { title: t.predicted, surface: at(kept.answer?.predicted_um ?? kept.result.predicted.deviation_um) },
     { title: t.measured, surface: at(kept.answer?.measured_um) },
-  ].flatMap(({ title, surface }) => (surface ? [{ title, surface }] : []));
-  const { limit, clipped } = symmetricLimit(maps.flatMap(({ surface }) => [...surface.z]));
+  ].flatMap(({ title, surface }) => (surface ? [{ title, surface: ofCorrection(surface, kept) }] : []));
+  const { limit, clipped } = commonScale(maps.map(({ surface }) => surface));
   const { missing } = countsOf(before);
   return html`<div class="maps">
       ${maps.map(({ title, surface }) =>
         h(DeviationMap, { key: title, title, surface, limit, axes: mapAxes(axes), paper }),
       )}
     </div>
-    ${h(Legend, { limit, unit: "µm", clipped, missing })}`;
+    ${h(Legend, { limit, unit: "µm", clipped, missing })}
+    ${!hasDatum(kept) && html`<p class="hint">${t.withoutMean}</p>`}`;
 }
 
 /** @param {{ title: string, surface: FlankSurface, limit: number, axes: import("../flank/heat_map.js").MapAxes, paper: boolean }} props */

@@ -281,6 +281,7 @@ export function Figures({ kept, iteration, csvName, of }) {
     columns.push({
       key: "strip",
       header: t.drawn,
+      screen: true,
       cell: (row) =>
         row.symbol && h(Strip, { estimates: drawnFigure(row), limits: limitsOf(iteration, row.key), unit: um }),
     });

@@ -65,7 +65,7 @@ export function EvaluationSheet({
         </div>
       </section>`;
     })}
-    <p class="hint">${t.magnification(value.fixed(scale.magnified[0], 0), value.fixed(scale.magnified[1], 0))}</p>
+    <p class="hint">${(paper ? t.magnificationOnPaper : t.magnification)(value.fixed(scale.magnified[0], 0), value.fixed(scale.magnified[1], 0))}</p>
   </div>`;
 }
 

@@ -4,7 +4,7 @@ import { useJob, useTrace } from "../api/job.js";
 import { useJobEvents } from "../api/live.js";
 import { t as common } from "../i18n/common.js";
 import { gearInShort } from "../lib/gear.js";
-import { current, navigate, pathname } from "../navigation.js";
+import { current, navigate, pathname, query } from "../navigation.js";
 import { href, hrefIf } from "../router.js";
 import { Fragment, h, html, useEffect, useState } from "../../vendor/ui.js";
 import { JobNavigation, Page } from "./page.js";
@@ -49,9 +49,11 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const step = (/** @type {number} */ by) => {
     const at = number === undefined ? (by > 0 ? -1 : numbers.length) : numbers.indexOf(number);
     const to = numbers[at + by];
-    // the view stays: from λ* of one iteration to λ* of the next
+    // the view stays with all that is seen: from λ* of one iteration to λ* of the next
     const view = number === undefined ? undefined : current.value?.page.path;
-    if (to !== undefined) navigate(href(view ?? "/jobs/{job_id}/iterations/{number}", { job_id: jobId, number: to }));
+    const seen = view ? Object.fromEntries(query.value) : {};
+    const path = view ?? "/jobs/{job_id}/iterations/{number}";
+    if (to !== undefined) navigate(href(path, { job_id: jobId, number: to }, seen));
   };
   useShortcut(
     "[",

@@ -13,8 +13,11 @@ import { TextField } from "./form.js";
 
 const t = texts({ en, de });
 
-/** @param {{ onNodes: (file: NodesFile, name: string) => void }} props */
-export function NodesInput({ onNodes }) {
+/**
+ * @param {{ onNodes: (file: NodesFile, name: string) => void, onRefused: () => void }} props `onRefused`: a text was given
+ *   that holds no nodes
+ */
+export function NodesInput({ onNodes, onRefused }) {
   const id = useId();
   const [over, setOver] = useState(false);
   const [pasted, setPasted] = useState("");
@@ -23,6 +26,7 @@ export function NodesInput({ onNodes }) {
     const read = readNodes(text);
     setFault(read.fault && { text: t[read.fault], name });
     if (read.file) onNodes(read.file, name);
+    else onRefused();
   };
   const takeFile = async (/** @type {File | null | undefined} */ file) => file && take(await file.text(), file.name);
   const drop = (/** @type {DragEvent} */ event) => {

@@ -3,7 +3,7 @@
 import { may } from "../api/key.js";
 import { t } from "../i18n/common.js";
 import { href, hrefIf } from "../router.js";
-import { current } from "../navigation.js";
+import { current, query } from "../navigation.js";
 import { h, html, useEffect, useRef } from "../../vendor/ui.js";
 
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
@@ -75,7 +75,9 @@ export function JobNavigation({ jobId, number, iterations = [] }) {
   /** @param {string} path @param {string} label @param {boolean} [marked] @param {number} [of] */
   const entry = (path, label, marked = here === path, of = number) => {
     if (path === MEASURE && !may("measure")) return null;
-    const to = hrefIf(path, { job_id: jobId, ...(of === undefined ? {} : { number: of }) });
+    // from map to map what is seen stays: layer, scale, contours, crosshair
+    const seen = path === map && here === map ? Object.fromEntries(query.value) : {};
+    const to = hrefIf(path, { job_id: jobId, ...(of === undefined ? {} : { number: of }) }, seen);
     const key = path + (of ?? "");
     return to && html`<li key=${key}><a href=${to} aria-current=${marked ? "page" : undefined}>${label}</a></li>`;
   };

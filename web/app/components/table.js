@@ -16,6 +16,7 @@ import { h, html } from "../../vendor/ui.js";
  * @property {boolean} [numeric] right-aligned, digits below digits
  * @property {boolean} [rowHeader] names the row
  * @property {boolean} [minor] not on tablets, where the columns do not fit beside each other
+ * @property {boolean} [screen] not in the report
  * @property {((row: Row) => Children) | undefined} [cell] a column without is in the file only
  * @property {((row: Row) => string | number | boolean | null | undefined) | undefined} [csv] its value in full; a column without is left out there
  * @property {"ascending" | "descending" | undefined} [sorted]
@@ -87,19 +88,21 @@ export function table({
 }
 
 /** @param {{ column: Column<never> }} props */
-function Head({ column: { header, head, unit, numeric, minor, sorted, onSort } }) {
+function Head({ column: { header, head, unit, numeric, minor, screen, sorted, onSort } }) {
   const text = html`<span>${head ?? header}${unit && html` <span class="unit" translate="no">${unit}</span>`}</span>`;
-  return html`<th role="columnheader" scope="col" class=${[numeric && "numeric", minor && "minor"].filter(Boolean).join(" ")} aria-sort=${sorted}>
+  return html`<th role="columnheader" scope="col" class=${[numeric && "numeric", minor && "minor", screen && "screen"].filter(Boolean).join(" ")} aria-sort=${sorted}>
     ${onSort ? html`<button type="button" class="sort" onClick=${onSort}>${text}</button>` : text}
   </th>`;
 }
 
 /** @template Row @param {Column<Row>} column @param {Row} row */
-function cellOf({ key, header, head, numeric, minor, rowHeader, cell }, row) {
+function cellOf({ key, header, head, numeric, minor, screen, rowHeader, cell }, row) {
   const value = cell?.(row);
   const content = html`<span class="cell-label" aria-hidden="true">${head ?? header}</span><span class="cell">${value}</span>`;
   const absent = value === ABSENT || value === "";
-  const name = [numeric && "numeric", minor && "minor", absent && "absent"].filter(Boolean).join(" ");
+  const name = [numeric && "numeric", minor && "minor", screen && "screen", absent && "absent"]
+    .filter(Boolean)
+    .join(" ");
   if (rowHeader) return html`<th role="rowheader" scope="row" key=${key} class=${name}>${content}</th>`;
   return html`<td role="cell" key=${key} class=${name}>${content}</td>`;
 }

@@ -8,12 +8,13 @@ import { loaded } from "../components/states.js";
 import { table } from "../components/table.js";
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
-import { dashOf, niceAbove, symmetricLimit } from "../lib/colour.js";
+import { dashOf, niceAbove } from "../lib/colour.js";
 import { query, setQuery } from "../navigation.js";
 import { h, html, useLayoutEffect, useMemo } from "../../vendor/ui.js";
 import { mapAxes } from "./axes.js";
 import { HeatMap } from "./heat_map.js";
 import { Legend } from "./legend.js";
+import { commonScale } from "./scale.js";
 import { countsOf, sectionOf } from "./surface.js";
 import { commonRange, flanksOf, inFigures } from "./teeth.js";
 import { FlankView } from "./view.js";
@@ -68,7 +69,7 @@ export function AllTeeth({ jobId, number, records, name, flipU, file, onShown })
 /** @param {{ flanks: readonly ToothFlank[], name: string, flipU: boolean, file: string, more: boolean }} props */
 function Teeth({ flanks, name, flipU, file, more }) {
   const picked = flanks.find(({ key }) => key === query.value.get("tooth")) ?? flanks[0];
-  const scale = useMemo(() => symmetricLimit(flanks.flatMap(({ surface }) => [...surface.z])), [flanks]);
+  const scale = useMemo(() => commonScale(flanks.map(({ surface }) => surface)), [flanks]);
   const missing = flanks.reduce((sum, { surface }) => sum + countsOf(surface).missing, 0);
   if (!picked) return null;
   const axes = mapAxes(AXES);
@@ -92,7 +93,7 @@ function Teeth({ flanks, name, flipU, file, more }) {
     </div>
     ${h(TeethTable, { flanks, file })}
     <h3>${nameOf(picked)}</h3>
-    ${h(FlankView, { key: picked.key, surface: picked.surface, title: t.deviation, name: `${name}, ${nameOf(picked)}`, unit: "µm", axes: AXES, flipU, file: `${file}-${picked.key}` })}
+    ${h(FlankView, { key: picked.key, surface: picked.surface, title: t.deviation, name: `${name}, ${nameOf(picked)}`, unit: "µm", axes: AXES, flipU, atLeast: scale.limit, file: `${file}-${picked.key}` })}
   </div>`;
 }
 

@@ -47,8 +47,19 @@ function through({ level, segments }, x, y, [a, b, c, d]) {
   else segments.push([...s, ...p], [...q, ...r]);
 }
 
-/** Levels of a symmetric scale: so many steps on each side, and 0. @param {number} limit @param {number} [steps] */
-export function levelsOf(limit, steps = 5) {
-  const step = limit / steps;
-  return Array.from({ length: 2 * steps + 1 }, (_, i) => Number(((i - steps) * step).toPrecision(12)));
+/** Round distances of the lines for the steps of automatic scales: four to six on each side. @type {Record<number, number>} */
+const DISTANCE = { 1: 0.2, 1.5: 0.3, 2: 0.5, 3: 0.5, 4: 1, 5: 1, 6: 1, 8: 2 };
+
+/** The distance between the lines of a symmetric scale. @param {number} limit */
+function distanceOf(limit) {
+  const power = 10 ** Math.floor(Math.log10(limit) + 1e-9);
+  const step = DISTANCE[Number((limit / power).toPrecision(6))];
+  return step === undefined ? limit / 5 : Number((step * power).toPrecision(6));
+}
+
+/** Levels of a symmetric scale: the same on each side, and 0. @param {number} limit */
+export function levelsOf(limit) {
+  const distance = distanceOf(limit);
+  const steps = Math.floor(limit / distance + 1e-9);
+  return Array.from({ length: 2 * steps + 1 }, (_, i) => Number(((i - steps) * distance).toPrecision(12)));
 }

@@ -10,6 +10,7 @@ import { Fragment, h, html, useId, useMemo, useRef } from "../../vendor/ui.js";
 import { scaleOf, ticksOf } from "../charts/scale.js";
 import { useWidth } from "../charts/chart.js";
 import { contoursOf, levelsOf } from "./contours.js";
+import { scaleLabel } from "./legend.js";
 import { usePainting } from "./painting.js";
 import { heightsOf, placeOf, toX, toY } from "./raster.js";
 import { boxOf, extremesOf, nearestNode, nodeOf } from "./surface.js";
@@ -96,7 +97,7 @@ function Overlay(props) {
     Fragment,
     null,
     lines && surface.kind === "grid" ? h(ToothGrid, { surface, view }) : null,
-    drawn ? h(ContourLines, { drawn, limit, view }) : null,
+    drawn ? h(ContourLines, { drawn, view }) : null,
     range ? h(RangeFrame, { range, view }) : null,
     !small && extremes
       ? [
@@ -165,9 +166,8 @@ function contoured(surface, view, limit) {
   }));
 }
 
-/** @param {{ drawn: ReturnType<typeof contoured>, limit: number, view: import("./raster.js").View }} props */
-function ContourLines({ drawn, limit, view }) {
-  const decimals = Math.max(0, -Math.floor(Math.log10(limit / 5) + 1e-9));
+/** @param {{ drawn: ReturnType<typeof contoured>, view: import("./raster.js").View }} props */
+function ContourLines({ drawn, view }) {
   /** @type {number[][]} */
   const taken = [];
   const labels = drawn.flatMap(({ level, segments }) => {
@@ -176,10 +176,10 @@ function ContourLines({ drawn, limit, view }) {
     if (!piece || segments.length < 8) return [];
     const [x, y] = [(piece[0] + piece[2]) / 2, (piece[1] + piece[3]) / 2];
     if (
-      x < 16 ||
-      x > view.width - 16 ||
-      y < 8 ||
-      y > view.height - 8 ||
+      x < 20 ||
+      x > view.width - 20 ||
+      y < 10 ||
+      y > view.height - 10 ||
       taken.some(([px = 0, py = 0]) => Math.abs(px - x) < 34 && Math.abs(py - y) < 16)
     )
       return [];
@@ -191,7 +191,7 @@ function ContourLines({ drawn, limit, view }) {
       const d = segments.map((s) => `M${s[0].toFixed(1)} ${s[1].toFixed(1)}L${s[2].toFixed(1)} ${s[3].toFixed(1)}`);
       return html`<path key=${level} class=${level === 0 ? "zero" : ""} d=${d.join("")} />`;
     })}
-    ${labels.map(({ level, x, y }) => html`<text key=${level} x=${x} y=${y} dy="0.35em" text-anchor="middle" translate="no">${fmt.value.fixed(level, decimals)}</text>`)}
+    ${labels.map(({ level, x, y }) => html`<text key=${level} x=${x} y=${y} dy="0.35em" text-anchor="middle" translate="no">${scaleLabel(level)}</text>`)}
   </g>`;
 }
 

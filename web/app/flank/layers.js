@@ -1,6 +1,6 @@
 // What the interface answers, as surfaces.
 
-import { gridOf, withHeights } from "./surface.js";
+import { gridOf, withHeights, withoutMean } from "./surface.js";
 import { scatteredOf } from "./triangles.js";
 
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
@@ -33,3 +33,18 @@ export function atAllNodes(surface, list) {
       )
     : undefined;
 }
+
+/**
+ * Whether the mean of a correction's deviations is measured, as thickness is. Else it says nothing, and figures and maps
+ * leave it aside.
+ * @param {import("../api/client.js").Schema<"KeptCorrection">} kept
+ */
+export function hasDatum({ method, request }) {
+  return /** @type {{ absolute?: boolean }} */ (request).absolute ?? method === "matrix";
+}
+
+/**
+ * Heights of a correction as they are drawn. @template {FlankSurface} S
+ * @param {S} surface @param {import("../api/client.js").Schema<"KeptCorrection">} kept
+ */
+export const ofCorrection = (surface, kept) => (hasDatum(kept) ? surface : withoutMean(surface));

@@ -7,13 +7,15 @@ import { html, useId } from "../../vendor/ui.js";
 
 const STEPS = 48;
 
+/** A number of a scale with all of its digits: half of 5 is 2.5. @param {number} value */
+export const scaleLabel = (value) => fmt.value.input(Number(value.toPrecision(6))).replace("-", "\u2212");
+
 /**
  * @param {{ limit: number, unit?: string | undefined, clipped?: number, missing?: number, small?: boolean }} props
  *   `clipped`: how many heights lie beyond the scale
  */
 export function Legend({ limit, unit, clipped = 0, missing = 0, small = false }) {
   const id = useId();
-  const decimals = Math.max(0, -Math.floor(Math.log10(limit / 2) + 1e-9));
   const marks = small ? [-1, 0, 1] : [-1, -0.5, 0, 0.5, 1];
   return html`<div class="map-legend">
     <svg class="chart" viewBox="0 0 240 34" width="240" height="34" aria-hidden="true">
@@ -21,7 +23,7 @@ export function Legend({ limit, unit, clipped = 0, missing = 0, small = false })
         const colour = css(deviationColour((2 * (i + 0.5)) / STEPS - 1, 1));
         return html`<rect key=${i} x=${20 + (200 * i) / STEPS} y="2" width=${200 / STEPS + 0.5} height="12" fill=${colour} stroke="none" />`;
       })}
-      ${marks.map((mark) => html`<text key=${mark} x=${120 + 100 * mark} y="29" text-anchor="middle" translate="no">${fmt.value.fixed(mark * limit, decimals)}</text>`)}
+      ${marks.map((mark) => html`<text key=${mark} x=${120 + 100 * mark} y="29" text-anchor="middle" translate="no">${scaleLabel(mark * limit)}</text>`)}
     </svg>
     <p class="hint" id=${id}>
       ${unit && html`<span translate="no">${unit}</span> · `}${t.materialOut}${clipped > 0 && html` · ${t.clipped(clipped)}`}

@@ -3,6 +3,7 @@
 import { fmt } from "../i18n/i18n.js";
 import { css, deviationColour } from "../lib/colour.js";
 import { contoursOf, levelsOf } from "./contours.js";
+import { scaleLabel } from "./legend.js";
 import { heightsOf, imageOf } from "./raster.js";
 import { boxOf } from "./surface.js";
 
@@ -60,7 +61,7 @@ export async function pngOf({ title, surface, limit, unit, axes, box = boxOf(sur
   }
   pen.fillStyle = "#111";
   for (const mark of [-1, -0.5, 0, 0.5, 1]) {
-    text(fmt.value.significant(mark * limit, 2), LEFT + (bar * (mark + 1)) / 2, HEIGHT - 28);
+    text(scaleLabel(mark * limit), LEFT + (bar * (mark + 1)) / 2, HEIGHT - 28);
   }
   text(`${unit ?? ""}  ${marks.material}`.trim(), LEFT + bar + 50, HEIGHT - 62, "left");
   return new Promise((resolve, reject) => {

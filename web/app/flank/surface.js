@@ -31,6 +31,22 @@ export function withHeights(surface, z) {
   return { ...surface, z };
 }
 
+/** The same without the mean of its heights. @template {FlankSurface} S @param {S} surface @returns {S} */
+export function withoutMean(surface) {
+  let [sum, count] = [0, 0];
+  for (const z of surface.z) {
+    if (Number.isNaN(z)) continue;
+    sum += z;
+    count += 1;
+  }
+  return count === 0
+    ? surface
+    : withHeights(
+        surface,
+        surface.z.map((z) => z - sum / count),
+      );
+}
+
 /** @param {FlankSurface} surface @returns {Box} */
 export function boxOf({ u, v }) {
   return { u: rangeOf(u), v: rangeOf(v) };

@@ -3,8 +3,8 @@
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
 import { turn } from "../lib/turn.js";
-import { useMemo } from "../../vendor/ui.js";
-import { atNodes, atAllNodes, surfaceOf } from "./layers.js";
+import { useMemo, useRef } from "../../vendor/ui.js";
+import { atNodes, atAllNodes, ofCorrection, surfaceOf } from "./layers.js";
 import { scaleFor } from "./scale.js";
 import { difference, extremesOf } from "./surface.js";
 
@@ -53,6 +53,35 @@ export function useNodes(jobId, number) {
     await turn();
     return { data: nodes, etag };
   });
+}
+
+/** So many of the last iterations of a job share a scale. */
+const SHARED = 8;
+
+/**
+ * The limit that holds the measured maps of a job, so that they can be compared.
+ * @param {string} jobId @param {readonly number[]} numbers of the iterations whose heights have one unit
+ */
+export function useJobLimit(jobId, numbers) {
+  const last = numbers.slice(-SHARED);
+  const key = last.length < 2 ? null : `scale ${jobId} ${last.join(",")}`;
+  const scale = useResource(key, async (signal) => {
+    const limits = last.map(async (number) => {
+      const params = { path: { job_id: jobId, number } };
+      const headers = { accept: "application/json" };
+      const { data } = await answer(
+        api.GET("/v1/jobs/{job_id}/iterations/{number}/nodes", { signal, params, headers }),
+      );
+      const surface = surfaceOf(/** @type {Nodes} */ (data));
+      return surface ? scaleFor(surface).limit : 0;
+    });
+    return { data: Math.max(...(await Promise.all(limits))) };
+  });
+  // another iteration has come: the map stays as it is until its scale is known
+  const known = useRef(/** @type {number | undefined} */ (undefined));
+  if (scale.data !== undefined) known.current = scale.data;
+  const limit = key === null ? 0 : known.current;
+  return { limit: limit ?? 0, ready: limit !== undefined || scale.error !== undefined };
 }
 
 /**
@@ -138,5 +167,6 @@ function layered(measured, layer, residuals, earlier, correction) {
     return { surface: values ? atNodes(measured, values, residuals?.node_indices) : undefined };
   }
   const list = layer === "predicted" ? correction?.result.predicted.deviation_um : correction?.answer?.measured_um;
-  return { surface: list ? atAllNodes(measured, list) : undefined };
+  const surface = list ? atAllNodes(measured, list) : undefined;
+  return { surface: surface && correction ? ofCorrection(surface, correction) : surface };
 }

@@ -18,7 +18,7 @@ import { HeatMap, nodeText } from "./heat_map.js";
 import { Legend } from "./legend.js";
 import { MapTable } from "./map_table.js";
 import { pngOf } from "./png.js";
-import { scaleFor } from "./scale.js";
+import { clippedBy, scaleFor } from "./scale.js";
 import { Flank3d, hasWebgl } from "./view_3d.js";
 import { boxOf, countsOf, extremesOf, nearestNode, nodeOf, sectionOf } from "./surface.js";
 
@@ -35,22 +35,20 @@ import { boxOf, countsOf, extremesOf, nearestNode, nodeOf, sectionOf } from "./s
  * @property {{ u?: unknown, v?: unknown } | null | undefined} [range] evaluation range
  * @property {boolean} [flipU]
  * @property {string} file name of what is saved, without its end
+ * @property {number} [atLeast] an automatic scale goes at least so far, for other maps to be compared
  */
 
 /** @param {FlankViewProps} props */
-export function FlankView({ surface, title, name, unit, axes: told, range: asked, flipU = false, file }) {
+export function FlankView({ surface, title, name, unit, axes: told, range: asked, flipU = false, file, atLeast = 0 }) {
   const axes = mapAxes(told);
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
-  const scale = scaleFor(surface);
+  const automatic = Math.max(scaleFor(surface).limit, atLeast);
   const extremes = useMemo(() => extremesOf(surface), [surface]);
   const counts = useMemo(() => countsOf(surface), [surface]);
   const range = rangeOf(asked) ?? whole;
   const fixed = Number(query.value.get("limit"));
-  const limit = fixed > 0 && Number.isFinite(fixed) ? fixed : scale.limit;
-  const clipped = useMemo(
-    () => (limit === scale.limit ? scale.clipped : surface.z.filter((z) => Math.abs(z) > limit).length),
-    [surface, limit],
-  );
+  const limit = fixed > 0 && Number.isFinite(fixed) ? fixed : automatic;
+  const clipped = useMemo(() => clippedBy(surface, limit), [surface, limit]);
   const window = windowOf(query.value.get("zoom"), whole);
   const flag = (/** @type {string} */ key) => query.value.get(key) === "1";
   const percent = flag("percent");
@@ -156,7 +154,7 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
             value: fixed > 0 ? String(fixed) : "",
             options: [
               { value: "", label: t.automatic },
-              ...limits(scale.limit, fixed).map((one) => ({ value: String(one), label: `±${fmt.value.input(one)}` })),
+              ...limits(automatic, fixed).map((one) => ({ value: String(one), label: `±${fmt.value.input(one)}` })),
             ],
             onChange: (value) => setQuery({ limit: value }),
           })}

@@ -51,18 +51,30 @@ export function css([red, green, blue]) {
   return `rgb(${red} ${green} ${blue})`;
 }
 
+/** By how much heights must exceed all but the last hundredth of them to be left out of a scale. */
+const FAR = 2;
+
 /**
- * The limit of a symmetric scale: the next of 1, 2, 5 times a power of ten above the 98th percentile
- * of the magnitudes; and how many values lie beyond it.
+ * The limit of a symmetric scale: the next step above the greatest magnitude, so that nothing is clipped. Where at most
+ * 1 % of the values lie far beyond the others, these are clipped; and how many values that are.
  * @param {Iterable<number | null>} values
  * @returns {{ limit: number, clipped: number }}
  */
 export function symmetricLimit(values) {
   const sizes = magnitudes(values);
-  const limit = niceAbove(atRank(sizes, Math.ceil(0.98 * sizes.length) - 1));
+  const whole = niceAbove(greatestOf(sizes));
+  const most = niceAbove(atRank(sizes, Math.ceil(0.99 * sizes.length) - 1));
+  const limit = whole > FAR * most ? most : whole;
   let clipped = 0;
   for (let i = 0; i < sizes.length; i += 1) if (/** @type {number} */ (sizes[i]) > limit) clipped += 1;
   return { limit, clipped };
+}
+
+/** @param {Float64Array} sizes */
+function greatestOf(sizes) {
+  let greatest = 0;
+  for (let i = 0; i < sizes.length; i += 1) greatest = Math.max(greatest, /** @type {number} */ (sizes[i]));
+  return greatest;
 }
 
 /** @param {Iterable<number | null>} values */
@@ -89,8 +101,7 @@ const BINS = 4096;
  */
 function atRank(sizes, rank) {
   if (sizes.length === 0) return 0;
-  let greatest = 0;
-  for (let i = 0; i < sizes.length; i += 1) greatest = Math.max(greatest, /** @type {number} */ (sizes[i]));
+  const greatest = greatestOf(sizes);
   const bin = (/** @type {number} */ size) => (greatest > 0 ? Math.floor((size / greatest) * (BINS - 1)) : 0);
   const counts = new Uint32Array(BINS);
   for (let i = 0; i < sizes.length; i += 1) {
@@ -105,10 +116,13 @@ function atRank(sizes, rank) {
   return sizes.filter((size) => bin(size) === at).sort()[rank - before] ?? 0;
 }
 
-/** The least of 1, 2, 5 times a power of ten that is no less. @param {number} value */
+/** The steps of a decade. */
+const STEPS = [1, 1.5, 2, 3, 4, 5, 6, 8, 10];
+
+/** The least step of a decade times a power of ten that is no less. @param {number} value */
 export function niceAbove(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));
-  const factor = [1, 2, 5, 10].find((step) => step * power >= value * (1 - 1e-12)) ?? 10;
-  return Number((factor * power).toPrecision(1));
+  const factor = STEPS.find((step) => step * power >= value * (1 - 1e-12)) ?? 10;
+  return Number((factor * power).toPrecision(2));
 }

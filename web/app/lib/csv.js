@@ -23,7 +23,8 @@ export function csv(columns, rows) {
 function cell(value) {
   if (value === null || value === undefined) return "";
   if (typeof value === "number") return Number.isFinite(value) ? String(value) : "";
-  const text = String(value);
+  // places where a word may be parted are no part of it
+  const text = String(value).replaceAll("\u00ad", "");
   // a spreadsheet would compute what begins so
   const safe = /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
   return /[",\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;

@@ -53,3 +53,35 @@ export function readNodesCsv(text) {
   const missing = heights.filter(Number.isNaN).length;
   return { header, columns: named, count: heights.length, missing, doubts };
 }
+
+/** A grid has at least this share of its nodes: in a table of scattered ones hardly two have a u or a v in common. */
+const LEAST_SHARE = 0.8;
+
+/**
+ * The nodes of a table as a grid, where they stand on the crossings of a few u and v and none stands twice. A crossing
+ * that the table leaves out is a missing node.
+ * @param {NodesTable} table
+ * @returns {import("../api/client.js").Schema<"GridNodes"> | undefined}
+ */
+export function gridOfTable({ columns: { u, v, z, weight } }) {
+  if (!u || !v || !z) return undefined;
+  const [us, vs] = [ascending(u), ascending(v)];
+  if (us.length < 2 || vs.length < 2 || z.length < LEAST_SHARE * us.length * vs.length) return undefined;
+  const [rowOf, columnOf] = [new Map(us.map((at, i) => [at, i])), new Map(vs.map((at, j) => [at, j]))];
+  const rows = us.map(() => /** @type {(number | null)[]} */ (vs.map(() => null)));
+  const weights = us.map(() => vs.map(() => 1));
+  const taken = new Uint8Array(us.length * vs.length);
+  for (const [k, height] of z.entries()) {
+    const [i, j] = [rowOf.get(u[k] ?? Number.NaN), columnOf.get(v[k] ?? Number.NaN)];
+    if (i === undefined || j === undefined || taken[i * vs.length + j]) return undefined;
+    taken[i * vs.length + j] = 1;
+    const [row, weighted] = [rows[i], weights[i]];
+    if (row && !Number.isNaN(height)) row[j] = height;
+    const of = weight?.[k] ?? 1;
+    if (weighted) weighted[j] = Number.isNaN(of) ? 1 : of;
+  }
+  return { type: "grid", u: us, v: vs, z: rows, ...(weight ? { weight: weights } : {}) };
+}
+
+/** @param {readonly number[]} values */
+const ascending = (values) => [...new Set(values)].filter((value) => !Number.isNaN(value)).sort((a, b) => a - b);

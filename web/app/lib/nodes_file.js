@@ -1,13 +1,13 @@
 // Nodes as a text: JSON (nodes alone, or a request with them) or CSV. Pure. What a number may be is
 // the server's to say; here only as much is read as is drawn and counted.
 
-import { readNodesCsv } from "./nodes_csv.js";
+import { gridOfTable, readNodesCsv } from "./nodes_csv.js";
 
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {Record<string, unknown>} Fields */
 /**
  * @typedef {object} NodesFile
- * @property {"json" | "csv"} kind
+ * @property {"json" | "csv"} kind how it is sent; a table that is a grid is sent as one
  * @property {Nodes} nodes missing heights are NaN or null
  * @property {string} text as it was given
  * @property {Fields} spec what a request says of the fit
@@ -55,6 +55,8 @@ function ofJson(text) {
 function ofCsv(text) {
   const table = readNodesCsv(text);
   if (!table) return { fault: "header" };
+  const grid = table.doubts.length === 0 ? gridOfTable(table) : undefined;
+  if (grid) return { file: { kind: "json", nodes: grid, text, spec: {}, measurement: {}, ...counted(grid) } };
   const { header, columns, count, missing } = table;
   const type = header[0] === "u" ? "scattered" : "curve";
   const nodes = /** @type {Nodes} */ (/** @type {unknown} */ ({ type, ...columns }));

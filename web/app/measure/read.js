@@ -3,7 +3,7 @@
 import { gridOf } from "../flank/surface.js";
 import { scatteredOf } from "../flank/triangles.js";
 import { digestOf } from "../lib/digest.js";
-import { headerOf, readNodesCsv } from "../lib/nodes_csv.js";
+import { gridOfTable, headerOf, readNodesCsv } from "../lib/nodes_csv.js";
 
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {{ place: string, found: string }} Doubt a cell that is no number: `line 5, column 3` as the file counts */
@@ -110,26 +110,13 @@ function count(values) {
   return missing;
 }
 
-/** @param {import("../lib/nodes_csv.js").NodesTable} table */
-function ofTable({ columns, count: nodes, missing, doubts: found }) {
+/** A grid is sent as one; a table with doubts as it is, for the server to name lines. @param {import("../lib/nodes_csv.js").NodesTable} table */
+function ofTable(table) {
+  const { columns, count: nodes, missing, doubts: found } = table;
   const { u, v, z } = columns;
-  const surface = u && v && z ? surfaceOfTable(u, v, z) : undefined;
+  const grid = gridOfTable(table);
   const doubts = found.map(({ line, column, found: cell }) => ({ place: `${line}:${column}`, found: cell }));
+  if (grid && doubts.length === 0) return content({ kind: "json", request: { nodes: grid }, ...ofNodes(grid) });
+  const surface = grid ? gridOf(grid.u, grid.v, grid.z) : u && v && z ? scatteredOf(u, v, z) : undefined;
   return content({ kind: "csv", form: surface ? surface.kind : "curve", nodes, missing, surface, doubts });
-}
-
-/** A grid where every u meets every v once, else scattered. @param {number[]} u @param {number[]} v @param {number[]} z */
-function surfaceOfTable(u, v, z) {
-  const ascending = (/** @type {number[]} */ values) =>
-    [...new Set(values)].filter((value) => !Number.isNaN(value)).sort((a, b) => a - b);
-  const [us, vs] = [ascending(u), ascending(v)];
-  if (us.length * vs.length !== z.length || us.length < 2 || vs.length < 2) return scatteredOf(u, v, z);
-  const [row, column] = [new Map(us.map((x, i) => [x, i])), new Map(vs.map((x, i) => [x, i]))];
-  const rows = us.map(() => /** @type {(number | null)[]} */ (vs.map(() => null)));
-  z.forEach((value, k) => {
-    const [i, j] = [row.get(u[k] ?? Number.NaN), column.get(v[k] ?? Number.NaN)];
-    const cells = i === undefined ? undefined : rows[i];
-    if (cells && j !== undefined && !Number.isNaN(value)) cells[j] = value;
-  });
-  return gridOf(us, vs, rows);
 }

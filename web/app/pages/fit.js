@@ -63,13 +63,18 @@ export default function FitPage() {
     setGiven({ file, name, turn: turns });
     keep(file.text, name);
   };
+  // what stood there was of another file
+  const refuse = () => {
+    setGiven(undefined);
+    keep("", "");
+  };
   return h(Page, {
     title: common.fit,
     about: t.about,
     children: !may("compute")
       ? h(Allowed, { scope: "compute", children: () => null })
       : html`<div class="fit-input">
-        ${h(NodesInput, { onNodes: take })}
+        ${h(NodesInput, { onNodes: take, onRefused: refuse })}
         ${h(Choices, { file: given?.file, degree, by })}
       </div>
       ${h(Underway, { watched, label: t.fitting })}

@@ -10,10 +10,12 @@ import { Empty, loaded } from "../components/states.js";
 import { AllTeeth } from "../flank/all_teeth.js";
 import { FlankCurve } from "../flank/curve.js";
 import { FitCoefficients, FitFigures, Warnings } from "../flank/figures.js";
+import { hasDatum } from "../flank/layers.js";
 import { FlankView } from "../flank/view.js";
-import { LAYERS, useFit, useLayer } from "../flank/use_layers.js";
+import { LAYERS, useFit, useJobLimit, useLayer } from "../flank/use_layers.js";
 import { heightUnit } from "../lib/units.js";
 import { t as common } from "../i18n/common.js";
+import { t as correctionText } from "../i18n/correction.js";
 import de from "../i18n/de/iteration.js";
 import en from "../i18n/en/iteration.js";
 import { fmt, texts } from "../i18n/i18n.js";
@@ -152,7 +154,16 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
       (name !== "teeth" || teeth.length > 0 || layer === "teeth") &&
       (name !== "answered" || layer === "answered" || shown.answered || layer !== "predicted"),
   );
-  const loading = shown.loading || (!told && OF_TRACE.includes(layer));
+  const ofCorrection = layer === "predicted" || layer === "answered";
+  const unit = ofCorrection ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
+  // what is left over, and differences, are smaller than what was measured
+  const compared = layer !== "residual" && layer !== "difference";
+  const alike = traced.filter(({ axes }) => (heightUnit(axes) ?? common.callersUnit) === unit);
+  const scale = useJobLimit(
+    job.id,
+    alike.map(({ number }) => number),
+  );
+  const loading = shown.loading || !told || (compared && !scale.ready);
   const place = useRef(/** @type {HTMLDivElement | null} */ (null));
   const height = useRef(0);
   useLayoutEffect(() => {
@@ -160,8 +171,6 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
     height.current = place.current?.offsetHeight ?? 0;
     if (layer !== "teeth") onMapped();
   });
-  const ofCorrection = layer === "predicted" || layer === "answered";
-  const unit = ofCorrection ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
   const chooser = html`<div class="layer-choice">
     ${h(SelectField, {
       label: t.layer,
@@ -195,7 +204,7 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
       file: `${job.name}-${iteration.number}-${layer}`,
       onShown: onMapped,
     });
-  } else if (loading && OF_TRACE.includes(layer)) {
+  } else if (loading && (OF_TRACE.includes(layer) || (compared && !scale.ready))) {
     content = h(Skeleton, { lines: 14 });
   } else if (nodes?.type === "curve") {
     content = h(FlankCurve, {
@@ -217,6 +226,7 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
       range: domain,
       flipU: job.gear?.internal === true,
       file: `${job.name}-${iteration.number}-${layer}`,
+      atLeast: compared ? scale.limit : 0,
     });
   } else if (loading) content = h(Skeleton, { lines: 14 });
   else if (failures.length === 0) content = h(Empty, { children: t.noLayer });
@@ -224,6 +234,7 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
     <header><h2 id="map">${t.map}</h2>${chooser}</header>
     ${failures}<div ref=${place} style=${loading ? { minHeight: `${height.current}px` } : undefined}>${content}</div>
     ${layer === "difference" && !shown.exact && html`<p class="hint">${t.interpolated}</p>`}
+    ${ofCorrection && shown.correction && !hasDatum(shown.correction) && html`<p class="hint">${correctionText.withoutMean}</p>`}
     ${layer === "answered" && shown.correction?.answer && html`<p class="hint">${t.answeredBy(shown.correction.answer.iteration)}</p>`}
   </section>`;
 }

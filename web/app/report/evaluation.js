@@ -23,8 +23,20 @@ export function Evaluations({ told }) {
   return h(
     Fragment,
     null,
+    h(Ruler, null),
     all.map(({ number, evaluated }) => h(OneEvaluation, { key: number, number, evaluated })),
   );
+}
+
+/** A bar of 100 mm: whether the charts are printed to their scale. */
+function Ruler() {
+  const marks = Array.from({ length: 11 }, (_, i) => `M${10 * i} 0V${i % 5 === 0 ? 3 : 2}`).join("");
+  return html`<figure class="report-ruler">
+    <svg width="104mm" height="4mm" viewBox="-2 -0.5 104 4" role="img" aria-label=${t.rulerName}>
+      <path class="bar" d="M0 0H100" /><path d=${marks} />
+    </svg>
+    <figcaption class="hint">${t.ruler}</figcaption>
+  </figure>`;
 }
 
 /** @param {{ number: number, evaluated: Evaluated }} props */

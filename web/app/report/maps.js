@@ -4,12 +4,12 @@ import { mapAxes } from "../flank/axes.js";
 import { HeatMap } from "../flank/heat_map.js";
 import { atNodes } from "../flank/layers.js";
 import { Legend } from "../flank/legend.js";
+import { clippedBy, commonScale } from "../flank/scale.js";
 import { countsOf, extremesOf } from "../flank/surface.js";
 import { t as common } from "../i18n/common.js";
 import { t as flank } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
-import { symmetricLimit } from "../lib/colour.js";
 import { heightUnit } from "../lib/units.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -21,10 +21,7 @@ import { h, html } from "../../vendor/ui.js";
 const DENSITY = 300 / 96;
 
 /** One scale for all of them. @param {readonly Mapped[]} mapped */
-function scaleOf(mapped) {
-  const values = Float64Array.from(mapped.flatMap(({ surface }) => [...surface.z]));
-  return symmetricLimit(values);
-}
+const scaleOf = (mapped) => commonScale(mapped.map(({ surface }) => surface));
 
 /** Measured deviations, beside each other. @param {{ told: readonly Told[], flipU: boolean }} props */
 export function SmallMaps({ told, flipU }) {
@@ -75,7 +72,7 @@ function drawn(mapped, kind, flipU) {
     const { iteration, fit } = one.told;
     const name = `${kind}, ${common.iteration(iteration.number)}`;
     const { limit } = whole ?? scaleOf([one]);
-    const clipped = [...one.surface.z].filter((z) => Math.abs(z) > limit).length;
+    const clipped = clippedBy(one.surface, limit);
     return html`<figure key=${name} class="report-map">
       <figcaption><h3>${name}</h3><p class="quiet">${summaryOf(one.surface)}</p></figcaption>
       ${h(HeatMap, { name, summary: summaryOf(one.surface), surface: one.surface, limit, unit: unitOf(one), axes: mapAxes(iteration.axes), range: fit?.result.domain?.v ? boxOf(fit.result.domain) : undefined, contours: true, height: 330, flipU, density: DENSITY })}

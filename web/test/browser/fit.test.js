@@ -131,6 +131,24 @@ browserTest(
   },
 );
 
+browserTest("a refused file takes the result of the file before away", {}, async ({ page, open, stands }) => {
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles(flank);
+  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+  await stands();
+  const refused = { name: "list.csv", mimeType: "text/csv", buffer: Buffer.from("part;price\n1;2\n") };
+  await page.getByLabel("Drop a file here").setInputFiles(refused);
+  await page.getByText("list.csv").waitFor();
+  const gone = async () => {
+    assert.equal(await page.getByRole("heading", { name: "Figures of this fit" }).count(), 0);
+    assert.equal(await page.locator(".heat-map").count(), 0);
+  };
+  await gone();
+  await page.reload();
+  await stands();
+  await gone();
+});
+
 browserTest("saved as an iteration of a job of the list", {}, async ({ page, open, stands, job, call }) => {
   const { id } = await job({ name: "first of two" });
   await job({ name: "second of two" });

@@ -66,16 +66,24 @@ test("deviations are symmetric about 0, and beyond the limit end with it", () =>
   assert.equal(css([1, 2, 3]), "rgb(1 2 3)");
 });
 
-test("limits are 1, 2 or 5 above the 98th percentile", () => {
-  assert.deepEqual([0.9, 1, 1.1, 2.1, 5.01, 0.013].map(niceAbove), [1, 1, 2, 5, 10, 0.02]);
+test("limits are steps of a decade, and nothing is clipped but what lies far beyond", () => {
+  assert.deepEqual(
+    [0.9, 1, 1.1, 1.6, 2.1, 3.2, 4.1, 5.01, 6.3, 8.2, 0.013, 12.2, 13.5].map(niceAbove),
+    [1, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 0.015, 15, 15],
+  );
   assert.equal(niceAbove(0), 1);
   const values = Array.from({ length: 100 }, (_, i) => (i % 2 ? 1 : -1) * i * 0.01);
   assert.deepEqual(symmetricLimit(values), { limit: 1, clipped: 0 });
-  assert.deepEqual(symmetricLimit([...values, 40, null, Number.NaN]), { limit: 1, clipped: 1 });
+  assert.deepEqual(
+    symmetricLimit([...values, 1.8, null, Number.NaN]),
+    { limit: 2, clipped: 0 },
+    "the greatest is seen",
+  );
+  assert.deepEqual(symmetricLimit([...values, 40, null, Number.NaN]), { limit: 1, clipped: 1 }, "a gross error");
   assert.deepEqual(symmetricLimit([]), { limit: 1, clipped: 0 });
 });
 
-test("a symmetric scale takes the 98th percentile of any values", () => {
+test("a symmetric scale holds all values, or at least 99 % of any", () => {
   for (let seed = 1; seed <= 300; seed += 1) {
     let state = seed;
     const random = () => {
@@ -84,14 +92,16 @@ test("a symmetric scale takes the 98th percentile of any values", () => {
     };
     // from all alike to nine powers of ten
     const values = Float64Array.from(
-      { length: 1 + (seed % 97) },
+      { length: 1 + (seed % 297) },
       () => (random() - 0.5) * 10 ** ((seed % 10) * random()),
     );
     const sizes = [...values].map(Math.abs).sort((a, b) => a - b);
-    const percentile = sizes[Math.ceil(0.98 * sizes.length) - 1] ?? 0;
-    const limit = niceAbove(percentile);
-    const clipped = sizes.filter((size) => size > limit).length;
-    assert.deepEqual(symmetricLimit(values), { limit, clipped });
+    const { limit, clipped } = symmetricLimit(values);
+    assert.equal(clipped, sizes.filter((size) => size > limit).length);
+    assert.ok(clipped <= 0.01 * sizes.length, `${clipped} of ${sizes.length}`);
+    const percentile = sizes[Math.ceil(0.99 * sizes.length) - 1] ?? 0;
+    assert.equal(limit, niceAbove((clipped > 0 ? percentile : sizes.at(-1)) ?? 0));
+    if (clipped > 0) assert.ok(niceAbove(sizes.at(-1) ?? 0) > 2 * limit, `${sizes.at(-1)} clipped at ${limit}`);
   }
 });
 

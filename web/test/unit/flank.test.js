@@ -139,6 +139,12 @@ test("contours of a plane lie on it; a saddle has two lines", () => {
   assert.equal(contoursOf([1, -1, -1, 1], 2, [0.1])[0]?.segments.length, 2);
   assert.deepEqual(contoursOf([1, Number.NaN, -1, 1], 2, [0]), []);
   assert.deepEqual(levelsOf(10), [-10, -8, -6, -4, -2, 0, 2, 4, 6, 8, 10]);
+  assert.deepEqual(levelsOf(1.5), [-1.5, -1.2, -0.9, -0.6, -0.3, 0, 0.3, 0.6, 0.9, 1.2, 1.5]);
+  assert.deepEqual(
+    levelsOf(0.03),
+    [-0.03, -0.025, -0.02, -0.015, -0.01, -0.005, 0, 0.005, 0.01, 0.015, 0.02, 0.025, 0.03],
+  );
+  assert.deepEqual(levelsOf(7), [-7, -5.6, -4.2, -2.8, -1.4, 0, 1.4, 2.8, 4.2, 5.6, 7], "a limit of one's own");
 });
 
 test("what is answered for the counted nodes stands at their places", () => {

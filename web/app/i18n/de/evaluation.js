@@ -15,7 +15,9 @@ export default {
   toothColumn: "Zahn",
   flank: "Flanke",
   magnification: (deviation, length) =>
-    `Abweichung ${deviation}:1, Länge ${length}:1 auf einem Bildschirm mit 96 Punkten je Zoll; auf Papier wie gedruckt.`,
+    `Abweichung ${deviation}:1, Länge ${length}:1 auf einem Bildschirm mit 96 Punkten je Zoll und im gedruckten Bericht.`,
+  magnificationOnPaper: (deviation, length) =>
+    `Abweichung ${deviation}:1, Länge ${length}:1 bei einem Druck mit 100 %.`,
   drawn:
     "Linie: Kurve. Dünn: außerhalb des Auswertebereichs. Strichpunktiert: mittlere Gerade. Kurz gestrichelt: mittlere Parabel. Punktiert: Sollkurve. Gestrichelt: Enden des Auswertebereichs.",
   noMeanLine:

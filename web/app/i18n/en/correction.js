@@ -87,6 +87,7 @@ export default {
   measure: "Measure again",
   maps: "Deviations",
   mapSummary: (/** @type {string} */ least, /** @type {string} */ greatest) => `From ${least} to ${greatest} µm`,
+  withoutMean: "Without their mean: these deviations have no datum, so only their shape is drawn.",
   noMaps: "The nodes of this iteration are no flank; there is no map of them.",
   warnings: "Warnings",
   earlier: (/** @type {number} */ count) =>

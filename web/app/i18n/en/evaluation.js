@@ -13,7 +13,9 @@ export default {
   toothColumn: "Tooth",
   flank: "Flank",
   magnification: (/** @type {string} */ deviation, /** @type {string} */ length) =>
-    `Deviation ${deviation}:1, length ${length}:1 on a screen of 96 pixels an inch; on paper as printed.`,
+    `Deviation ${deviation}:1, length ${length}:1 on a screen with 96 pixels per inch and in the printed report.`,
+  magnificationOnPaper: (/** @type {string} */ deviation, /** @type {string} */ length) =>
+    `Deviation ${deviation}:1, length ${length}:1 when printed at 100 %.`,
   drawn:
     "Line: trace. Thin: outside the evaluation range. Dash-dotted: mean line. Short dashes: mean parabola. Dotted: design line. Dashed: ends of the evaluation range.",
   noMeanLine:

@@ -86,6 +86,8 @@ export default {
   residualMap: "Residuals of the standing fit",
   noMap: "The nodes of this iteration are no surface; there is no map of them.",
   oneScale: "All maps of a kind have one scale. Lines: equal deviation, the thick one is 0.",
+  ruler: "Scale check: this bar is 100 mm long. If it is not, print again at 100 %, without fitting to the page.",
+  rulerName: "A bar of 100 mm with a mark every 10 mm",
   noEvaluation: "No traces of these iterations have been evaluated.",
   noPitch: "No pitches of these iterations have been evaluated.",
   noTraces: "This evaluation came from a file, of which no traces were kept.",
