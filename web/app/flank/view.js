@@ -8,7 +8,7 @@ import { Empty } from "../components/states.js";
 import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
-import { niceAbove } from "../lib/colour.js";
+import { niceAbove, stepsBetween } from "../lib/colour.js";
 import { csv, download } from "../lib/csv.js";
 import { query, setQuery } from "../navigation.js";
 import { useShortcut } from "../components/shortcuts.js";
@@ -257,9 +257,9 @@ function zoomed(box, whole, at, factor) {
   return { u: part("u"), v: part("v") };
 }
 
-/** Limits near the one that suits. @param {number} suited @param {number} fixed */
+/** Limits about the one that suits. @param {number} suited @param {number} fixed */
 function limits(suited, fixed) {
-  const near = [0.1, 0.2, 0.5, 1, 2, 5, 10].map((factor) => niceAbove(suited * factor));
+  const near = stepsBetween(suited / 8, suited * 4);
   return [...new Set(fixed > 0 ? [...near, fixed] : near)].sort((a, b) => a - b);
 }
 

@@ -119,6 +119,13 @@ function atRank(sizes, rank) {
 /** The steps of a decade. */
 const STEPS = [1, 1.5, 2, 3, 4, 5, 6, 8, 10];
 
+/** All steps from one to another. @param {number} low @param {number} high */
+export function stepsBetween(low, high) {
+  const steps = [];
+  for (let step = niceAbove(low); step <= high; step = niceAbove(step * 1.01)) steps.push(step);
+  return steps;
+}
+
 /** The least step of a decade times a power of ten that is no less. @param {number} value */
 export function niceAbove(value) {
   if (!(value > 0)) return 1;

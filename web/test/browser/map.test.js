@@ -114,10 +114,44 @@ browserTest("a correction has its layers: what it predicts, and what answered it
   near(await cross(), axisOf((await drawnIn(heat)).x, "linear")(share), "per cent");
 
   // a scale by hand, beyond which heights are counted
-  const beyond = withoutMean(answer.measured_um).filter((z) => z !== null && Math.abs(z) > 1);
-  await page.getByLabel("Scale up to").selectOption({ label: "±1" });
-  await page.waitForURL(/limit=1/);
+  const beyond = withoutMean(answer.measured_um).filter((z) => z !== null && Math.abs(z) > 2);
+  await page.getByLabel("Scale up to").selectOption({ label: "±2" });
+  await page.waitForURL(/limit=2/);
   await page.getByText(`${beyond.length} heights beyond the scale`).waitFor();
   const ends = await page.locator(".map-legend text").allTextContents();
-  assert.deepEqual([ends[0], ends.at(-1)], ["−1", "1"]);
+  assert.deepEqual([ends[0], ends.at(-1)], ["−2", "2"]);
+});
+
+browserTest("maps of a job share one scale, labelled in full, and a tab keeps what is seen", {}, async (world) => {
+  const { page, open, stands, job, iteration } = world;
+  const { id } = await job();
+  await iteration(id);
+  await iteration(id, "flank_z52_remachined.json");
+  const ends = async () => {
+    const labels = await page.locator(".map-legend text").allTextContents();
+    return labels.map((label) => Number(label.replace("\u2212", "-")));
+  };
+  await open(`/jobs/${id}/iterations/1`);
+  const first = await ends();
+  const limit = first.at(-1) ?? Number.NaN;
+  assert.deepEqual(first, [-limit, -limit / 2, 0, limit / 2, limit]);
+  assert.equal(await page.getByText(/beyond the scale/).count(), 0, "nothing is clipped");
+  await open(`/jobs/${id}/iterations/2`);
+  assert.deepEqual(await ends(), first, "the second has smaller deviations, and the same scale");
+  await page.getByLabel("Layer").selectOption({ label: "Residual" });
+  await stands();
+  assert.ok(((await ends()).at(-1) ?? limit) < limit / 2, "residuals have their own");
+
+  await page.getByLabel("Layer").selectOption({ label: "Fitted" });
+  await page.getByRole("button", { name: "Contours" }).click();
+  await page.getByLabel("Scale up to").selectOption({ label: "±5" });
+  await page.waitForURL(/limit=5/);
+  assert.deepEqual(await ends(), [-5, -2.5, 0, 2.5, 5]);
+  const seen = new URL(page.url()).search;
+  await page.getByRole("link", { name: "Iteration 1", exact: true }).click();
+  await page.waitForURL("**/iterations/1?**");
+  await stands();
+  assert.equal(new URL(page.url()).search, seen);
+  assert.equal(await page.getByRole("button", { name: "Contours" }).getAttribute("aria-pressed"), "true");
+  assert.deepEqual(await ends(), [-5, -2.5, 0, 2.5, 5]);
 });

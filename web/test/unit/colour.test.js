@@ -8,6 +8,7 @@ import {
   niceAbove,
   OKABE_ITO,
   SERIES,
+  stepsBetween,
   symmetricLimit,
 } from "../../app/lib/colour.js";
 import { ciede2000, seenBy } from "./ciede2000.js";
@@ -72,6 +73,7 @@ test("limits are steps of a decade, and nothing is clipped but what lies far bey
     [1, 1, 1.5, 2, 3, 4, 5, 6, 8, 10, 0.015, 15, 15],
   );
   assert.equal(niceAbove(0), 1);
+  assert.deepEqual(stepsBetween(0.9, 5), [1, 1.5, 2, 3, 4, 5]);
   const values = Array.from({ length: 100 }, (_, i) => (i % 2 ? 1 : -1) * i * 0.01);
   assert.deepEqual(symmetricLimit(values), { limit: 1, clipped: 0 });
   assert.deepEqual(
