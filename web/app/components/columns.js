@@ -2,7 +2,7 @@
 
 import { fmt } from "../i18n/i18n.js";
 import { h, html } from "../../vendor/ui.js";
-import { Criterion } from "./criterion.js";
+import { Criterion, criterionLabel } from "./criterion.js";
 import { termSign } from "../lib/terms.js";
 import { WithError } from "./figure.js";
 
@@ -18,7 +18,7 @@ export const criterionColumn = (header) => ({
   header,
   rowHeader: true,
   cell: ({ criterion }) => h(Criterion, { name: criterion }),
-  csv: ({ criterion }) => criterion,
+  csv: ({ criterion }) => criterionLabel(criterion) ?? criterion,
 });
 
 /**

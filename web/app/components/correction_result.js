@@ -272,7 +272,7 @@ export function Figures({ kept, iteration, csvName, of }) {
       unit: um,
       numeric: true,
       cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
-      csv: ({ beyond }) => beyond?.interval_um?.join(" … "),
+      csv: ({ beyond }) => beyond?.interval_um,
     });
   }
   const rows = figureRows(kept);

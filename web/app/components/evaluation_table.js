@@ -55,7 +55,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
       limits
         ? data(limitText(limits[key]))
         : html`${data(value.um(values[key]))} ${h(Within, { within: trace?.[`${key}_within`] })}`,
-    csv: ({ values, limits }) => limits?.[key]?.join(" … ") ?? values[key],
+    csv: ({ values, limits }) => limits?.[key] ?? values[key],
   });
   /** @param {"slope" | "crowning"} key @returns {import("./table.js").Column<Row>} */
   const estimated = (key) => ({
@@ -73,14 +73,14 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
         ends && html`<span class="below" translate="no">${value.interval(ends, error)}</span>`
       }`;
     },
-    csv: ({ values, limits }) => limits?.[key]?.join(" … ") ?? values[key],
+    csv: ({ values, limits }) => limits?.[key] ?? values[key],
   });
   /** @param {"slope" | "crowning"} key @returns {import("./table.js").Column<Row>} */
   const interval = (key) => ({
     key: `${key}-interval`,
     header: t.intervalOf(symbols[key].replace("_", " ")),
     unit: um,
-    csv: ({ trace }) => trace?.[`${key}_interval_um`]?.join(" … "),
+    csv: ({ trace }) => trace?.[`${key}_interval_um`] ?? undefined,
   });
   /** @type {import("./table.js").Column<Row>[]} */
   const columns = [
@@ -122,7 +122,10 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     ...ESTIMATED.map((key) => ({
       key: `${key}-conformity`,
       header: t.conformityOf(symbols[key].replace("_", " ")),
-      csv: (/** @type {Row} */ { trace }) => trace?.[`${key}_conformity`]?.decision,
+      csv: (/** @type {Row} */ { trace }) => {
+        const decision = trace?.[`${key}_conformity`]?.decision;
+        return decision && t[decision];
+      },
     })),
     {
       key: "band",

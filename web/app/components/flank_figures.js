@@ -99,7 +99,7 @@ function columns(percent, limited) {
       unit: "µm",
       numeric: true,
       cell: ({ figure }) => data(fmt.value.interval(figure.interval, figure.std_error)),
-      csv: ({ figure }) => figure.interval?.join(" … "),
+      csv: ({ figure }) => figure.interval,
     },
     {
       key: "bias",
@@ -120,7 +120,7 @@ function columns(percent, limited) {
               ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { conformity })}</span>`
               : ABSENT
         : undefined,
-      csv: ({ figure }) => figure.conformity?.limits_um.join(" … "),
+      csv: ({ figure }) => figure.conformity?.limits_um,
     },
     {
       key: "strip",
@@ -128,7 +128,11 @@ function columns(percent, limited) {
       cell: ({ figure }) =>
         h(Strip, { estimates: [estimateOf(figure)], limits: figure.conformity?.limits_um, unit: "µm" }),
     },
-    { key: "conformity", header: t.conformity, csv: ({ figure }) => figure.conformity?.decision },
+    {
+      key: "conformity",
+      header: t.conformity,
+      csv: ({ figure: { conformity } }) => conformity && t[conformity.decision],
+    },
   ];
 }
 
@@ -206,8 +210,7 @@ export function FiguresOfIterations({ rows, required, csvName }) {
             return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}
               <div>${h(Strip, { estimates: [estimateOf(figure)], limits: figure.conformity?.limits_um, unit: "µm", domain })}</div>`;
           },
-          csv: (line) =>
-            typeof line === "string" ? ends(line, name).join(" … ") : figureOf(line.figures, name)?.value,
+          csv: (line) => (typeof line === "string" ? ends(line, name) : figureOf(line.figures, name)?.value),
         };
         return column;
       }),

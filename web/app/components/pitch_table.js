@@ -101,14 +101,14 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
         unit: "µm",
         numeric: true,
         cell: rows.some(({ limits }) => limits) ? ({ limits }) => data(limitText(limits)) : undefined,
-        csv: ({ limits }) => limits?.join(" … "),
+        csv: ({ limits }) => limits,
       },
       { key: "within", header: requirementText.within, csv: ({ within }) => within },
       {
         key: "conformity",
         header: requirementText.conformity,
         cell: rows.some(({ conformity }) => conformity) ? ({ conformity }) => h(Conforms, { conformity }) : undefined,
-        csv: ({ conformity }) => conformity?.decision,
+        csv: ({ conformity }) => conformity && requirementText[conformity.decision],
       },
     ]),
   })}${missing > 0 && html`<p class="note">${t.missing(missing)}</p>`}`;

@@ -63,7 +63,7 @@ function limitColumn(requirements, side) {
       const limits = limitsOf(requirements, side, figure.name);
       return limits ? html`<span translate="no">${limits.map(fmt.value.input).map(minus).join(" … ")}</span>` : ABSENT;
     },
-    csv: (figure) => limitsOf(requirements, side, figure.name)?.join(" … "),
+    csv: (figure) => limitsOf(requirements, side, figure.name),
   };
 }
 
@@ -102,7 +102,7 @@ function BandChart({ band, number, name }) {
           header: t.bands,
           rowHeader: true,
           cell: ({ edge }) => t[/** @type {"upper" | "lower"} */ (edge)],
-          csv: ({ edge }) => edge,
+          csv: ({ edge }) => t[/** @type {"upper" | "lower"} */ (edge)],
         },
         {
           key: "at",

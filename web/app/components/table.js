@@ -2,6 +2,7 @@
 
 import { csv, download } from "../lib/csv.js";
 import { t } from "../i18n/common.js";
+import { fmt } from "../i18n/i18n.js";
 import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -18,7 +19,7 @@ import { h, html } from "../../vendor/ui.js";
  * @property {boolean} [minor] not on tablets, where the columns do not fit beside each other
  * @property {boolean} [screen] not in the report
  * @property {((row: Row) => Children) | undefined} [cell] a column without is in the file only
- * @property {((row: Row) => string | number | boolean | null | undefined) | undefined} [csv] its value in full; a column without is left out there
+ * @property {import("../lib/csv.js").CsvColumn<Row>["value"] | undefined} [csv] its value in full; a column without is left out there
  * @property {"ascending" | "descending" | undefined} [sorted]
  * @property {(() => void) | undefined} [onSort]
  */
@@ -58,7 +59,7 @@ export function table({
     const told = columns.flatMap(({ header, unit, csv: value }) =>
       value ? [{ header, value, ...(unit ? { unit } : {}) }] : [],
     );
-    download(`${csvName}.csv`, csv(told, fileRows()));
+    download(`${csvName}.csv`, csv(told, fileRows(), fmt.value.locale));
   };
   const bar =
     csvName || tools || note

@@ -273,5 +273,5 @@ function saveCsv(file, surface, axes, title, unit) {
     { header: title, ...unitOf(unit), value: ({ z }) => z },
   ];
   const nodes = Array.from(surface.z, (_, i) => nodeOf(surface, i));
-  download(`${file}.csv`, csv(columns, nodes));
+  download(`${file}.csv`, csv(columns, nodes, fmt.value.locale));
 }

@@ -76,7 +76,7 @@ function columns(sort, limit) {
       key: "status",
       header: t.status,
       cell: ({ status }) => h(Badge, { kind: KINDS[status], children: t[status] }),
-      csv: (job) => job.status,
+      csv: ({ status }) => t[status],
     },
     {
       key: "iterations",
@@ -91,7 +91,7 @@ function columns(sort, limit) {
       header: t.flank,
       cell:
         limit === undefined ? undefined : ({ figures, flank }) => (figures ? flankOf(figures, flank, limit) : ABSENT),
-      csv: ({ flank }) => flank,
+      csv: ({ flank }) => flank && t[flank],
     },
     ...SURFACE_FIGURES.map(({ name, symbol }) => {
       const value = (/** @type {ListedJob} */ { figures }) => figures?.[/** @type {const} */ (`${name}_um`)];

@@ -1,34 +1,55 @@
-// Tables as CSV (RFC 4180): decimal points, full digits, units in the header.
+// Tables as CSV (RFC 4180), units in the header, as spreadsheets of a language open them: with commas and decimal points,
+// or in German with semicolons, decimal commas and a mark of UTF-8.
 
+/** @typedef {string | number | boolean | null | undefined} Value */
 /**
  * @template Row
  * @typedef {object} CsvColumn
  * @property {string} header
  * @property {string} [unit]
- * @property {(row: Row) => string | number | boolean | null | undefined} value
+ * @property {(row: Row) => Value | readonly number[]} value a list: the ends of an interval
  */
+/** @typedef {import("./format.js").Locale} Locale */
+
+const WAYS = {
+  en: { begin: "", separator: ",", comma: ".", yes: "true", no: "false" },
+  de: { begin: "\uFEFF", separator: ";", comma: ",", yes: "ja", no: "nein" },
+};
+
+/** More than any instrument resolves, without the noise of binary arithmetic. */
+const DIGITS = 10;
 
 /**
  * @template Row
  * @param {readonly CsvColumn<Row>[]} columns
  * @param {readonly Row[]} rows
+ * @param {Locale} [locale]
  */
-export function csv(columns, rows) {
-  const head = columns.map(({ header, unit }) => cell(unit ? `${header} [${unit}]` : header));
-  const body = rows.map((row) => columns.map((column) => cell(column.value(row))).join(","));
-  return [head.join(","), ...body, ""].join("\r\n");
+export function csv(columns, rows, locale = "en") {
+  const { begin, separator } = WAYS[locale];
+  const head = columns.map(({ header, unit }) => cell(unit ? `${header} [${unit}]` : header, locale));
+  const body = rows.map((row) => columns.map((column) => cell(column.value(row), locale)).join(separator));
+  return begin + [head.join(separator), ...body, ""].join("\r\n");
 }
 
-/** @param {string | number | boolean | null | undefined} value */
-function cell(value) {
+/** @param {number} value @param {Locale} locale */
+const number = (value, locale) =>
+  Number.isFinite(value) ? String(Number(value.toPrecision(DIGITS))).replace(".", WAYS[locale].comma) : "";
+
+/** @param {Value | readonly number[]} value @param {Locale} locale */
+function cell(value, locale) {
   if (value === null || value === undefined) return "";
-  if (typeof value === "number") return Number.isFinite(value) ? String(value) : "";
+  if (typeof value === "number") return number(value, locale);
+  if (typeof value === "boolean") return value ? WAYS[locale].yes : WAYS[locale].no;
   // places where a word may be parted are no part of it
-  const text = String(value).replaceAll("\u00ad", "");
+  const text = typeof value === "string" ? value.replaceAll("\u00ad", "") : interval(value, locale);
   // a spreadsheet would compute what begins so
-  const safe = /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
-  return /[",\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
+  const safe = typeof value === "string" && /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;
+  return safe.includes(WAYS[locale].separator) || /["\r\n]/.test(safe) ? `"${safe.replaceAll('"', '""')}"` : safe;
 }
+
+/** @param {readonly number[]} ends @param {Locale} locale */
+const interval = (ends, locale) => ends.map((end) => number(end, locale)).join(" … ");
 
 /** Hands a text to the browser as a file. @param {string} name @param {string | Blob} content @param {string} [type] */
 export function download(name, content, type = "text/csv;charset=utf-8") {

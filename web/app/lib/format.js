@@ -92,6 +92,7 @@ export function formats(locale) {
   }
 
   return {
+    locale,
     fixed,
     significant,
     withError,

@@ -86,6 +86,14 @@ browserTest("a layer is saved as CSV and as PNG", {}, async ({ page, open, job, 
   assert.equal(rows.length, 1 + u.length * v.length);
   assert.equal(rows[1], `${u[0]},${v[0]},`);
   assert.equal(rows[2], `${u[0]},${v[1]},${z[0][1]}`);
+  // a German spreadsheet reads columns and numbers of it
+  await page.evaluate(() => localStorage.setItem("flankfit.settings", JSON.stringify({ language: "de" })));
+  await open(map(id, 1));
+  waiting = page.waitForEvent("download");
+  await tools.getByRole("button", { name: "CSV" }).click();
+  const german = (await readFile(await (await waiting).path(), "utf8")).split("\r\n");
+  assert.equal(german[0], "\uFEFFWälzlänge [mm];Zahnbreite [mm];Gemessen [µm]");
+  assert.equal(german[2], [u[0], v[1], z[0][1]].map((value) => String(value).replace(".", ",")).join(";"));
   waiting = page.waitForEvent("download");
   await tools.getByRole("button", { name: "PNG" }).click();
   const png = await readFile(await (await waiting).path());
