@@ -125,6 +125,7 @@ export function Changes({ result, csvName, tools, of }) {
         key: "bound",
         header: t.bound,
         numeric: true,
+        minor: true,
         cell: ({ bias_bound, unit }) =>
           data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${behind(unit)}` : ABSENT),
         csv: ({ bias_bound }) => bias_bound,
@@ -132,6 +133,7 @@ export function Changes({ result, csvName, tools, of }) {
       {
         key: "strip",
         header: t.drawn,
+        minor: true,
         cell: (row) => {
           const estimates = drawnOf(row);
           // how far from no change at all
@@ -271,6 +273,7 @@ export function Figures({ kept, iteration, csvName, of }) {
       header: t.beyondInterval,
       unit: um,
       numeric: true,
+      minor: true,
       cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
       csv: ({ beyond }) => beyond?.interval_um,
     });
@@ -282,6 +285,7 @@ export function Figures({ kept, iteration, csvName, of }) {
       key: "strip",
       header: t.drawn,
       screen: true,
+      minor: true,
       cell: (row) =>
         row.symbol && h(Strip, { estimates: drawnFigure(row), limits: limitsOf(iteration, row.key), unit: um }),
     });

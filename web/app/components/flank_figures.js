@@ -106,6 +106,7 @@ function columns(percent, limited) {
       header: t.biasBound,
       unit: "µm",
       numeric: true,
+      minor: true,
       cell: ({ figure }) => data(fmt.value.significant(figure.bias_bound, 2)),
       csv: ({ figure }) => figure.bias_bound,
     },

@@ -149,13 +149,17 @@ export function unitOf({ powers, term }, axes) {
   return `${top}/${below.includes("·") ? `(${below})` : below}`;
 }
 
-/** Warnings, and what is known in spite of them. @param {{ result: FitResult, half?: boolean }} props `half`: beside another panel */
+/** Said of every fit without a limit of its own: it stands with the statistics, and is nothing to note of this one. */
+const ALWAYS = "norm_limit_is_estimate";
+
+/** Warnings, and what is known in spite of them. @param {{ result: FitResult, half?: boolean }} props `half`: beside another panel, with those of every fit */
 export function Warnings({ result, half = false }) {
   const known = result.estimable ?? [];
-  if (result.warnings.length === 0 && known.length === 0) return null;
+  const warnings = half ? result.warnings : result.warnings.filter(({ code }) => code !== ALWAYS);
+  if (warnings.length === 0 && known.length === 0) return null;
   return html`<section class=${half ? "panel half" : "panel"} aria-labelledby="warnings">
     <h2 id="warnings">${t.toKnow}</h2>
-    ${result.warnings.length > 0 && h(WarningList, { warnings: result.warnings })}
+    ${warnings.length > 0 && h(WarningList, { warnings })}
     ${
       known.length > 0 &&
       html`<details><summary>${t.estimable(known.length)}</summary>

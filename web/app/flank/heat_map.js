@@ -245,12 +245,22 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
   </g>`;
 }
 
-/** Says a node. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined }} told */
-export function nodeText(node, { axes, unit, whole, range }) {
+/**
+ * A height in full words of its scale: of small ones a tenth of µm says nothing.
+ * @param {number} z @param {string | undefined} unit @param {number} limit of the scale
+ */
+function heightText(z, unit, limit) {
+  const written =
+    unit === "µm" ? fmt.value.fixed(z, Math.max(1, 1 - Math.floor(Math.log10(limit)))) : fmt.value.deviation(z, unit);
+  return `${written}${unit ? ` ${unit}` : ""}`;
+}
+
+/** Says a node. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined, limit: number }} told */
+export function nodeText(node, { axes, unit, whole, range, limit }) {
   const told = range ?? whole;
   const part = (/** @type {"u" | "v"} */ axis) =>
     `${axes[axis].label} ${fmt.value.mm(node[axis])}${axes[axis].unit ? ` ${axes[axis].unit}` : ""} (${fmt.value.fixed(percentOf(node[axis], told[axis]), 0)} %)`;
-  const height = Number.isNaN(node.z) ? t.missing : `${fmt.value.deviation(node.z, unit)}${unit ? ` ${unit}` : ""}`;
+  const height = Number.isNaN(node.z) ? t.missing : heightText(node.z, unit, limit);
   const place =
     node.row === undefined || node.column === undefined ? "" : ` · ${t.cell(node.row + 1, node.column + 1)}`;
   return `${part("u")} · ${part("v")} · ${height}${place}`;

@@ -75,7 +75,14 @@ export function indicesOf(surface) {
   return Uint32Array.from(found);
 }
 
-/** The lines of the grid, as pairs of points; with scale 0 on the nominal plane. @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {Box} box */
+/** About so many lines of a grid are drawn in each direction. */
+const LINES = 20;
+
+/**
+ * Lines of the grid as pairs of points, each through all of its nodes, so that it lies on the surface; of a fine grid every
+ * fifth or so. With scale 0 on the nominal plane.
+ * @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {Box} box
+ */
 export function linesOf(surface, scale, flipU, box) {
   /** @type {number[]} */
   const found = [];
@@ -84,10 +91,15 @@ export function linesOf(surface, scale, flipU, box) {
     found.push(...placeOf(surface, a, scale, flipU, box), ...placeOf(surface, b, scale, flipU, box));
   };
   if (surface.kind === "grid") {
-    const columns = surface.v.length;
-    for (let k = 0; k < surface.z.length; k += 1) {
-      if ((k + 1) % columns !== 0) add(k, k + 1);
-      if (k + columns < surface.z.length) add(k, k + columns);
+    const [rows, columns] = [surface.u.length, surface.v.length];
+    const every = Math.max(1, Math.floor(Math.max(rows, columns) / LINES));
+    const drawn = (/** @type {number} */ i, /** @type {number} */ count) => i % every === 0 || i === count - 1;
+    for (let i = 0; i < rows; i += 1) {
+      for (let j = 0; j < columns; j += 1) {
+        const k = i * columns + j;
+        if (j + 1 < columns && drawn(i, rows)) add(k, k + 1);
+        if (i + 1 < rows && drawn(j, columns)) add(k, k + columns);
+      }
     }
   } else if (scale === 0) {
     const [x, y] = [(box.v[1] - box.v[0]) / 2, (box.u[1] - box.u[0]) / 2];

@@ -10,12 +10,23 @@ import { boxOf } from "./surface.js";
 const [WIDTH, HEIGHT, LEFT, TOP, BOTTOM] = [1600, 900, 130, 90, 170];
 
 /**
- * @param {{ title: string, surface: import("./surface.js").FlankSurface, limit: number, unit?: string | undefined,
+ * @param {{ title: string, about: string, contours: boolean, surface: import("./surface.js").FlankSurface, limit: number, unit?: string | undefined,
  *   axes: import("./heat_map.js").MapAxes, box?: import("./surface.js").Box | undefined, flipU?: boolean,
  *   marks: { root: string, tip: string, faceI: string, faceII: string, material: string } }} map
  * @returns {Promise<Blob>}
  */
-export async function pngOf({ title, surface, limit, unit, axes, box = boxOf(surface), flipU = false, marks }) {
+export async function pngOf({
+  title,
+  about,
+  contours,
+  surface,
+  limit,
+  unit,
+  axes,
+  box = boxOf(surface),
+  flipU = false,
+  marks,
+}) {
   const canvas = document.createElement("canvas");
   [canvas.width, canvas.height] = [WIDTH, HEIGHT];
   const pen = canvas.getContext("2d");
@@ -26,7 +37,7 @@ export async function pngOf({ title, surface, limit, unit, axes, box = boxOf(sur
   const view = { width, height, box, flipU };
   const heights = heightsOf(surface, view);
   pen.putImageData(new ImageData(imageOf(heights, width, limit, 12), width, height), LEFT, TOP);
-  lines(pen, heights, width, limit);
+  if (contours) lines(pen, heights, width, limit);
   pen.strokeStyle = "#333";
   pen.lineWidth = 2;
   pen.strokeRect(LEFT, TOP, width, height);
@@ -36,7 +47,9 @@ export async function pngOf({ title, surface, limit, unit, axes, box = boxOf(sur
   };
   pen.fillStyle = "#111";
   pen.font = "600 30px system-ui, sans-serif";
-  text(title, LEFT, 52, "left");
+  text(title, LEFT, 44, "left");
+  pen.font = "22px system-ui, sans-serif";
+  text(about, LEFT, 78, "left");
   pen.font = "24px system-ui, sans-serif";
   const named = ({ label = "", unit: sign = /** @type {string | undefined} */ ("") }) =>
     sign ? `${label} / ${sign}` : label;
@@ -87,5 +100,17 @@ function lines(pen, heights, width, limit) {
       pen.lineTo(LEFT + p * step, TOP + q * step);
     }
     pen.stroke();
+    const [x, y] = segments[Math.floor(segments.length / 2)] ?? [];
+    if (x === undefined || y === undefined || segments.length < 8) continue;
+    // a line that is read has its number
+    pen.font = "20px system-ui, sans-serif";
+    pen.textAlign = "center";
+    pen.lineWidth = 5;
+    pen.strokeStyle = "rgb(255 255 255 / 85%)";
+    const at = /** @type {const} */ ([LEFT + Math.min(columns - 6, Math.max(6, x)) * step, TOP + y * step + 7]);
+    pen.strokeText(scaleLabel(level), ...at);
+    pen.fillStyle = "#000";
+    pen.fillText(scaleLabel(level), ...at);
+    pen.strokeStyle = "rgb(0 0 0 / 55%)";
   }
 }

@@ -35,11 +35,23 @@ import { boxOf, countsOf, extremesOf, nearestNode, nodeOf, sectionOf } from "./s
  * @property {{ u?: unknown, v?: unknown } | null | undefined} [range] evaluation range
  * @property {boolean} [flipU]
  * @property {string} file name of what is saved, without its end
+ * @property {string} [about] whose flank it is, for a picture that is kept
  * @property {number} [atLeast] an automatic scale goes at least so far, for other maps to be compared
  */
 
 /** @param {FlankViewProps} props */
-export function FlankView({ surface, title, name, unit, axes: told, range: asked, flipU = false, file, atLeast = 0 }) {
+export function FlankView({
+  surface,
+  title,
+  name,
+  unit,
+  axes: told,
+  range: asked,
+  flipU = false,
+  file,
+  about = "",
+  atLeast = 0,
+}) {
   const axes = mapAxes(told);
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
   const automatic = Math.max(scaleFor(surface).limit, atLeast);
@@ -76,12 +88,15 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
     () => setQuery({ zoom: undefined }),
   );
   if (!extremes) return h(Empty, { children: t.noHeights });
-  const says = (/** @type {import("./surface.js").FlankNode} */ one) => nodeText(one, { axes, unit, whole, range });
+  const says = (/** @type {import("./surface.js").FlankNode} */ one) =>
+    nodeText(one, { axes, unit, whole, range, limit: automatic });
   const summary = t.extremes(says(extremes.least), says(extremes.greatest));
   const save = async () => {
     const marks = { root: t.root, tip: t.tip, faceI: t.faceI, faceII: t.faceII, material: t.materialOut };
     const blob = await pngOf({
       title: name,
+      about,
+      contours: flag("contours"),
       surface,
       limit,
       unit,
@@ -100,7 +115,7 @@ export function FlankView({ surface, title, name, unit, axes: told, range: asked
       <div class="actions end">
         <button type="button" class="button small" aria-label=${t.zoomIn} onClick=${() => zoom(0.5)}>+</button>
         <button type="button" class="button small" aria-label=${t.zoomOut} disabled=${!window} onClick=${() => zoom(2)}>−</button>
-        <button type="button" class="button small" disabled=${!window} onClick=${() => setQuery({ zoom: undefined })}>${t.zoomReset}</button>
+        ${window && html`<button type="button" class="button small" onClick=${() => setQuery({ zoom: undefined })}>${t.zoomReset}</button>`}
         <button type="button" class="button small" onClick=${save}>${t.png}</button>
         <button type="button" class="button small" onClick=${() => saveCsv(file, surface, axes, title, unit)}>${common.csv}</button>
       </div>

@@ -183,7 +183,14 @@ async function built(canvas, surface, limit, scale, flipU) {
   const three = await import("../../vendor/three.js");
   const renderer = new three.WebGLRenderer({ canvas, antialias: true, alpha: true });
   const scene = new three.Scene();
-  const material = new three.MeshBasicMaterial({ vertexColors: true, side: three.DoubleSide });
+  // a little behind the lines that lie on it, which would else go in and out of it
+  const material = new three.MeshBasicMaterial({
+    vertexColors: true,
+    side: three.DoubleSide,
+    polygonOffset: true,
+    polygonOffsetFactor: 1,
+    polygonOffsetUnits: 4,
+  });
   const mesh = (/** @type {FlankSurface} */ of) => {
     const { positions, colours } = verticesOf(of, limit, scale, flipU, boxOf(surface));
     const geometry = new three.BufferGeometry();
@@ -207,10 +214,9 @@ async function built(canvas, surface, limit, scale, flipU) {
     scene.add(lines);
     return lines;
   };
-  const few = thinnedTo(surface, 600);
   const lines = [
-    grid(linesOf(few, 0, flipU, boxOf(surface)), 0x8a949e),
-    grid(linesOf(few, scale, flipU, boxOf(surface)), 0x1c242c),
+    grid(linesOf(surface, 0, flipU, boxOf(surface)), 0x5c6874),
+    grid(linesOf(surface, scale, flipU, boxOf(surface)), 0x1c242c),
   ];
   const radius = radiusOf(surface);
   const eye = new three.OrthographicCamera(-1, 1, 1, -1, -50 * radius, 50 * radius);

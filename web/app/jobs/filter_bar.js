@@ -13,17 +13,16 @@ import { firstPage, isReversed, noFilters, SORTS, STATUSES } from "./filters.js"
 /** @typedef {import("./filters.js").Filters} Filters */
 /** @typedef {import("./filters.js").JobSummary} JobSummary */
 
-/** How many jobs there are of each status; a link to these. @param {{ filters: Filters, sort: string, summary: JobSummary | undefined }} props */
-export function StatusCounts({ filters, sort, summary }) {
-  const count = (/** @type {string | undefined} */ status) =>
-    status ? summary?.by_status.find((one) => one.status === status)?.count : summary?.total;
-  /** @param {string | undefined} status @param {string} label */
+/** How many jobs there are of each status; a link to these. @param {{ filters: Filters, sort: string, counts: (status: (typeof STATUSES)[number] | undefined) => number | undefined }} props */
+export function StatusCounts({ filters, sort, counts }) {
+  /** @param {(typeof STATUSES)[number] | undefined} status @param {string} label */
   const entry = (status, label) => {
+    const count = counts(status);
     const to = href("/jobs", {}, { ...filters, status, sort: sort === "changed" ? undefined : sort });
     const here = filters.status === status;
     return html`<li key=${status ?? "all"}>
       <a class=${`status-count ${status ?? ""}`} href=${to} aria-current=${here ? "true" : undefined}>
-        <span class="label">${label}</span> <b translate="no">${fmt.value.count(count(status))}</b>
+        <span class="label">${label}</span> <b translate="no">${count === undefined ? "" : fmt.value.count(count)}</b>
       </a>
     </li>`;
   };

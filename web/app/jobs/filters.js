@@ -63,6 +63,20 @@ function midnight(day, later) {
 export const isReversed = ({ from, to }) => Boolean(from && to && to < from);
 
 /**
+ * How many jobs there are of each status, and of all, within what the list is narrowed down to otherwise; none where that
+ * is not known.
+ * @param {Filters} filters @param {JobSummary | undefined} summary
+ * @param {{ items: readonly { status: JobStatus }[], next_cursor?: string | null | undefined } | undefined} found without regard to the status
+ * @returns {((status: JobStatus | undefined) => number | undefined)}
+ */
+export function countsByStatus({ status: _, ...others }, summary, found) {
+  if (Object.keys(others).length === 0)
+    return (status) => (status ? summary?.by_status.find((one) => one.status === status)?.count : summary?.total);
+  if (!found || found.next_cursor) return () => undefined;
+  return (status) => found.items.filter((one) => status === undefined || one.status === status).length;
+}
+
+/**
  * How many jobs pass: known where the counts say it, or where all of them are on this page.
  * @param {Filters} filters @param {JobSummary | undefined} summary
  * @param {{ page: number | undefined, shown: number, more: boolean }} list

@@ -117,8 +117,9 @@ function Preview({ content, error, name }) {
   if (surface.kind === "scattered" && surface.triangles.length === 0) return null;
   const told = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (content.request?.["axes"]);
   const [axes, unit, whole] = [mapAxes(told), heightUnit(told), boxOf(surface)];
-  const says = (/** @type {import("../flank/surface.js").FlankNode} */ node) => nodeText(node, { axes, unit, whole });
   const { limit, clipped } = scaleFor(surface);
+  const says = (/** @type {import("../flank/surface.js").FlankNode} */ node) =>
+    nodeText(node, { axes, unit, whole, limit });
   const refused =
     error instanceof ApiError ? (error.problem.errors ?? []).map(({ pointer }) => nodeOfPointer(pointer)) : [];
   const bad = [...refused, ...content.doubts.map(({ place }) => nodeOfPointer(place))].find(

@@ -3,6 +3,7 @@
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
 import { Decision } from "../components/decision.js";
+import { FigureTiles } from "../components/figure_tiles.js";
 import { FlankFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
 import { PitchInShort, usePitch } from "../components/pitch_in_short.js";
@@ -78,7 +79,7 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
   const [mapped, setMapped] = useState(false);
   const onMapped = useCallback(() => setMapped(true), []);
   return html`<div class="flank-page">
-    <div class="flank-main">${h(Layers, { job, iteration, traced, told, fitId: fit?.id, domain: standing.data?.result.domain, onMapped })}</div>
+    <div class="flank-main">${h(FigureTiles, { figures: fit?.figures })}${h(Layers, { job, iteration, traced, told, fitId: fit?.id, domain: standing.data?.result.domain, onMapped })}</div>
     <div class="flank-beside">
       ${h(Decision, {
         iteration,
@@ -106,6 +107,21 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
     ${mapped && standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
     ${mapped && standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes, level: standing.data.spec.level })}
   </div>`;
+}
+
+/** Whose flank it is. @param {Job} job @param {Iteration} iteration */
+function aboutOf(job, { flank, tooth, measured_at, created_at }) {
+  const { value } = fmt;
+  return [
+    job.name,
+    job.part_number && `${common.part} ${job.part_number}`,
+    job.serial_number && `${common.serial} ${job.serial_number}`,
+    flank && `${t.flank} ${t[flank]}`,
+    tooth && `${t.tooth} ${tooth}`,
+    value.time(measured_at ?? created_at),
+  ]
+    .filter(Boolean)
+    .join(" · ");
 }
 
 /** @param {import("../api/resource.js").Resource<any>} resource */
@@ -227,6 +243,7 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
       flipU: job.gear?.internal === true,
       file: `${job.name}-${iteration.number}-${layer}`,
       atLeast: compared ? scale.limit : 0,
+      about: aboutOf(job, iteration),
     });
   } else if (loading) content = h(Skeleton, { lines: 14 });
   else if (failures.length === 0) content = h(Empty, { children: t.noLayer });

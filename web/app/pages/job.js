@@ -7,13 +7,15 @@ import { useTolerances } from "../api/tolerances.js";
 import { Dialog } from "../components/dialog.js";
 import { EditJob } from "../components/edit_job.js";
 import { Badge, Facts } from "../components/figure.js";
-import { FiguresOfIterations } from "../components/flank_figures.js";
+import { FiguresOfIterations, limitText, toldFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
 import { RequirementsPanel } from "../components/requirements.js";
 import { Failure, loaded } from "../components/states.js";
 import { table } from "../components/table.js";
+import { GearSymbol } from "../components/symbol.js";
 import { Tags } from "../components/tags.js";
 import { notify } from "../components/toast.js";
+import { Within } from "../components/within.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/job.js";
 import en from "../i18n/en/job.js";
@@ -48,8 +50,8 @@ export default function JobOverview({ params }) {
         lines: 6,
         children: ({ iterations }) => html`<div class="job-main">
           ${h(NextStep, { job, last: iterations.at(-1) })}
-          ${iterations.length > 0 && h(Iterations, { job, iterations })}
           ${iterations.length > 0 && h(Figures, { job, iterations })}
+          ${iterations.length > 0 && h(Iterations, { job, iterations })}
           ${h(RequirementsPanel, { requirements: job.requirements, name: job.name })}
         </div>`,
       })}
@@ -60,11 +62,21 @@ export default function JobOverview({ params }) {
 
 /** @param {{ job: Job, last: TracedIteration | undefined }} props */
 function NextStep({ job, last }) {
-  const { text, more, links } = nextStep(job, last);
+  const { text, more, out = [], links } = nextStep(job, last);
   const there = links.flatMap(([label, to]) => (to ? [{ label, to }] : []));
   return html`<section class="panel next" aria-labelledby="next">
     <h2 id="next">${t.next}</h2>
     <p class="next-text">${text}</p>
+    ${
+      out.length > 0 &&
+      html`<ul class="next-figures">${out.map(
+        ({ name, symbol, figure: { value, std_error, conformity } }) => html`<li key=${name}>
+          ${h(Within, { within: false })} ${h(GearSymbol, { name: symbol })}${" "}
+          <b translate="no">${fmt.value.deviation(value, "µm", std_error)} µm</b>${" "}
+          ${conformity && html`<span class="quiet" translate="no">(${limitText(conformity.limits_um)})</span>`}
+        </li>`,
+      )}</ul>`
+    }
     ${there.length === 0 && more && html`<p class="quiet">${more}</p>`}
     ${
       there.length > 0 &&
@@ -75,7 +87,7 @@ function NextStep({ job, last }) {
   </section>`;
 }
 
-/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, more?: string, links: [string, string | undefined][] }} */
+/** @param {Job} job @param {TracedIteration | undefined} last @returns {{ text: string, more?: string, out?: ReturnType<typeof toldFigures>, links: [string, string | undefined][] }} */
 function nextStep(job, last) {
   const at = { job_id: job.id, number: last?.number ?? 0 };
   const measure = toMeasure(job.id);
@@ -93,13 +105,14 @@ function nextStep(job, last) {
       ],
     };
   }
-  return {
-    text: t.nextDecide(last.number),
-    links: [
-      [t.toMap, iteration("")],
-      [t.toLambda, iteration("/lambda")],
-    ],
-  };
+  const told = toldFigures(standingFit(last)?.figures);
+  const out = told.filter(({ figure }) => figure.within === false);
+  const map = /** @type {[string, string | undefined]} */ ([t.toDecide, iteration("")]);
+  if (out.length === 0) {
+    const within = told.some(({ figure }) => figure.within);
+    return { text: within ? t.nextWithin(last.number) : t.nextDecide(last.number), links: [map] };
+  }
+  return { text: t.nextOutside(last.number), out, links: [[t.toCorrection, iteration("/correction")], map] };
 }
 
 /** @param {{ job: Job, iterations: readonly TracedIteration[] }} props */
@@ -180,6 +193,7 @@ function Iterations({ job, iterations }) {
           key: "condition",
           header: t.condition,
           numeric: true,
+          minor: true,
           cell: condition,
           csv: (one) => fit(one)?.condition,
         },

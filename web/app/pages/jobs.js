@@ -10,7 +10,7 @@ import { t as common } from "../i18n/common.js";
 import { t } from "../i18n/jobs.js";
 import { fmt } from "../i18n/i18n.js";
 import { FilterBar, StatusCounts } from "../jobs/filter_bar.js";
-import { countOf, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
+import { countOf, countsByStatus, filtersOf, listQuery, ON_A_PAGE, sortOf } from "../jobs/filters.js";
 import { JobList } from "../jobs/list.js";
 import { query } from "../navigation.js";
 import { href } from "../router.js";
@@ -44,6 +44,14 @@ export default function Jobs() {
   const last = useRef(/** @type {JobPage | undefined} */ (undefined));
   if (list.data !== undefined) last.current = list.data;
   const shown = list.error === undefined ? { ...list, data: list.data ?? last.current } : list;
+  // counts are of all jobs; of what is searched they are known where all that was found is on one page
+  const { status, ...others } = filters;
+  const narrowed = Object.keys(others).length > 0;
+  const every = useResource(
+    narrowed && (status || cursor) ? `jobs counted ${JSON.stringify(listQuery(others, "changed", undefined))}` : null,
+    (signal) => answer(api.GET("/v1/jobs", { signal, params: { query: listQuery(others, "changed", undefined) } })),
+  );
+  const counted = status || cursor ? every.data : shown.data;
   const create = may("measure") && html`<a class="button primary" href=${href("/jobs/new")}>${common.newJob}</a>`;
   const none = summary.data?.total === 0 && Object.keys(filters).length === 0 && !cursor;
   return h(Page, {
@@ -53,7 +61,7 @@ export default function Jobs() {
       ? h(Empty, { children: t.none, action: create })
       : html`
         <div class="job-filters">
-          ${h(StatusCounts, { filters, sort, summary: summary.data })}
+          ${h(StatusCounts, { filters, sort, counts: countsByStatus(filters, summary.data, counted) })}
           ${h(FilterBar, { filters, sort, summary: summary.data, error: list.error })}
         </div>
         ${loaded({

@@ -59,6 +59,7 @@ function Form() {
     requirements: emptyRequirements(),
   }));
   const { job, withGear, gear, requirements } = draft;
+  const [begun] = useState(() => requirementsOf(requirements).requirements !== undefined);
   const setJob = (/** @type {typeof emptyJob} */ next) => setDraft({ ...draft, job: next });
   const setWithGear = (/** @type {boolean} */ next) => setDraft({ ...draft, withGear: next });
   const setGear = (/** @type {import("../lib/gear_form.js").GearForm} */ next) => setDraft({ ...draft, gear: next });
@@ -118,7 +119,11 @@ function Form() {
         </section>
         <section class="panel" aria-labelledby="new-requirements">
           <h2 id="new-requirements">${requirementText.title}</h2>
-          ${h(RequirementsFields, { form: requirements, onChange: (form) => setDraft({ ...draft, requirements: form }), error, told })}
+          <p class="quiet">${t.requirementsAbout}</p>
+          <details open=${begun}>
+            <summary>${t.requirementsNow}</summary>
+            ${h(RequirementsFields, { form: requirements, onChange: (form) => setDraft({ ...draft, requirements: form }), error, told })}
+          </details>
         </section>
         ${error !== undefined && h(Failure, { error, except: [...SHOWN, ...shownPointers(requirements)] })}
         <div class="actions">

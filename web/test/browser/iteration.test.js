@@ -171,6 +171,7 @@ browserTest(
     await iteration(id);
     await open(map(id, 1, "?space=1&camera=0,89,1"));
     await page.locator('[data-ready="1"]').waitFor();
+    await page.getByRole("application").scrollIntoViewIfNeeded();
     const box = await page.getByRole("application").boundingBox();
     assert.ok(box);
     // from above the middle of the picture is that of the flank

@@ -92,6 +92,7 @@ browserTest("a new job brings its requirements", { alone: true }, async ({ page,
   await open("/jobs/new");
   await page.getByLabel("Name").fill("with limits");
   await page.getByLabel("With gear data").uncheck();
+  await page.getByText("Enter them now").click();
   await page.getByLabel("Profile crowning, Both flanks, from").fill("1");
   await page.getByLabel("Profile crowning, Both flanks, to").fill("6");
   await page.getByRole("button", { name: "Create the job" }).click();

@@ -2,7 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { countOf, filtersOf, isReversed, listQuery, sortOf } from "../../app/jobs/filters.js";
+import { countOf, countsByStatus, filtersOf, isReversed, listQuery, sortOf } from "../../app/jobs/filters.js";
 
 const address = (/** @type {string} */ text) => new URLSearchParams(text);
 
@@ -29,6 +29,20 @@ test("days are whole days of this place", () => {
   assert.ok(!("from" in listQuery({ from: "yesterday" }, "changed", undefined)));
   assert.ok(isReversed({ from: "2026-03-02", to: "2026-03-01" }));
   assert.ok(!isReversed({ from: "2026-03-01", to: "2026-03-01" }) && !isReversed({ to: "2026-03-01" }));
+});
+
+test("counts by status follow what the list is narrowed down to, or are not told", () => {
+  /** @type {any} */
+  const summary = { total: 208, by_status: [{ status: "open", count: 129 }] };
+  const all = countsByStatus({ status: "open" }, summary, undefined);
+  assert.deepEqual([all(undefined), all("open")], [208, 129]);
+  /** @type {{ items: { status: "open" | "new" }[] }} */
+  const found = { items: [{ status: "open" }, { status: "open" }, { status: "new" }] };
+  const some = countsByStatus({ machine: "KX 300 P" }, summary, found);
+  assert.deepEqual([some(undefined), some("open"), some("new"), some("rejected")], [3, 2, 1, 0]);
+  const more = countsByStatus({ machine: "KX 300 P" }, summary, { ...found, next_cursor: "abc" });
+  assert.deepEqual([more(undefined), more("open")], [undefined, undefined]);
+  assert.equal(countsByStatus({ q: "sun" }, summary, undefined)("open"), undefined);
 });
 
 test("a count is told where it is known", () => {

@@ -4,13 +4,15 @@ export default {
   nextMeasure: "Die Flanke messen: Noch gibt es keine Iteration.",
   nextMeasureApi: "Messpunkte gehen an …/iterations, die Datei einer Messmaschine an …/import.",
   nextDecide: (number) =>
-    `Über Iteration ${number} entscheiden: Karte ansehen, λ* wählen, dann annehmen, nacharbeiten lassen oder verwerfen.`,
+    `Über Iteration ${number} entscheiden: Karte ansehen, dann annehmen, nacharbeiten lassen oder verwerfen.`,
+  nextWithin: (number) => `Über Iteration ${number} entscheiden: Alle Kenngrößen liegen in ihren Grenzen.`,
+  nextOutside: (number) =>
+    `Über Iteration ${number} entscheiden: Diese Kenngrößen liegen außerhalb ihrer Grenzen. Maschine korrigieren oder trotzdem annehmen.`,
   nextCorrect: (number) => `Iteration ${number} ist nachzuarbeiten: Maschine korrigieren, bearbeiten und neu messen.`,
   nextAccepted: (number) => `Iteration ${number} ist angenommen. Der Bericht sagt, wie es dazu kam.`,
   nextRejected: (number) => `Iteration ${number} ist verworfen. Es bleibt nichts zu tun.`,
   toMeasure: "Messen",
-  toMap: "Karte ansehen",
-  toLambda: "λ* wählen",
+  toDecide: "Karte ansehen und entscheiden",
   toCorrection: "Korrigieren",
   toReport: "Bericht",
   iterations: "Iterationen",

@@ -64,4 +64,7 @@ export default {
   warnings: "Hinweise",
   create: "Auftrag anlegen",
   created: (name) => `„${name}“ ist angelegt.`,
+  requirementsAbout:
+    "Klasse, Grenzen, Teilungen und K-Bänder, die die Flanken einhalten müssen. Sie lassen sich später ergänzen: Bearbeiten auf der Seite des Auftrags.",
+  requirementsNow: "Jetzt eingeben",
 };

@@ -71,6 +71,7 @@ export default {
   interval: (percent) => `${percent}-%-Intervall`,
   biasBound: "Schranke der Verzerrung",
   limitsOf: "Grenzen",
+  noLimits: "ohne Grenzen",
   limitsDecided: "Grenzen, die entschieden",
   limitsRequired: "Grenzen, die verlangt sind",
   limitsShare:

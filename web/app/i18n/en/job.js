@@ -3,14 +3,16 @@ export default {
   nextMeasure: "Measure the flank: no iteration is there yet.",
   nextMeasureApi: "Nodes are posted to …/iterations, or a file of a measuring machine to …/import.",
   nextDecide: (/** @type {number} */ number) =>
-    `Decide on iteration ${number}: look at its map, choose λ*, then accept it, machine again or reject it.`,
+    `Decide on iteration ${number}: look at its map, then accept it, machine again or reject it.`,
+  nextWithin: (/** @type {number} */ number) => `Decide on iteration ${number}: all figures lie within their limits.`,
+  nextOutside: (/** @type {number} */ number) =>
+    `Decide on iteration ${number}: these figures are outside their limits. Correct the machine, or accept it all the same.`,
   nextCorrect: (/** @type {number} */ number) =>
     `Iteration ${number} is to be machined again: correct the machine, machine, and measure anew.`,
   nextAccepted: (/** @type {number} */ number) => `Iteration ${number} is accepted. The report says why.`,
   nextRejected: (/** @type {number} */ number) => `Iteration ${number} is rejected. There is nothing left to do.`,
   toMeasure: "Measure",
-  toMap: "Look at the map",
-  toLambda: "Choose λ*",
+  toDecide: "Look at the map and decide",
   toCorrection: "Correct",
   toReport: "Report",
   iterations: "Iterations",

@@ -63,4 +63,7 @@ export default {
   warnings: "To know",
   create: "Create the job",
   created: (/** @type {string} */ name) => `“${name}” has been created.`,
+  requirementsAbout:
+    "Class, limits, pitches and K-bands that the flanks must keep. They can be added later, with Edit on the job’s page.",
+  requirementsNow: "Enter them now",
 };

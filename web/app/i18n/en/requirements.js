@@ -69,6 +69,7 @@ export default {
   interval: (/** @type {string} */ percent) => `${percent} % interval`,
   biasBound: "Bound of the bias",
   limitsOf: "Limits",
+  noLimits: "no limits",
   limitsDecided: "Limits that decided",
   limitsRequired: "Limits asked for",
   limitsShare:
