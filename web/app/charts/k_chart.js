@@ -164,9 +164,10 @@ function runs(samples, holds) {
   return found;
 }
 
-/** Whole µm, at least 20 pixels apart. @param {number} low @param {number} high @param {number} wide */
+/** Whole µm, as far apart as their numbers are wide. @param {number} low @param {number} high @param {number} wide */
 function ticksOf(low, high, wide) {
-  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= 20) ?? 1000;
+  const apart = Math.max(-low, high) < 10 ? 20 : 30;
+  const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= apart) ?? 1000;
   const first = Math.ceil(low / step - 1e-9);
   return Array.from({ length: Math.floor(high / step + 1e-9) - first + 1 }, (_, i) => (first + i) * step);
 }
