@@ -30,6 +30,16 @@ impl Params {
         Some(self).filter(|Params(all)| !all.is_empty())
     }
 
+    /// Of some values by their names.
+    pub fn of<const N: usize>(all: [(&'static str, Value); N]) -> Self {
+        all.into_iter().fold(Params::new(), |params, (name, value)| params.with(name, value))
+    }
+
+    /// Adds one.
+    pub fn add(&mut self, name: &'static str, value: impl Into<Value>) {
+        *self = std::mem::take(self).with(name, value);
+    }
+
     fn with(mut self, name: &'static str, value: impl Into<Value>) -> Self {
         let value = value.into();
         // a number that leaves the range of double is none in JSON

@@ -6,6 +6,7 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
+    amendments,
     budget::WithPermit,
     caller_state::CallerState,
     extract::{PathOf, QueryOf},
@@ -144,8 +145,8 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
 /// Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
 /// keeps them with it.
 ///
-/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder. It is
-/// compared with what the next iteration of the job measures.
+/// By a sensitivity matrix, or by the motions of a form grinder or generating grinder, which needs
+/// flank, axes and gear. It is compared with what the next iteration of the job measures.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "create_iteration_correction",
     tag = "iterations",
@@ -158,10 +159,14 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
         far that is trusted."),
     responses(
         (status = 201, description = "The changes and what they should bring.", body = CorrectionBody,
-            headers(("Location" = String, description = "Where the record is.")))
+            headers(("Location" = String, description = "Where the record is."))),
+        (status = 409, description = "The units of the iteration are implausible (`implausible_unit`), or the first \
+            request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
+    amendments::refuse_implausible(&request.state, request.job, request.number).await?;
     let build = |text: &[u8], context: &RecordContext, _: Room| {
         let gear = of_job(&context.job)?;
         let (built, include) = correction::build(text, &context.nodes, &context.measurand, gear.as_ref())?;

@@ -11,6 +11,7 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
+    amendments,
     body::Payload,
     budget::WithPermit,
     caller_state::CallerState,
@@ -30,7 +31,7 @@ use crate::{
         fits::{nodes_text, spec::nodes::NodesBody},
         gears::fit_figures,
         jobs::{
-            fits,
+            amendments as amendments_body, fits,
             iteration_requests::{
                 IterationForm, IterationPatchBody, IterationRequest, Measurement, MeasurementDetailsBody,
             },
@@ -93,7 +94,7 @@ async fn create_iteration(
                 let nodes = WithPermit::new(nodes, permit);
                 let (computed, nodes) = prior::compute(&state, job, None, &measurand, (nodes, spec)).await?;
                 let (nodes, permit) = nodes.into_parts();
-                (of_parts(nodes, measurand, details, computed), permit)
+                (of_parts(nodes, measurand, details, computed)?, permit)
             }
         };
         let keyed = key.map(|key| key.answered_by(created));
@@ -106,13 +107,14 @@ async fn create_iteration(
 
 /// Fits. Processor work.
 fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -> Result<Drafted, Problem> {
-    let Measurement { measurand, details } = measurement;
-    let measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
-    if prior::waits(&spec) || fit_figures::is_told(&measurand) {
+    let Measurement { measurand, accept_units, details } = measurement;
+    let mut measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
+    measurand.units_accepted = accept_units.unwrap_or(false);
+    if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
         return Ok(Drafted::Waiting(Box::new(Waiting { nodes, spec, measurand, details })));
     }
     let computed = fits::compute(&nodes, &spec, plans)?;
-    Ok(Drafted::Made(Box::new(of_parts(nodes, measurand, details, computed))))
+    Ok(Drafted::Made(Box::new(of_parts(nodes, measurand, details, computed)?)))
 }
 
 /// An iteration, or what it is made of once what its fit needs of the job has been read.
@@ -128,15 +130,26 @@ struct Waiting {
     details: MeasurementDetailsBody,
 }
 
-fn of_parts(nodes: Nodes, measurand: Measurand, details: MeasurementDetailsBody, computed: Computed) -> IterationDraft {
-    IterationDraft {
+fn of_parts(
+    nodes: Nodes,
+    measurand: Measurand,
+    details: MeasurementDetailsBody,
+    computed: Computed,
+) -> Result<IterationDraft, Problem> {
+    let mut records = Vec::new();
+    if measurand.units_accepted {
+        let before = Measurand { units_accepted: false, ..measurand.clone() };
+        let request = r#"{"accept_units":true}"#.to_owned();
+        records.push(amendments_body::record(&before, &measurand, "posted", request).map_err(Problem::internal)?);
+    }
+    Ok(IterationDraft {
         measurand,
         nodes: Arc::new(nodes),
         computed,
         details: details.into(),
-        records: Vec::new(),
+        records,
         expected_gear: None,
-    }
+    })
 }
 
 /// A new iteration as it is answered.
@@ -182,9 +195,11 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
     Ok(present(&state.jobs.iteration(job, number).await?))
 }
 
-/// Decides what is done with the gear. Decisions before it stay in the trace.
+/// Decides what is done with the gear, or says what its nodes are of. The trace keeps all of it.
 ///
-/// The job's trace keeps every decision with its reason; the last one is shown with the iteration.
+/// The job's trace has every decision with its reason, and every change of flank, tooth, axes and
+/// accepted units with what was before. Where such a change gives the chosen fit other figures, the
+/// fit is stored once more with them and chosen.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
     params(
@@ -192,9 +207,10 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
         ("number" = u32, Path),
         ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
     ),
-    request_body(content = IterationPatchBody, description = "The decision."),
+    request_body(content = IterationPatchBody, description = "The decision, or what is known of the \
+        nodes."),
     responses(
-        (status = 200, description = "The iteration with its new decision.", body = IterationBody,
+        (status = 200, description = "The iteration as it is from now on.", body = IterationBody,
             headers(("ETag" = String, description = "Version of the iteration."))),
         (status = 412, description = "The iteration has changed meanwhile.", body = Problem,
             content_type = "application/problem+json")
@@ -206,9 +222,8 @@ async fn update_iteration(
     IfMatch(precondition): IfMatch,
     JsonOf(patch): JsonOf<IterationPatchBody>,
 ) -> Result<Response, Problem> {
-    let reason = patch.reason.map(String::from);
-    let iteration = state.jobs.decide(job, number, patch.decision.into(), reason, precondition).await?;
-    Ok(present(&iteration))
+    let iteration = state.jobs.iteration(job, number).await?;
+    Ok(present(&amendments::update(&state, iteration, patch, precondition).await?))
 }
 
 /// An iteration as it is answered.

@@ -80,11 +80,11 @@ async fn create_iteration_fit(
     idempotent(state, key, format!("POST {place}/fits"), payload, move |state, payload, key| async move {
         let nodes = stored::nodes(&state, job, number).await?;
         let measurand = state.jobs.measurand(job, number).await?;
-        let (plans, told) = (state.plans.clone(), fit_figures::is_told(&measurand));
+        let plans = state.plans.clone();
         let draft = read_json(&state, payload, move |text| {
             let (spec, why) = reader::read_refit::<Why>(text)?;
             let reason = why.reason.map(String::from);
-            if told || prior::waits(&spec) {
+            if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {
                 return Ok(Refit::Waiting { nodes, spec: Box::new(spec), reason });
             }
             let computed = fits::compute(&nodes, &spec, &plans)?;

@@ -2,6 +2,7 @@
 //! request).
 
 mod accept;
+mod amendments;
 pub mod audit;
 mod auth;
 pub mod body;

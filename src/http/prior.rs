@@ -210,7 +210,7 @@ pub async fn compute(
     of: &Measurand,
     fitted: (WithPermit<Nodes>, FitSpec),
 ) -> Result<(Computed, WithPermit<Nodes>), Problem> {
-    let on = match fit_figures::is_told(of) {
+    let on = match fit_figures::may_be_told(&fitted.0) {
         true => OfFlank::of(&state.jobs.job(job).await?, of),
         false => None,
     };

@@ -74,9 +74,9 @@ impl From<RecordDraft> for NewRecord {
 
 /// A request for a record of an iteration.
 pub struct RecordRequest {
-    state: CallerState,
-    job: Uuid,
-    number: u32,
+    pub state: CallerState,
+    pub job: Uuid,
+    pub number: u32,
     key: IdempotencyKey,
     payload: Payload,
 }

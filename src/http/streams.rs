@@ -25,7 +25,7 @@ use super::{
 use crate::{
     api::{
         faults::Faults,
-        gears::fit_figures::{self, OfFlank},
+        gears::fit_figures::OfFlank,
         jobs::{fits, iteration_requests::MeasurementDetailsBody, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
         streams::{
@@ -250,10 +250,7 @@ async fn finish_stream(
         let body: MeasurementDetailsBody = read_optional_json(&state, payload).await?;
         let plans = state.plans.clone();
         let stream = state.jobs.stream(id).await?;
-        let on = match fit_figures::is_told(&stream.measurand) {
-            true => OfFlank::of(&state.jobs.job(stream.job_id).await?, &stream.measurand),
-            false => None,
-        };
+        let on = OfFlank::of(&state.jobs.job(stream.job_id).await?, &stream.measurand);
         let fit = move |nodes: &Nodes, spec: &FitSpec| fits::compute_on(nodes, spec, &plans, on.as_ref());
         let keyed = key.map(|key| key.answered_by(iterations::created));
         let (iteration, stored) = state.jobs.finish_stream(&state.app, id, body.into(), fit, keyed).await?;

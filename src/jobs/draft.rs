@@ -2,7 +2,10 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use super::{fit::Computed, gear::JobGear, measurand::Measurand, measurement::MeasurementDetails, record::RecordDraft};
+use super::{
+    fit::Computed, gear::JobGear, measurand::Measurand, measurement::MeasurementDetails, record::RecordDraft,
+    said::Decision,
+};
 use flankfit_engine::estimation::Nodes;
 
 /// A job to create.
@@ -47,6 +50,26 @@ pub struct StreamDraft {
     /// Digest of the above.
     pub input_sha256: [u8; 32],
     pub measurand: Measurand,
+}
+
+/// What is said of stored nodes later.
+#[derive(Clone, Debug)]
+pub struct AmendmentDraft {
+    /// What they are of from now on.
+    pub measurand: Measurand,
+    /// That it was changed.
+    pub record: RecordDraft,
+    /// The chosen fit once more, with other figures.
+    pub refit: Option<RefitDraft>,
+    pub decision: Option<DecisionDraft>,
+}
+
+/// What is done with the gear.
+#[derive(Clone, Debug)]
+pub struct DecisionDraft {
+    pub decision: Decision,
+    pub concession: bool,
+    pub reason: Option<String>,
 }
 
 /// Another fit of nodes already stored.

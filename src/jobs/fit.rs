@@ -33,8 +33,8 @@ pub struct NewFit {
 }
 
 impl NewFit {
-    /// The choice of the first fit of an iteration, which is made with it.
-    pub fn first_choice(&self) -> Choice {
+    /// Its choice, where it is chosen when it is stored.
+    pub fn choice(&self) -> Choice {
         Choice { fit_id: self.id, event: Event { reason: None, ..self.event.clone() } }
     }
 }

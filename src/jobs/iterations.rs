@@ -2,10 +2,12 @@
 
 use std::sync::Arc;
 
+use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    draft::{IterationDraft, RefitDraft},
+    amendment::Amendment,
+    draft::{AmendmentDraft, DecisionDraft, IterationDraft, RefitDraft},
     fit::{FitRecord, NewFit},
     idempotency::Keyed,
     iteration::{FitSummary, Iteration, ListedIteration, NewIteration},
@@ -14,7 +16,7 @@ use super::{
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
     record::Record,
-    said::{Choice, Decision, DecisionEvent},
+    said::{Choice, DecisionEvent},
     service::Jobs,
 };
 use flankfit_engine::estimation::Nodes;
@@ -133,12 +135,37 @@ impl Jobs {
         &self,
         job: Uuid,
         number: u32,
-        decision: Decision,
-        reason: Option<String>,
+        draft: DecisionDraft,
         precondition: Precondition,
     ) -> Result<Iteration, RepositoryError> {
-        let decision = DecisionEvent { decision, event: self.event(reason, self.now()) };
+        let decision = self.decision(draft, self.now());
         self.write(job, |repository| async move { repository.decide(job, number, decision, precondition).await })
+            .await?;
+        self.iteration(job, number).await
+    }
+
+    fn decision(&self, DecisionDraft { decision, concession, reason }: DecisionDraft, now: Timestamp) -> DecisionEvent {
+        DecisionEvent { decision, concession, event: self.event(reason, now) }
+    }
+
+    /// What the nodes of an iteration are of from now on, with what follows of it.
+    pub async fn amend(
+        &self,
+        job: Uuid,
+        number: u32,
+        draft: AmendmentDraft,
+        precondition: Precondition,
+    ) -> Result<Iteration, RepositoryError> {
+        let now = self.now();
+        let AmendmentDraft { measurand, record, refit, decision } = draft;
+        let fit = refit.map(|RefitDraft { computed, reason }| {
+            let event = self.event(reason, now);
+            NewFit { id: self.fresh_id(now), computed, event }
+        });
+        let record = Record { id: self.fresh_id(now), created_at: now, by: self.actor(), draft: record };
+        let decision = decision.map(|draft| self.decision(draft, now));
+        let amendment = Arc::new(Amendment { measurand, record, fit, decision });
+        self.write(job, |repository| async move { repository.amend(job, number, amendment, precondition).await })
             .await?;
         self.iteration(job, number).await
     }

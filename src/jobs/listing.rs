@@ -12,12 +12,13 @@ use super::{
 };
 use flankfit_engine::gear::Side;
 
-/// How far a job has come, by the decision on its last iteration.
+/// How far a job has come. A flank (of a tooth) has the status of the decision on its newest
+/// iteration; a job has the first that occurs of rejected, remachine, open and accepted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobStatus {
     /// Nothing has been measured.
     New,
-    /// Of the last iteration nothing has been decided.
+    /// Nothing has been decided of the newest iteration.
     Open,
     Remachine,
     Accepted,
@@ -36,6 +37,17 @@ impl JobStatus {
             JobStatus::Remachine => "remachine",
             JobStatus::Accepted => "accepted",
             JobStatus::Rejected => "rejected",
+        }
+    }
+
+    /// The status that a store ranks so: the least counts for the job.
+    pub fn of_rank(rank: u8) -> Option<Self> {
+        match rank {
+            1 => Some(JobStatus::Rejected),
+            2 => Some(JobStatus::Remachine),
+            3 => Some(JobStatus::Open),
+            4 => Some(JobStatus::Accepted),
+            _ => None,
         }
     }
 
@@ -58,6 +70,10 @@ pub struct ListedJob {
     pub last_measured_at: Option<Timestamp>,
     /// Of the last iteration.
     pub flank: Option<Side>,
+    /// Of the left flanks that were measured, where there are some.
+    pub left: Option<JobStatus>,
+    /// Of the right flanks that were measured, where there are some.
+    pub right: Option<JobStatus>,
     /// The latest decision on the last iteration.
     pub decision: Option<Decision>,
     /// Of the fit that stands of the last iteration.

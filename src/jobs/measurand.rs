@@ -15,6 +15,8 @@ pub struct Measurand {
     pub tooth: Option<String>,
     /// What the axes of the nodes mean: a JSON document, checked at the door.
     pub axes: Option<Arc<str>>,
+    /// Whether somebody said that the units are right, however implausible.
+    pub units_accepted: bool,
 }
 
 impl Measurand {

@@ -15,6 +15,7 @@
 //! waits for a fit.
 
 mod ambient;
+mod amendment;
 pub mod archive;
 pub mod audit;
 mod callers;
@@ -54,11 +55,12 @@ mod tasks;
 mod wake;
 
 pub use ambient::{Clock, Ids, OrderedIds, SystemClock};
+pub use amendment::Amendment;
 pub use callers::{
     ApiKey, Caller, Credentials, KeyDraft, KeyId, KeyPatch, Keys, KnownKey, KnownKeys, NewKey, NewPlant, Owned, Plant,
     PlantDraft, PlantPatch, Role, Rotation, San, Scope, Scopes, Secret, Tenant, TenantKeys, actor, secret,
 };
-pub use draft::{ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
+pub use draft::{AmendmentDraft, DecisionDraft, ExpectedGear, IterationDraft, JobDraft, RefitDraft, StreamDraft};
 pub use encoded_nodes::EncodedNodes;
 pub use encoded_text::{EncodedResult, EncodedText, KeptBeside, Told};
 pub use event::{EVENTS_TOLD, EventKind, EventPlace, JobChange, JobEvent, JobNotifier, StreamEvent, ToldEvent};

@@ -19,16 +19,19 @@ pub enum RecordKind {
     Pitch,
     /// Changes of machine settings.
     Correction,
+    /// What the nodes are of, added or changed after they were measured.
+    Measurand,
 }
 
 impl RecordKind {
-    pub const ALL: [RecordKind; 6] = [
+    pub const ALL: [RecordKind; 7] = [
         RecordKind::Curve,
         RecordKind::Surface,
         RecordKind::Deviations,
         RecordKind::Evaluation,
         RecordKind::Pitch,
         RecordKind::Correction,
+        RecordKind::Measurand,
     ];
 
     /// The contract's name.
@@ -40,6 +43,7 @@ impl RecordKind {
             RecordKind::Evaluation => "evaluation",
             RecordKind::Pitch => "pitch",
             RecordKind::Correction => "correction",
+            RecordKind::Measurand => "measurand",
         }
     }
 
@@ -64,6 +68,8 @@ pub struct RecordDraft {
     pub gear: Option<Arc<str>>,
     /// Of evaluations: the class that they found.
     pub class: Option<u8>,
+    /// Flank, tooth, axes and accepted units from then on: a JSON document.
+    pub measurand: Option<Arc<str>>,
 }
 
 /// A record with its id and time.
@@ -85,4 +91,6 @@ pub struct RecordSummary {
     pub created_at: Timestamp,
     /// The actor, where one is known.
     pub by: Option<Arc<str>>,
+    /// Flank, tooth, axes and accepted units from then on: a JSON document.
+    pub measurand: Option<Arc<str>>,
 }

@@ -9,6 +9,7 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
+    amendment::Amendment,
     archive::{Holdings, Key},
     audit::{Auditor, Chain, Entry, Seal, Sealing, Unsealed, Verdict, WholeSeal},
     callers::{Caller, Credentials, Keys},
@@ -220,6 +221,14 @@ macro_rules! repository_operations {
                 Choose = choose(job: Uuid, number: u32, choice: Choice, precondition: Precondition) -> Stored;
                 /// Records the decision, unless the latest one says the same.
                 Decide = decide(job: Uuid, number: u32, decision: DecisionEvent, precondition: Precondition) -> Stored;
+                /// Records what the nodes are of from now on, with a fit that is chosen and a
+                /// decision where there are such.
+                Amend = amend(
+                    job: Uuid,
+                    number: u32,
+                    amendment: Arc<Amendment>,
+                    precondition: Precondition
+                ) -> Stored;
                 InsertRecord =
                     insert_record(job: Uuid, number: u32, record: Arc<Record>, receipt: Option<Receipt>) -> Stored;
 

@@ -25,6 +25,8 @@ pub struct Choice {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DecisionEvent {
     pub decision: Decision,
+    /// Whether it accepts what needed a reason to be accepted.
+    pub concession: bool,
     pub event: Event,
 }
 

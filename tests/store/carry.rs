@@ -88,7 +88,10 @@ async fn fill(place: &Place, opened: &Opened) -> Uuid {
         store.choose(job, 1, Choice { fit_id, event: event() }, Precondition::None).await.unwrap();
     }
     for decision in [Decision::Remachine, Decision::Accept] {
-        store.decide(job, 1, DecisionEvent { decision, event: event() }, Precondition::None).await.unwrap();
+        store
+            .decide(job, 1, DecisionEvent { decision, concession: false, event: event() }, Precondition::None)
+            .await
+            .unwrap();
     }
     place.stored_record(store, job).await;
     store.insert_record(job, 1, place.record(RecordKind::Surface, "gregory"), None).await.unwrap();

@@ -50,7 +50,10 @@ async fn every_kind_of_write_is_synced_when_it_is_answered() {
     let event = || Event { reason: None, by: actor(), created_at: place.now() };
     store.choose(job.id, 1, Choice { fit_id: fit.id, event: event() }, none()).await.unwrap();
     assert!(disk::is_synced(&log));
-    store.decide(job.id, 1, DecisionEvent { decision: Decision::Accept, event: event() }, none()).await.unwrap();
+    store
+        .decide(job.id, 1, DecisionEvent { decision: Decision::Accept, concession: false, event: event() }, none())
+        .await
+        .unwrap();
     assert!(disk::is_synced(&log));
     let record = place.stored_record(&store, job.id).await;
     assert!(disk::is_synced(&log));

@@ -30,15 +30,16 @@ async fn every_table_is_strict() {
 
     let at = "'2026-11-21T08:00:00.000001Z'";
     let wrong_type =
-        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 'one', 'accept', NULL, {at}, NULL)")).await;
+        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 'one', 'accept', NULL, {at}, NULL, NULL)")).await;
     assert!(wrong_type.contains("cannot store TEXT value in INTEGER column"), "{wrong_type}");
     let wrong_word =
-        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 1, 'perhaps', NULL, {at}, NULL)")).await;
+        refusal(&mut own, &format!("INSERT INTO decisions VALUES (1, 1, 'perhaps', NULL, {at}, NULL, NULL)")).await;
     assert!(wrong_word.contains("CHECK constraint failed"), "{wrong_word}");
-    let wrong_time = refusal(&mut own, "INSERT INTO decisions VALUES (1, 1, 'accept', NULL, 'today', NULL)").await;
+    let wrong_time =
+        refusal(&mut own, "INSERT INTO decisions VALUES (1, 1, 'accept', NULL, 'today', NULL, NULL)").await;
     assert!(wrong_time.contains("CHECK constraint failed"), "{wrong_time}");
     let no_iteration =
-        refusal(&mut own, &format!("INSERT INTO decisions VALUES (99, 1, 'accept', NULL, {at}, NULL)")).await;
+        refusal(&mut own, &format!("INSERT INTO decisions VALUES (99, 1, 'accept', NULL, {at}, NULL, NULL)")).await;
     assert!(no_iteration.contains("FOREIGN KEY constraint failed"), "{no_iteration}");
     let twice = refusal(
         &mut own,

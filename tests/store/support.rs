@@ -204,6 +204,7 @@ impl Values {
             result: Arc::from(r#"{"domain":[0,1]}"#),
             gear: None,
             class: None,
+            measurand: None,
         };
         Arc::new(Record { id: self.id(), created_at: self.now(), by: actor(), draft })
     }
@@ -223,6 +224,7 @@ impl Values {
                 flank: Some(Side::Right),
                 tooth: Some("3".to_owned()),
                 axes: Some(Arc::from(r#"{"u":{}}"#)),
+                units_accepted: false,
             },
             details: MeasurementDetails {
                 measured_at: Some("2026-11-20T23:00:00Z".parse().unwrap()),

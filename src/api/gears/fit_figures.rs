@@ -8,6 +8,7 @@ use super::{
     evaluation::figures::FigureBody,
     gear::of_text,
     notice::NoticeBody,
+    plausibility::{IMPLAUSIBLE_UNIT, Noise, implausible},
     requirements::{RequirementsBody, class_left_aside},
 };
 use crate::{
@@ -16,8 +17,8 @@ use crate::{
 };
 use flankfit_engine::{
     estimation::{
-        FitSpec, Nodes,
-        result::WeightedSum,
+        FitResult, FitSpec, Nodes,
+        result::Warning,
         spec::{Degree, Model, Terms},
     },
     gear::{
@@ -64,6 +65,25 @@ pub struct FitFiguresBody {
     pub warnings: Vec<NoticeBody>,
 }
 
+impl FitFiguresBody {
+    /// What the stored figures of a fit, a JSON document, say of implausible units.
+    pub fn implausible(document: &str) -> Option<String> {
+        let figures: Self = serde_json::from_str(document).ok()?;
+        figures.warnings.into_iter().find(|warning| warning.code == IMPLAUSIBLE_UNIT).map(|warning| warning.message)
+    }
+
+    /// The figures by the names of their fields.
+    pub fn named(&self) -> [(&'static str, Option<FigureBody>); 5] {
+        [
+            ("profile_slope_um", self.profile_slope_um),
+            ("helix_slope_um", self.helix_slope_um),
+            ("profile_crowning_um", self.profile_crowning_um),
+            ("helix_crowning_um", self.helix_crowning_um),
+            ("twist_um", self.twist_um),
+        ]
+    }
+}
+
 /// What figures of a flank are made of beside its fit.
 #[derive(Clone, Debug)]
 pub struct OfFlank {
@@ -71,39 +91,92 @@ pub struct OfFlank {
     side: Option<Side>,
     gear: Option<Gear>,
     limits: ToleranceLimits,
+    units_accepted: bool,
 }
 
-/// Whether nodes are told to be on a flank: what u, v and z of theirs are.
-pub fn is_told(of: &Measurand) -> bool {
-    of.axes.is_some() && AxesBody::of(of).is_ok_and(|axes| axes.u.is_some() && axes.v.is_some() && axes.z.is_some())
+/// Codes of warnings that say what of an iteration figures lack, with how to add it.
+pub const MISSING: [&str; 3] = ["axes_missing", "flank_missing", "gear_missing"];
+
+/// What of an iteration a flank needs to have figures or a correction by a machine, and that is
+/// missing: each with its code and a sentence.
+pub fn missing(axes: &AxesBody, side: Option<Side>, gear: bool) -> Vec<(&'static str, String)> {
+    let [axes_missing, flank_missing, gear_missing] = MISSING;
+    let named = [("u", &axes.u), ("v", &axes.v), ("z", &axes.z)];
+    let absent: Vec<String> =
+        named.iter().filter(|(_, axis)| axis.is_none()).map(|(name, _)| format!("`{name}`")).collect();
+    let mut all = Vec::new();
+    if !absent.is_empty() {
+        let list = absent.join(", ");
+        all.push((
+            axes_missing,
+            format!(
+                "what {list} of the nodes mean is not known: send `axes` with quantity and unit of {list} by `PATCH` \
+                 of the iteration"
+            ),
+        ));
+    }
+    if side.is_none() {
+        let how = "which flank was measured is not known: send `flank` (`left` or `right`) by `PATCH` of the iteration";
+        all.push((flank_missing, how.to_owned()));
+    }
+    if !gear {
+        let how = "the job has no gear: send `gear` by `PATCH` of the job, then `axes` by `PATCH` of the iteration, \
+                   which computes its figures";
+        all.push((gear_missing, how.to_owned()));
+    }
+    all
+}
+
+/// Whether nodes may be on a flank, so that figures of them need the job.
+pub fn may_be_told(nodes: &Nodes) -> bool {
+    matches!(nodes, Nodes::Scattered(_) | Nodes::Grid(_))
+}
+
+/// Whether all is said of the axes that a flank has.
+fn is_told(axes: &AxesBody) -> bool {
+    axes.u.is_some() && axes.v.is_some() && axes.z.is_some()
 }
 
 impl OfFlank {
-    /// Of nodes of a job; `None` where they are not told to be on a flank.
+    /// Of nodes of a job; `None` where the job is of no gear and nothing says that they are on a
+    /// flank of one.
     pub fn of(job: &Job, measurand: &Measurand) -> Option<Self> {
-        let axes = AxesBody::of(measurand).ok().filter(|_| is_told(measurand))?;
+        let axes = AxesBody::of(measurand).ok()?;
+        if !is_told(&axes) && job.gear.is_none() && job.requirements.is_none() {
+            return None;
+        }
         let gear = job.gear.as_deref().and_then(|document| of_text(document).ok());
         let required = RequirementsBody::of(job).unwrap_or_default();
         let limits = required.tolerance_limits.unwrap_or_default().of(measurand.flank.unwrap_or(Side::Left));
-        Some(OfFlank { axes, side: measurand.flank, gear, limits })
+        Some(OfFlank { axes, side: measurand.flank, gear, limits, units_accepted: measurand.units_accepted })
     }
 
-    /// What is to be asked of a fit, or why there is nothing to ask.
-    pub fn ask(&self, nodes: &Nodes, spec: &FitSpec) -> Asked<'_> {
-        let mut warnings = Vec::new();
-        let flank = self.flank(nodes, spec).map_err(|why| warnings.push(why)).ok();
+    /// What is to be asked of a fit, or why there is nothing to ask; `None` of nodes that are on no
+    /// flank.
+    pub fn ask<'a>(&'a self, nodes: &'a Nodes, spec: &FitSpec) -> Option<Asked<'a>> {
+        if !may_be_told(nodes) {
+            return None;
+        }
+        let missing = missing(&self.axes, self.side, self.gear.is_some());
+        let mut warnings: Vec<NoticeBody> = missing.iter().map(|(code, how)| notice(code, how)).collect();
+        let flank = match self.gear.as_ref().zip(self.side).filter(|_| warnings.is_empty()) {
+            Some((gear, side)) => self.flank(nodes, spec, gear, side).map_err(|why| warnings.push(why)).ok(),
+            None => None,
+        };
         // a class of which there is nothing bounds nothing
         let refused = flank.as_ref().and_then(|flank| self.limits.class_refused(flank.gear, true));
         warnings.extend(refused.as_ref().map(class_left_aside));
-        if flank.is_some() && self.side.is_none() {
-            warnings.push(notice("flank_assumed", "it is not told which flank it is; a left one is assumed"));
-        }
-        Asked { flank, limits: self.limits, warnings }
+        Some(Asked { of: self, nodes, flank, warnings })
     }
 
-    fn flank(&self, nodes: &Nodes, spec: &FitSpec) -> Result<FittedFlank<'_>, NoticeBody> {
+    fn flank<'a>(
+        &self,
+        nodes: &Nodes,
+        spec: &FitSpec,
+        gear: &'a Gear,
+        side: Side,
+    ) -> Result<FittedFlank<'a>, NoticeBody> {
         let unknown = |why: String| notice("axes_unknown", &why);
-        let gear = self.gear.as_ref().ok_or_else(|| notice("no_gear", "the job has no gear"))?;
         if let Some(why) = not_second_order(spec) {
             return Err(notice("not_second_order", why));
         }
@@ -125,7 +198,7 @@ impl OfFlank {
         };
         Ok(FittedFlank {
             gear,
-            side: self.side.unwrap_or(Side::Left),
+            side,
             axis,
             u,
             v,
@@ -138,15 +211,22 @@ impl OfFlank {
 
 /// What was asked of a fit.
 pub struct Asked<'a> {
+    of: &'a OfFlank,
+    nodes: &'a Nodes,
     pub flank: Option<FittedFlank<'a>>,
-    limits: ToleranceLimits,
     warnings: Vec<NoticeBody>,
 }
 
 impl Asked<'_> {
     /// The document that is answered and kept, of what the fit says.
-    pub fn answer(self, sums: Option<&[Option<WeightedSum>]>) -> String {
-        let Asked { flank, limits, warnings } = self;
+    pub fn answer(self, result: &FitResult) -> String {
+        let Asked { of, nodes, flank, mut warnings } = self;
+        let sums = result.sums.as_deref();
+        let implausible = implausible(nodes, &of.axes, of.gear.as_ref(), noise(result));
+        let implausible = implausible.filter(|_| !of.units_accepted);
+        // nothing conforms in a unit that may be another
+        let limits = if implausible.is_some() { ToleranceLimits::default() } else { of.limits };
+        warnings.extend(implausible);
         let mut body = FitFiguresBody { warnings, ..FitFiguresBody::default() };
         match (flank, sums) {
             (Some(flank), Some(sums)) => {
@@ -173,6 +253,13 @@ impl Asked<'_> {
             writer::text_of(&FitFiguresBody { warnings: vec![why], ..FitFiguresBody::default() })
         })
     }
+}
+
+/// The noise that the residuals show; none where the fit is exact.
+fn noise(result: &FitResult) -> Option<Noise> {
+    let exact = result.warnings.iter().any(|warning| matches!(warning, Warning::ExactFit { .. }));
+    let sigma = result.residuals.sigma.filter(|_| !exact)?;
+    Some(Noise { sigma, degrees_of_freedom: result.residuals.degrees_of_freedom })
 }
 
 fn notice(code: &str, message: &str) -> NoticeBody {

@@ -10,6 +10,7 @@ pub mod fit_figures;
 pub mod gear;
 pub mod notice;
 pub mod of_iteration;
+pub mod plausibility;
 pub mod quality_data;
 pub mod requirements;
 pub mod trace;

@@ -52,7 +52,8 @@ pub fn refuse_others<'a>(
         ToothOf::Counted(tooth) => Some(tooth.to_string()),
         ToothOf::Unknown => None,
     };
-    let other = Measurand { flank: Some(side), tooth: tooth.filter(|_| own.is_some()), axes: None };
+    let other =
+        Measurand { flank: Some(side), tooth: tooth.filter(|_| own.is_some()), axes: None, units_accepted: false };
     let detail = format!("the iteration is of {}, not of {}", of.words(), other.words());
     Err(Faults::one(if on_flank.is_some() { tooth_at } else { flank_at }, detail))
 }

@@ -83,12 +83,12 @@ pub fn compute_at(
     on: Option<&OfFlank>,
     place: impl Fn(&Field) -> String,
 ) -> Result<Computed, Problem> {
-    let asked = on.map(|on| on.ask(nodes, spec));
+    let asked = on.and_then(|on| on.ask(nodes, spec));
     let sums = asked.as_ref().and_then(|asked| asked.flank.as_ref()).map(FittedFlank::sums);
     let asking = sums.map(|sums| FitSpec { sums: Some(sums), ..spec.clone() });
     let Written { result, spec, text } = service::write(nodes, asking.as_ref().unwrap_or(spec), plans, false, place)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
-    let flank = asked.map(|asked| asked.answer(result.sums.as_deref()).into());
+    let flank = asked.map(|asked| asked.answer(&result).into());
     Ok(Computed { spec: spec.into(), result: text.into(), figures: Figures::of(&result), flank })
 }
 
@@ -109,6 +109,17 @@ pub fn with_include(
     spec.include = include;
     let more = compute(nodes, &spec, plans)?;
     merge::added(&stored.result, &more.result, &["warnings"]).map(Arc::from).map_err(Problem::internal)
+}
+
+/// A stored fit once more, with the figures of its flank by what is known now. Processor work.
+pub fn again(
+    nodes: &Nodes,
+    stored: &FitRecord,
+    earlier: Option<Arc<[Earlier]>>,
+    plans: &Plans,
+    on: &OfFlank,
+) -> Result<Computed, Problem> {
+    compute_on(nodes, &stored_spec(stored, earlier)?, plans, Some(on))
 }
 
 /// The spec of a stored fit, with the earlier iterations that it stood on.

@@ -14,7 +14,10 @@ use crate::{
             request::request,
             text::{LongText, Moment, ShortText},
         },
-        measurand::axes::MeasurandBody,
+        measurand::{
+            axes::{AxesBody, MeasurandBody},
+            side::SideName,
+        },
     },
     jobs::{Decision, MeasurementDetails},
 };
@@ -58,6 +61,8 @@ request! {
     #[derive(Default)]
     pub struct Measurement as MeasurementMembers, read whole {
         flatten measurand: MeasurandBody,
+        /// That the units are right, however implausible (warning `implausible_unit`).
+        optional accept_units: bool,
         flatten details: MeasurementDetailsBody,
     }
 }
@@ -140,16 +145,44 @@ pub struct ChosenFitBody {
     pub reason: Option<LongText>,
 }
 
-/// What is done with the gear.
+/// What is done with the gear, and what its nodes are of. What is left out stays as it is.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
 pub struct IterationPatchBody {
-    pub decision: DecisionName,
+    /// `accept` needs a `reason` where a figure does not conform, gross errors are suspected or the
+    /// units are implausible; in a job with limits it needs the figures that they are of.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub decision: Option<DecisionName>,
+    /// The flank that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// The tooth that was measured.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
+    pub tooth: Option<ShortText>,
+    /// What the axes of the nodes mean. An axis that is not given stays as it is.
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+    /// That the units are right, however implausible (`implausible_unit`).
+    #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
     /// Kept in the trace.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub reason: Option<LongText>,
+}
+
+impl IterationPatchBody {
+    /// Whether it says what the nodes are of.
+    pub fn says_measurand(&self) -> bool {
+        self.flank.is_some() || self.tooth.is_some() || self.axes.is_some() || self.accept_units.is_some()
+    }
+
+    /// What it says the nodes are of.
+    pub fn measurand(&self) -> MeasurandBody {
+        MeasurandBody { flank: self.flank, tooth: self.tooth.clone(), axes: self.axes.clone() }
+    }
 }
 
 /// What is done with the gear.

@@ -40,6 +40,9 @@ pub struct PostedIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: MeasurandBody,
+    /// Whether the units were said to be right, however implausible; left out where they were not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
@@ -117,8 +120,8 @@ pub struct IterationFitBody {
     /// nodes for a new fit.
     #[schema(value_type = FitSpecBody)]
     pub spec: serde_json::Value,
-    /// Slopes, crownings and twist; absent where `axes` do not tell u, v and z, and of fits from
-    /// before there were any.
+    /// Slopes, crownings and twist, or why there are none; absent of curves and matrices, of jobs
+    /// without gear and requirements, and of fits from before there were any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FitFiguresBody>,
     pub result: FitResultBody,
@@ -246,6 +249,7 @@ pub(in crate::api) fn measurand(object: &mut Object<'_>, of: &Measurand) {
     if let Some(axes) = &of.axes {
         object.raw("axes", axes);
     }
+    object.maybe("accept_units", Some(of.units_accepted).filter(|accepted| *accepted));
 }
 
 /// A new fit of stored nodes. It is not chosen yet.

@@ -10,8 +10,9 @@ use crate::{
 };
 use flankfit_engine::gear::tolerance::{COARSEST, FINEST};
 
-/// How far a job has come, by the latest decision on its last iteration: `new` without iterations,
-/// `open` without a decision.
+/// How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
+/// its newest iteration, `open` without one. A job has the first that occurs over its measured
+/// flanks of `rejected`, `remachine`, `open` and `accepted`; `new` without iterations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = JobStatus)]
@@ -54,10 +55,16 @@ pub struct ListedJobBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_measured_at: Option<Moment>,
-    /// The flank that the last iteration is of, as it was posted. Figures of an iteration that does
-    /// not tell it are those of a left flank.
+    /// The flank that the last iteration is of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
+    /// How far the left flanks have come: as `status`, over them alone. Left out where none was
+    /// measured.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left_status: Option<JobStatusName>,
+    /// The same of the right flanks.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right_status: Option<JobStatusName>,
     /// The latest decision on the last iteration; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
@@ -253,6 +260,8 @@ impl From<ListedJob> for ListedJobBody {
             changed_at: Moment(listed.changed_at),
             last_measured_at: listed.last_measured_at.map(Moment),
             flank: listed.flank.map(SideName::from),
+            left_status: listed.left.map(Into::into),
+            right_status: listed.right.map(Into::into),
             decision: listed.decision.map(DecisionName::from),
             rms: listed.rms,
             condition: listed.condition,

@@ -30,6 +30,9 @@ pub struct ListedIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: MeasurandBody,
+    /// Whether the units were said to be right, however implausible; left out where they were not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]

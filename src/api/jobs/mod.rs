@@ -1,5 +1,7 @@
 //! Gear jobs: iterations, their fits and records, trace, events.
 
+pub mod acceptance;
+pub mod amendments;
 pub mod audit;
 pub mod events;
 pub mod fits;

@@ -5,6 +5,7 @@ use serde_json::Value;
 use utoipa::ToSchema;
 use uuid::Uuid;
 
+use super::amendments::MeasurandChangeBody;
 use crate::{
     api::{
         built::Built,
@@ -26,10 +27,11 @@ pub enum RecordKindName {
     Evaluation,
     Pitch,
     Correction,
+    Measurand,
 }
 
-/// What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches or a
-/// correction.
+/// What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
+/// correction, or a change of what its nodes are of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobRecord)]
 pub struct RecordBody {
@@ -76,6 +78,9 @@ pub struct RecordSummaryBody {
     /// Who had it made: the actor of the caller; absent where no key was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
+    /// Of a change of what the nodes are of: what is known from then on, and what was before.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub measurand: Option<MeasurandChangeBody>,
 }
 
 /// Some records of an iteration, oldest first.
@@ -98,6 +103,7 @@ impl From<RecordKind> for RecordKindName {
             RecordKind::Evaluation => RecordKindName::Evaluation,
             RecordKind::Pitch => RecordKindName::Pitch,
             RecordKind::Correction => RecordKindName::Correction,
+            RecordKind::Measurand => RecordKindName::Measurand,
         }
     }
 }
@@ -110,6 +116,7 @@ impl From<Page<RecordSummary>> for RecordPageBody {
             method: record.method,
             created_at: Moment(record.created_at),
             by: record.by.map(|by| by.as_ref().to_owned()),
+            measurand: record.measurand.as_deref().and_then(MeasurandChangeBody::stored),
         };
         RecordPageBody {
             items: page.items.into_iter().map(item).collect(),
@@ -123,7 +130,7 @@ pub fn draft(kind: RecordKind, request: &[u8], built: Built) -> Result<RecordDra
     let text = |bytes: &[u8]| std::str::from_utf8(bytes).map(Into::into).map_err(Problem::internal);
     let class = if kind == RecordKind::Evaluation { class_of(&built.result) } else { None };
     let (request, result) = (text(request)?, text(&built.result)?);
-    Ok(RecordDraft { kind, method: built.method, request, result, gear: None, class })
+    Ok(RecordDraft { kind, method: built.method, request, result, gear: None, class, measurand: None })
 }
 
 /// The class that an evaluation found.
@@ -137,7 +144,7 @@ fn class_of(result: &[u8]) -> Option<u8> {
 
 /// A kept record as it is answered.
 pub fn record(record: &Record) -> Vec<u8> {
-    let RecordDraft { kind, method, request, result, gear, class: _ } = &record.draft;
+    let RecordDraft { kind, method, request, result, gear, class: _, measurand: _ } = &record.draft;
     let mut json = Json::with_capacity(256 + request.len() + result.len());
     let mut object = json.object();
     object

@@ -46,6 +46,9 @@ pub struct TracedIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: MeasurandBody,
+    /// Whether the units were said to be right, however implausible; left out where they were not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
@@ -127,6 +130,10 @@ pub struct TracedChoiceBody {
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
+    /// Whether it accepts what needed a reason to be accepted: a figure that does not conform,
+    /// suspected gross errors, or implausible units; left out where it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub concession: Option<bool>,
     /// Who decided so: the actor of the caller; absent where no key was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
@@ -197,12 +204,14 @@ fn record(object: &mut Object<'_>, record: &RecordSummary) {
         .string("kind", record.kind.name())
         .string("method", &record.method)
         .field("created_at", &Moment(record.created_at))
-        .maybe("by", record.by.as_deref());
+        .maybe("by", record.by.as_deref())
+        .maybe_raw("measurand", record.measurand.as_deref());
 }
 
 fn decision(object: &mut Object<'_>, decision: &DecisionEvent) {
     object
         .field("decision", &decision.decision.name())
+        .maybe("concession", Some(decision.concession).filter(|concession| *concession))
         .maybe("by", decision.event.by.as_deref())
         .maybe("reason", decision.event.reason.as_deref())
         .field("created_at", &Moment(decision.event.created_at));

@@ -8,7 +8,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{profile_axis::ProfileAxisName, side::SideName};
+use super::{profile_axis::ProfileAxisName, side::SideName, units};
 use crate::{
     api::{
         faults::Faults,
@@ -69,11 +69,12 @@ pub struct AxesBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = Axis)]
 pub struct AxisBody {
-    /// `roll_length` (with the unit `deg`: the roll angle), `diameter`, `face_width`, `deviation`,
+    /// `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`, `deviation`,
     /// or a word of your own.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "deviation")]
     pub quantity: ShortText,
-    /// `mm`, `um`, `deg`, or a word of your own.
+    /// `nm`, `um`, `mm`, `in`, `deg`, `arcmin`, or a word of your own. `µm` and other usual
+    /// spellings are read and answered by these names.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
     pub unit: ShortText,
     /// Of heights: what a positive one means. Default `material_out`.
@@ -106,12 +107,8 @@ const MATRIX: Kind = ("matrix", &["y"]);
 const SCATTERED: Kind = ("scattered", &["u", "v", "z"]);
 const GRID: Kind = ("grid", &["u", "v", "z"]);
 
-/// Words that mean a unit known here, and how that is written.
-const SPELLED: [(&str, &[&str]); 3] = [
-    ("um", &["µm", "μm", "micron", "microns", "micrometer", "micrometre"]),
-    ("mm", &["millimeter", "millimetre"]),
-    ("deg", &["°", "degree", "degrees"]),
-];
+/// What is said of a unit that is no length.
+const KNOWN_LENGTHS: &str = "`nm`, `um`, `mm` and `in` are known";
 /// Quantities that are lengths and never angles.
 const LENGTHS: [&str; 2] = ["diameter", "face_width"];
 
@@ -137,9 +134,9 @@ impl MeasurandBody {
         if let Some(fault) = self.tooth.as_ref().and_then(|tooth| check_name(tooth.as_str()).err()) {
             faults.push("/tooth", fault.to_string());
         }
-        let axes = self.axes.as_ref().map(text_of).map(Arc::from);
+        let axes = self.axes.clone().map(|axes| Arc::from(text_of(&axes.canonical())));
         let tooth = self.tooth.clone().map(String::from);
-        faults.into_result(Measurand { flank: self.flank.map(Into::into), tooth, axes })
+        faults.into_result(Measurand { flank: self.flank.map(Into::into), tooth, axes, units_accepted: false })
     }
 }
 
@@ -148,6 +145,26 @@ impl AxesBody {
     pub fn of(measurand: &Measurand) -> Result<Self, String> {
         let Some(text) = &measurand.axes else { return Ok(AxesBody::default()) };
         serde_json::from_str(text).map_err(|error| format!("the stored axes cannot be read: {error}"))
+    }
+
+    /// The same with units by the names that are written.
+    fn canonical(mut self) -> Self {
+        let axes = [&mut self.u, &mut self.v, &mut self.z, &mut self.x, &mut self.y];
+        for axis in axes.into_iter().flatten() {
+            axis.unit = ShortText::new(units::canonical(axis.unit.as_str())).unwrap_or_else(|| axis.unit.clone());
+        }
+        self
+    }
+
+    /// These axes, and of the others those of `before`.
+    pub fn over(self, before: AxesBody) -> Self {
+        AxesBody {
+            u: self.u.or(before.u),
+            v: self.v.or(before.v),
+            z: self.z.or(before.z),
+            x: self.x.or(before.x),
+            y: self.y.or(before.y),
+        }
     }
 
     /// By their names.
@@ -176,11 +193,8 @@ impl AxesBody {
                 check_lengths(lengths, name, nodes, faults);
             }
             let (quantity, unit) = (axis.quantity.as_str(), axis.unit.as_str());
-            if let Some((right, _)) = SPELLED.iter().find(|(_, others)| others.contains(&unit)) {
-                faults.push(format!("{at}/unit"), format!("write `{right}`, by which this unit is known"));
-            }
-            if LENGTHS.contains(&quantity) && unit == "deg" {
-                faults.push(format!("{at}/unit"), format!("`{quantity}` is a length; write `mm` or `um`"));
+            if LENGTHS.contains(&quantity) && ["deg", "arcmin"].contains(&units::canonical(unit)) {
+                faults.push(format!("{at}/unit"), format!("`{quantity}` is a length; write `mm`, `um`, `nm` or `in`"));
             }
         }
     }
@@ -201,10 +215,8 @@ impl AxesBody {
         if quantity == "roll_length" || LENGTHS.contains(&quantity) {
             return Err(format!("the heights of the iteration are `{quantity}`, not deviations"));
         }
-        let unit = match axis.unit.as_str() {
-            "um" => 1.0,
-            "mm" => 1000.0,
-            other => return Err(format!("the heights of the iteration are in `{other}`; `um` and `mm` are known")),
+        let Some(unit) = units::micrometres(axis.unit.as_str()) else {
+            return Err(format!("the heights of the iteration are in `{}`; {KNOWN_LENGTHS}", axis.unit.as_str()));
         };
         Ok(if axis.positive == Some(PositiveName::MaterialIn) { -unit } else { unit })
     }
@@ -215,6 +227,7 @@ impl AxesBody {
         let Some(axis) = &self.u else { return Ok(None) };
         match (axis.quantity.as_str(), axis.unit.as_str()) {
             ("roll_length", "deg") => Ok(Some((ProfileAxisName::RollAngle, 1.0))),
+            ("roll_length", "arcmin") => Ok(Some((ProfileAxisName::RollAngle, 1.0 / 60.0))),
             ("roll_length", unit) => Ok(Some((ProfileAxisName::RollLength, to_mm("u", unit)?))),
             ("diameter", unit) => Ok(Some((ProfileAxisName::Diameter, to_mm("u", unit)?))),
             (other, _) => Err(format!(
@@ -266,11 +279,7 @@ fn kind_of(nodes: &Nodes) -> Kind {
 }
 
 fn to_mm(axis: &str, unit: &str) -> Result<f64, String> {
-    match unit {
-        "mm" => Ok(1.0),
-        "um" => Ok(1e-3),
-        other => Err(format!("{axis} of the iteration is in `{other}`; `mm` and `um` are known")),
-    }
+    units::millimetres(unit).ok_or_else(|| format!("{axis} of the iteration is in `{unit}`; {KNOWN_LENGTHS}"))
 }
 
 /// Refuses nodes of a stream that its axes are not those of.
@@ -306,7 +315,9 @@ mod tests {
             (r#"{"z":{"quantity":"deviation","unit":"mm","positive":"material_out"}}"#, Some(1000.0)),
             (r#"{"z":{"quantity":"deviation","unit":"mm","positive":"material_in"}}"#, Some(-1000.0)),
             (r#"{"y":{"quantity":"my own","unit":"um","positive":"material_in"}}"#, Some(-1.0)),
-            (r#"{"z":{"quantity":"deviation","unit":"inch"}}"#, None),
+            (r#"{"z":{"quantity":"deviation","unit":"in"}}"#, Some(25_400.0)),
+            (r#"{"z":{"quantity":"deviation","unit":"nm"}}"#, Some(1e-3)),
+            (r#"{"z":{"quantity":"deviation","unit":"furlong"}}"#, None),
             (r#"{"z":{"quantity":"diameter","unit":"mm"}}"#, None),
         ] {
             assert_eq!(axes(text).deviation_factor().ok(), factor, "{text}");
@@ -327,7 +338,19 @@ mod tests {
         let both = r#"{"u":{"quantity":"roll_length","unit":"mm"},"x":{"quantity":"roll_length","unit":"mm"}}"#;
         assert_eq!(pointers(both, None), ["/axes/x"], "no nodes have both");
         let odd = r#"{"u":{"quantity":"diameter","unit":"deg","positive":"material_in"},"z":{"quantity":"deviation","unit":"µm"}}"#;
-        assert_eq!(pointers(odd, None), ["/axes/u/positive", "/axes/u/unit", "/axes/z/unit"]);
+        assert_eq!(pointers(odd, None), ["/axes/u/positive", "/axes/u/unit"]);
+    }
+
+    #[test]
+    fn units_are_stored_by_the_names_that_are_written() {
+        let body = MeasurandBody {
+            axes: Some(axes(
+                r#"{"u":{"quantity":"roll_length","unit":"inch"},"z":{"quantity":"deviation","unit":"µm"}}"#,
+            )),
+            ..MeasurandBody::default()
+        };
+        let stored = AxesBody::of(&body.checked(None).unwrap()).unwrap();
+        assert_eq!([stored.u, stored.z].map(|axis| axis.unwrap().unit.as_str().to_owned()), ["in", "um"]);
     }
 
     #[test]
@@ -340,7 +363,7 @@ mod tests {
         assert_eq!(of("roll_length", "deg").profile(), Ok(Some((ProfileAxisName::RollAngle, 1.0))));
         assert_eq!(of("diameter", "um").profile(), Ok(Some((ProfileAxisName::Diameter, 1e-3))));
         assert_eq!(AxesBody::default().profile(), Ok(None));
-        assert!(of("face_width", "mm").profile().is_err() && of("roll_length", "inch").profile().is_err());
+        assert!(of("face_width", "mm").profile().is_err() && of("roll_length", "furlong").profile().is_err());
         assert_eq!(of("face_width", "um").along(), Ok(1e-3));
         assert!(of("roll_length", "mm").along().is_err());
     }

@@ -3,3 +3,4 @@
 pub mod axes;
 pub mod profile_axis;
 pub mod side;
+pub mod units;

@@ -25,6 +25,8 @@ pub enum ProblemCode {
     BodyTimeout,
     /// 409: the resource's state does not allow it.
     Conflict,
+    /// 409: the units of an iteration are implausible, and nobody has settled them.
+    ImplausibleUnit,
     /// 409: the first request with this idempotency key still runs.
     IdempotencyKeyInUse,
     /// 409: the operation has not ended.
@@ -75,7 +77,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 34] = [
+    pub const ALL: [ProblemCode; 35] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
@@ -87,6 +89,7 @@ impl ProblemCode {
         Self::NotAcceptable,
         Self::BodyTimeout,
         Self::Conflict,
+        Self::ImplausibleUnit,
         Self::IdempotencyKeyInUse,
         Self::OperationRunning,
         Self::OperationCancelled,
@@ -128,6 +131,9 @@ impl ProblemCode {
             Self::NotAcceptable => (406, "urn:flankfit:problem:not_acceptable", "The wanted form is not offered here"),
             Self::BodyTimeout => (408, "urn:flankfit:problem:body_timeout", "The request body took too long"),
             Self::Conflict => (409, "urn:flankfit:problem:conflict", "The resource's state does not allow this"),
+            Self::ImplausibleUnit => {
+                (409, "urn:flankfit:problem:implausible_unit", "The units of the iteration are implausible")
+            }
             Self::IdempotencyKeyInUse => (
                 409,
                 "urn:flankfit:problem:idempotency_key_in_use",

@@ -153,13 +153,8 @@ fn simulate_run(
             round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
-                let result = correction::write(
-                    &solution,
-                    false,
-                    None,
-                    &canonical::request_sha256(&request),
-                    Include::default(),
-                )?;
+                let result =
+                    correction::write(&solution, None, &canonical::request_sha256(&request), Include::default())?;
                 let built = Built { method: "matrix".to_owned(), result };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }

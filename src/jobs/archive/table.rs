@@ -55,10 +55,14 @@ pub const TABLES: &[Table] = tables! {
         actor: Text, flank_figures: Text, spec: Document, result: Document,
     }
     choice: { number: Integer, position: Integer, fit: Integer, reason: Text, created_at: Time, actor: Text }
-    decision: { number: Integer, position: Integer, decision: Text, reason: Text, created_at: Time, actor: Text }
+    decision: {
+        number: Integer, position: Integer, decision: Text, reason: Text, created_at: Time, actor: Text,
+        concession: Integer,
+    }
     record: {
         number: Integer, position: Integer, id: Id, kind: Text, method: Text, created_at: Time,
         request: Document, result: Document, gear: Text, actor: Text, class: Integer,
+        measurand: Text,
     }
     stream: {
         id: Id, spec: Document, forgetting_factor: Real, sequence: Integer, node_count: Integer,

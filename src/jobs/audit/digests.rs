@@ -100,9 +100,12 @@ pub fn choice_digest(Choice { fit_id, event }: &Choice) -> Sha256Digest {
     also(of(*fit_id).maybe(event.reason.as_deref()).time(event.created_at), event.by.as_deref())
 }
 
-pub fn decision_digest(DecisionEvent { decision, event }: &DecisionEvent) -> Sha256Digest {
+pub fn decision_digest(DecisionEvent { decision, concession, event }: &DecisionEvent) -> Sha256Digest {
     let fields = Fields::default().text(decision.name()).maybe(event.reason.as_deref()).time(event.created_at);
-    also(fields, event.by.as_deref())
+    match concession {
+        true => fields.maybe(event.by.as_deref()).text("concession").digest(),
+        false => also(fields, event.by.as_deref()),
+    }
 }
 
 pub fn record_digest(Record { id, created_at, by, draft }: &Record) -> Sha256Digest {
@@ -113,7 +116,10 @@ pub fn record_digest(Record { id, created_at, by, draft }: &Record) -> Sha256Dig
         .text(&draft.request)
         .text(&draft.result)
         .maybe(draft.gear.as_deref());
-    also(fields, by.as_deref())
+    match &draft.measurand {
+        Some(measurand) => fields.maybe(by.as_deref()).text(measurand).digest(),
+        None => also(fields, by.as_deref()),
+    }
 }
 
 /// Of what stays of a stream.
@@ -181,7 +187,7 @@ impl NewFit {
 /// what is kept with it from the beginning.
 pub fn new_iteration(iteration: &NewIteration) -> Contents {
     let NewIteration { id, measurand, details, created_at, nodes, fit, records, .. } = iteration;
-    let first = fit.first_choice();
+    let first = fit.choice();
     let rows = [
         ("iteration", iteration_digest(*id, measurand, details, *created_at)),
         ("nodes", nodes_digest(nodes.posted() as u64, nodes.bytes())),

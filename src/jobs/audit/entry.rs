@@ -60,6 +60,8 @@ pub enum Action {
     AddFit,
     ChooseFit,
     Decide,
+    /// Of what its nodes are of.
+    Amend,
     AddRecord,
     OpenStream,
     AddBlock,
@@ -85,6 +87,7 @@ impl Action {
             Action::AddFit => "fit.add",
             Action::ChooseFit => "fit.choose",
             Action::Decide => "iteration.decide",
+            Action::Amend => "iteration.amend",
             Action::AddRecord => "record.add",
             Action::OpenStream => "stream.open",
             Action::AddBlock => "stream.block",

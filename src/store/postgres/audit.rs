@@ -113,14 +113,15 @@ pub async fn found(db: &mut PgConnection, tenant: &Tenant, job: Uuid) -> Outcome
     .await?;
     all::<DecisionRow>(
         db,
-        "SELECT number, decision, reason, actor, created_at FROM decisions WHERE job = $1 ORDER BY number, position",
+        "SELECT number, decision, concession, reason, actor, created_at FROM decisions WHERE job = $1
+         ORDER BY number, position",
         job,
         rows,
     )
     .await?;
     all::<RecordRow>(
         db,
-        "SELECT number, id, kind, method, created_at, actor, request, result, gear, class
+        "SELECT number, id, kind, method, created_at, actor, request, result, gear, class, measurand
          FROM records WHERE job = $1 ORDER BY number, position",
         job,
         rows,

@@ -91,11 +91,9 @@ pub async fn verify(
 /// the clock of another server was ahead.)
 const LISTED_OTHERWISE: &str = "
     SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.id), 0)
-        OR j.status <> CASE
-            (SELECT decision FROM decisions WHERE job = j.id AND number = j.iteration_count
-             ORDER BY position DESC LIMIT 1)
-            WHEN 'accept' THEN 'accepted' WHEN 'reject' THEN 'rejected' WHEN 'remachine' THEN 'remachine'
-            ELSE CASE WHEN j.iteration_count > 0 THEN 'open' ELSE 'new' END END
+        OR j.status <> status_of((SELECT min(rank) FROM flanks_of(j.id)))
+        OR EXISTS (SELECT * FROM flanks_of(j.id) EXCEPT SELECT flank, tooth, number, rank FROM flanks WHERE job = j.id)
+        OR (SELECT count(*) FROM flanks_of(j.id)) <> (SELECT count(*) FROM flanks WHERE job = j.id)
         OR j.changed_at < greatest(
             j.updated_at,
             (SELECT max(created_at) FROM iterations WHERE job = j.id),

@@ -202,20 +202,43 @@ impl Read<PgPool> for GetFit {
     }
 }
 
+/// Stores a fit of an iteration behind those it has; its place.
+pub async fn insert_next(db: &mut PgConnection, job: Uuid, number: i64, fit: &NewFit) -> Outcome<FitPlace> {
+    let last: i64 = sqlx::query_scalar("SELECT max(position) FROM fits WHERE job = $1 AND number = $2")
+        .bind(job)
+        .bind(number)
+        .fetch_one(&mut *db)
+        .await?;
+    let place = FitPlace { job, number, position: last + 1 };
+    insert_rows(db, &[Placed { place, fit }]).await?;
+    Ok(place)
+}
+
+/// Stores that a fit is chosen from now on.
+pub async fn insert_choice(db: &mut PgConnection, fit: FitPlace, choice: &Choice) -> Outcome<()> {
+    sqlx::query(
+        "INSERT INTO fit_choices (job, number, position, fit, reason, actor, created_at)
+         SELECT $1, $2, coalesce(max(position), 0) + 1, $3, $4, $5, $6
+         FROM fit_choices WHERE job = $1 AND number = $2",
+    )
+    .bind(fit.job)
+    .bind(fit.number)
+    .bind(fit.position)
+    .bind(choice.event.reason.as_deref())
+    .bind(choice.event.by.as_deref())
+    .bind(stamp(choice.event.created_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
 impl Write<Session> for InsertFit {
     async fn write(asked: &Asked<Self>, session: &mut Session) -> Outcome<Stored> {
         let (InsertFit { job, number, fit, receipt }, tenant) = (&asked.write, asked.tenant());
         let version = locate::iteration(&mut session.db, tenant, *job, *number).await?;
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
         session.enter(asked, *job, Action::AddFit, target::fit(*job, *number, fit.id)).await?;
-        let number = i64::from(*number);
-        let last: i64 = sqlx::query_scalar("SELECT max(position) FROM fits WHERE job = $1 AND number = $2")
-            .bind(job)
-            .bind(number)
-            .fetch_one(&mut session.db)
-            .await?;
-        let place = FitPlace { job: *job, number, position: last + 1 };
-        insert_rows(&mut session.db, &[Placed { place, fit }]).await?;
+        let place = insert_next(&mut session.db, *job, i64::from(*number), fit).await?;
         let stored = Stored { number: asked.write.number, version: version + 1 };
         let stored_fit = StoredFit { place, result: &fit.computed.result };
         session.keys.keep(tenant, receipt.as_ref(), stored, fit.event.created_at, Some(stored_fit));
@@ -248,19 +271,8 @@ impl Write<Session> for Choose {
             return Ok(Stored { number: *number, version });
         }
         session.enter(asked, *job, Action::ChooseFit, target::fit(*job, *number, choice.fit_id)).await?;
-        sqlx::query(
-            "INSERT INTO fit_choices (job, number, position, fit, reason, actor, created_at)
-             VALUES ($1, $2, $3, $4, $5, $6, $7)",
-        )
-        .bind(job)
-        .bind(i64::from(*number))
-        .bind(Latest::next(latest.as_ref()))
-        .bind(fit)
-        .bind(choice.event.reason.as_deref())
-        .bind(choice.event.by.as_deref())
-        .bind(stamp(choice.event.created_at))
-        .execute(&mut session.db)
-        .await?;
+        let place = FitPlace { job: *job, number: i64::from(*number), position: fit };
+        insert_choice(&mut session.db, place, choice).await?;
         Ok(Stored { number: *number, version: version + 1 })
     }
 }

@@ -85,21 +85,21 @@ const STATEMENTS: &[Statements] = &[
     },
     Statements {
         table: "decision",
-        read: "SELECT d.number, d.position, d.decision, d.reason, d.created_at, d.actor
+        read: "SELECT d.number, d.position, d.decision, d.reason, d.created_at, d.actor, d.concession
                FROM jobs j JOIN decisions d ON d.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 ORDER BY d.number, d.position",
-        write: "INSERT INTO decisions (job, number, position, decision, reason, created_at, actor)
-                VALUES ($1, $2, $3, $4, $5, $6, $7)",
+        write: "INSERT INTO decisions (job, number, position, decision, reason, created_at, actor, concession)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8)",
     },
     Statements {
         table: "record",
         read: "SELECT r.number, r.position, r.id, r.kind, r.method, r.created_at, r.request, r.result, r.gear, r.actor,
-                      r.class
+                      r.class, r.measurand
                FROM jobs j JOIN records r ON r.job = j.id
                WHERE j.id = $1 AND j.tenant = $2 ORDER BY r.number, r.position",
         write: "INSERT INTO records (job, number, position, id, kind, method, created_at, request, result, gear, actor,
-                                     class)
-                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+                                     class, measurand)
+                VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
     },
     Statements {
         table: "stream",

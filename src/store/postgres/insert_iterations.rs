@@ -156,7 +156,7 @@ async fn note_in_jobs(db: &mut PgConnection, rows: &[Numbered<'_>]) -> Outcome<(
         (*number, *at) = (row.number.max(*number), (*at).max(*created_at));
     }
     sqlx::query(
-        "UPDATE jobs j SET iteration_count = n.number, status = 'open', changed_at = greatest(j.changed_at, n.at)
+        "UPDATE jobs j SET iteration_count = n.number, changed_at = greatest(j.changed_at, n.at)
          FROM unnest($1::uuid[], $2::bigint[], $3::timestamptz[]) AS n (job, number, at) WHERE j.id = n.job",
     )
     .bind(jobs.keys().copied().collect::<Vec<_>>())

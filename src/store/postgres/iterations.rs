@@ -26,11 +26,12 @@ impl Read<PgPool> for GetIteration {
         let row: IterationRow = locate::row(
             &mut db,
             concat!(
-                "SELECT i.id, i.flank, i.tooth, i.axes, i.measured_at, i.instrument, i.operator, i.note, i.created_at,
+                "SELECT i.id, i.flank, i.tooth, i.axes, i.units_accepted, i.measured_at, i.instrument, i.operator,
+                        i.note, i.created_at,
                         (SELECT count FROM nodes WHERE job = i.job AND number = i.number) AS node_count, ",
                 version!(),
                 " + (j.purged_at IS NOT NULL)::int AS version, j.purged_at
-                 FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3"
+                 FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3"
             ),
             (tenant, job, number),
         )
@@ -47,11 +48,11 @@ impl Read<PgPool> for ListIterations {
         let mut db = snapshot(from).await?;
         jobs::located(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<Listed<ListedIterationRow>> = sqlx::query_as(concat!(
-            "SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.measured_at,
-                    i.instrument, i.operator, i.created_at AS stored_at, d.decision, d.actor AS decided_by,
+            "SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.units_accepted,
+                    i.measured_at, i.instrument, i.operator, i.created_at AS stored_at, d.decision, d.actor AS decided_by,
                     f.id, f.reason, f.actor, f.created_at, true AS chosen, c.actor AS chosen_by, f.flank_figures, ",
             figure_columns!(),
-            " FROM iterations i
+            " FROM measured i
                   CROSS JOIN LATERAL (SELECT fit, actor FROM fit_choices WHERE job = i.job AND number = i.number
                                       ORDER BY position DESC LIMIT 1) AS c
                   JOIN fits f ON f.job = i.job AND f.number = i.number AND f.position = c.fit
@@ -105,8 +106,8 @@ impl Read<PgPool> for GetMeasurand {
         let mut db = snapshot(from).await?;
         let row: MeasurandRow = locate::row(
             &mut db,
-            "SELECT i.flank, i.tooth, i.axes
-             FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3",
+            "SELECT i.flank, i.tooth, i.axes, i.units_accepted
+             FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number = $3",
             (tenant, job, number),
         )
         .await?;
@@ -119,7 +120,7 @@ impl Read<PgPool> for GetSuccessors {
         let GetSuccessors { job, number } = *self;
         let rows = sqlx::query_as::<_, SuccessorRow>(
             "SELECT i.number, i.flank, i.tooth, NULL::text AS axes
-             FROM jobs j JOIN iterations i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
+             FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3
              ORDER BY i.number",
         )
         .bind(job)
@@ -140,7 +141,7 @@ impl Read<PgPool> for GetPredecessors {
                     (SELECT f.id FROM fit_choices c
                           JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
                      WHERE c.job = i.job AND c.number = i.number ORDER BY c.position DESC LIMIT 1) AS fit_id
-             FROM jobs j JOIN iterations i ON i.job = j.id
+             FROM jobs j JOIN measured i ON i.job = j.id
              WHERE j.id = $1 AND j.tenant = $2 AND i.number >= $3 AND i.number < $4 ORDER BY i.number DESC",
         )
         .bind(*job)

@@ -51,15 +51,21 @@ macro_rules! page_of_jobs {
              )
              SELECT ",
             job_columns!(),
-            ", status, iteration_count, changed_at, class, last_measured_at, flank, decision, rms, condition,
+            ", status, iteration_count, changed_at, class, last_measured_at, flank, left_rank, right_rank, decision, rms,
+                 condition,
                  flank_figures, ",
             sort_name!(),
             " AS sort_name
              FROM page JOIN jobs USING (id)
              LEFT JOIN LATERAL (
-                 SELECT coalesce(measured_at, created_at) AS last_measured_at, flank FROM iterations
+                 SELECT coalesce(measured_at, created_at) AS last_measured_at, flank FROM measured
                  WHERE job = jobs.id AND number = iteration_count
-             ) AS measured ON true
+             ) AS last ON true
+             LEFT JOIN LATERAL (
+                 SELECT min(rank) FILTER (WHERE f.flank = 'left') AS left_rank,
+                        min(rank) FILTER (WHERE f.flank = 'right') AS right_rank
+                 FROM flanks f WHERE f.job = jobs.id
+             ) AS ranks ON true
              LEFT JOIN LATERAL (
                  SELECT decision FROM decisions WHERE job = jobs.id AND number = iteration_count
                  ORDER BY position DESC LIMIT 1

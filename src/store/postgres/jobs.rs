@@ -119,7 +119,7 @@ impl Write<Session> for PatchJob {
 async fn refuse_fewer_teeth(db: &mut PgConnection, job: Uuid, gear: Option<&JobGear>) -> Outcome<()> {
     let Some(teeth) = gear.and_then(JobGear::teeth) else { return Ok(()) };
     let measured: Vec<MeasuredTooth> = sqlx::query_as(
-        "SELECT tooth, min(number) AS iteration FROM iterations WHERE job = $1 AND tooth IS NOT NULL GROUP BY tooth
+        "SELECT tooth, min(number) AS iteration FROM measured WHERE job = $1 AND tooth IS NOT NULL GROUP BY tooth
          UNION ALL
          SELECT DISTINCT tooth, NULL::bigint FROM streams WHERE job = $1 AND tooth IS NOT NULL AND iteration IS NULL",
     )

@@ -14,7 +14,9 @@ macro_rules! version {
     () => {
         "(SELECT coalesce(max(position), 0) FROM fits WHERE job = i.job AND number = i.number)
          + (SELECT coalesce(max(position), 0) FROM fit_choices WHERE job = i.job AND number = i.number)
-         + (SELECT coalesce(max(position), 0) FROM decisions WHERE job = i.job AND number = i.number) - 1"
+         + (SELECT coalesce(max(position), 0) FROM decisions WHERE job = i.job AND number = i.number)
+         + (SELECT count(*) FROM records
+            WHERE job = i.job AND number = i.number AND kind = 'measurand' AND method = 'changed') - 1"
     };
 }
 pub(super) use version;

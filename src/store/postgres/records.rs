@@ -24,19 +24,22 @@ impl Write<Session> for InsertRecord {
         let version = locate::iteration(&mut session.db, tenant, *job, *number).await?;
         session.keys.refuse_taken(tenant, receipt.as_ref())?;
         session.enter(asked, *job, Action::AddRecord, target::record(*job, *number, record.id)).await?;
-        let number = i64::from(*number);
-        let last: i64 =
-            sqlx::query_scalar("SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2")
-                .bind(job)
-                .bind(number)
-                .fetch_one(&mut session.db)
-                .await?;
-        insert_rows(&mut session.db, *job, number, last, std::slice::from_ref(&**record)).await?;
+        insert_next(&mut session.db, *job, i64::from(*number), record).await?;
         // Records are beside the iteration: its version stays.
         let stored = Stored { number: asked.write.number, version };
         session.keys.keep(tenant, receipt.as_ref(), stored, record.created_at, None);
         Ok(stored)
     }
+}
+
+/// Stores a record of an iteration behind those it has.
+pub async fn insert_next(db: &mut PgConnection, job: Uuid, number: i64, record: &Record) -> Outcome<()> {
+    let last: i64 = sqlx::query_scalar("SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2")
+        .bind(job)
+        .bind(number)
+        .fetch_one(&mut *db)
+        .await?;
+    insert_rows(db, job, number, last, std::slice::from_ref(record)).await
 }
 
 /// Stores records of an iteration behind the one at the position `last`.
@@ -45,8 +48,8 @@ pub async fn insert_rows(db: &mut PgConnection, job: Uuid, number: i64, last: i6
         let draft = &record.draft;
         sqlx::query(
             "INSERT INTO records (job, number, position, id, kind, method, created_at, actor, request, result, gear,
-                                  class)
-             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12)",
+                                  class, measurand)
+             VALUES ($1, $2, $3, $4, $5, $6, $7, $8, $9, $10, $11, $12, $13)",
         )
         .bind(job)
         .bind(number)
@@ -60,6 +63,7 @@ pub async fn insert_rows(db: &mut PgConnection, job: Uuid, number: i64, last: i6
         .bind(encode(&draft.result))
         .bind(draft.gear.as_deref())
         .bind(draft.class.map(i64::from))
+        .bind(draft.measurand.as_deref())
         .execute(&mut *db)
         .await?;
     }
@@ -70,7 +74,7 @@ impl Read<PgPool> for GetRecord {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Record> {
         let mut db = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class, measurand FROM records
              WHERE job = $1 AND number = $2 AND id = $3",
         )
         .bind(self.job)
@@ -90,7 +94,7 @@ impl Read<PgPool> for ListRecords {
         let PageRequest { limit, after } = self.page;
         let mut db = within(from, caller, self.job, self.number).await?;
         let rows: Vec<Listed<RecordSummaryRow>> = sqlx::query_as(
-            "SELECT position AS place, id, kind, method, created_at, actor FROM records
+            "SELECT position AS place, id, kind, method, created_at, actor, measurand FROM records
              WHERE job = $1 AND number = $2 AND position > $3 ORDER BY position LIMIT $4",
         )
         .bind(self.job)
@@ -107,7 +111,7 @@ impl Read<PgPool> for ListRecords {
 pub async fn last(db: &mut PgConnection, job: Uuid, number: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
     locate::last::<RecordSummaryRow, _>(
         db,
-        "SELECT id, kind, method, created_at, actor,
+        "SELECT id, kind, method, created_at, actor, measurand,
                 (SELECT count(*) FROM records WHERE job = $1 AND number = $2) AS total
          FROM records WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3",
         (job, number),
@@ -119,7 +123,7 @@ impl Read<PgPool> for GetLatestRecord {
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<Option<Record>> {
         let mut db = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class, measurand FROM records
              WHERE job = $1 AND number = $2 AND kind = $3 ORDER BY position DESC LIMIT 1",
         )
         .bind(self.job)

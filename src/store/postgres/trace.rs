@@ -25,7 +25,7 @@ impl Read<PgPool> for GetTrace {
         let mut db = snapshot(from).await?;
         let job = jobs::located(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<TracedIterationRow> = sqlx::query_as(
-            "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes FROM iterations
+            "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes FROM measured
              WHERE job = $1 AND number > $2 ORDER BY number LIMIT $3",
         )
         .bind(self.job)
@@ -70,7 +70,7 @@ async fn iteration(db: &mut PgConnection, job: Uuid, row: TracedIterationRow, te
 async fn last_decisions(db: &mut PgConnection, job: Uuid, number: i64) -> Outcome<(Vec<DecisionEvent>, u64)> {
     locate::last::<DecisionRow, _>(
         db,
-        "SELECT decision, reason, actor, created_at,
+        "SELECT decision, concession, reason, actor, created_at,
                 (SELECT count(*) FROM decisions WHERE job = $1 AND number = $2) AS total
          FROM decisions WHERE job = $1 AND number = $2 ORDER BY position DESC LIMIT $3",
         (job, number),

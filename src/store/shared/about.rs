@@ -5,15 +5,15 @@ use uuid::Uuid;
 
 use super::{
     operation::{
-        CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit, InsertIteration,
-        InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask, PatchJob, PatchKey,
-        PatchPlant, PurgeJob, RevokeKey, RotateKey,
+        Amend, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, InsertBlock, InsertFit,
+        InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask,
+        PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey,
     },
     row::purge_name,
     subject::{About, Subject},
 };
 use crate::jobs::{
-    Job, NewKey, NewRun, Plant,
+    Amendment, Job, NewKey, NewRun, Plant,
     audit::{
         Contents, block_digest, choice_digest, decision_digest, job_digest, key_digest, new_iteration, plant_digest,
         purge_digest, record_digest, stream_digest,
@@ -45,6 +45,7 @@ about! {
     InsertFit: write => Subject::Job(write.job), vec![Contents::one("fit", write.fit.digest())];
     Choose: write => Subject::Job(write.job), vec![Contents::one("choice", choice_digest(&write.choice))];
     Decide: write => Subject::Job(write.job), vec![Contents::one("decision", decision_digest(&write.decision))];
+    Amend: write => Subject::Job(write.job), vec![of_amendment(&write.amendment)];
     InsertRecord: write => Subject::Job(write.job), vec![Contents::one("record", record_digest(&write.record))];
     InsertStream: write => Subject::Job(write.stream.job_id), vec![of_stream(write)];
     InsertBlock: write => Subject::Stream(write.block.stream), vec![of_block(write)];
@@ -101,6 +102,12 @@ fn of_runs(runs: &[NewRun]) -> Vec<Contents> {
         [vec![of_job(&run.job)], iterations].concat()
     };
     runs.iter().flat_map(of_run).collect()
+}
+
+fn of_amendment(Amendment { record, fit, decision, .. }: &Amendment) -> Contents {
+    let fit = fit.iter().flat_map(|fit| [("fit", fit.digest()), ("choice", choice_digest(&fit.choice()))]);
+    let decision = decision.iter().map(|decision| ("decision", decision_digest(decision)));
+    Contents::of([("record", record_digest(record))].into_iter().chain(fit).chain(decision).collect())
 }
 
 fn of_stream(InsertStream { stream, .. }: &InsertStream) -> Contents {

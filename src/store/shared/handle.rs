@@ -14,10 +14,10 @@ use super::{
         ClaimTask, EndTask, FindCertificate, FindKey, ForgetTasks, GiveTaskBack, HasKeys, NoteUses, RenewTasks,
     },
     operation::{
-        Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer, GetAudit,
-        GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent,
-        GetLastPlace, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord,
-        GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace,
+        Amend, Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer,
+        GetAudit, GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey,
+        GetLastEvent, GetLastPlace, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors,
+        GetRecord, GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace,
         InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns,
         InsertStream, InsertTask, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords, ListStreams,
         ListTasks, Operation as _, PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter,
@@ -28,10 +28,10 @@ use super::{
 };
 use crate::{
     jobs::{
-        Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Clock, Credentials, DecisionEvent, EndedTask, EventPlace,
-        FinishedStream, FitRecord, FitSummary, Ids, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery,
-        KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit, NewIteration, NewKey,
-        NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition,
+        Amendment, Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Clock, Credentials, DecisionEvent, EndedTask,
+        EventPlace, FinishedStream, FitRecord, FitSummary, Ids, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch,
+        JobQuery, KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit, NewIteration,
+        NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition,
         Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
         RepositoryFuture, Rotation, San, Stored, Stream, StreamState, Successors, Task, TaskQuery, TaskResult, Tasks,
         Tenant, ToldEvent, Trace,

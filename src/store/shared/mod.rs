@@ -37,7 +37,7 @@ pub use maintenance::{
 };
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{
-    Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer, GetAudit,
+    Amend, Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer, GetAudit,
     GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent,
     GetLastPlace, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord,
     GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock,

@@ -11,12 +11,12 @@ use super::{
 };
 use crate::{
     jobs::{
-        Answer, ApiKey, Block, Caller, Choice, DecisionEvent, EventPlace, FinishedStream, FitRecord, FitSummary,
-        Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId, KeyPatch, Lease, ListedIteration,
-        Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page,
-        PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record, RecordKind,
-        RecordSummary, Rotation, Stored, Stream, StreamState, Successors, Task, TaskQuery, TaskResult, Tenant,
-        ToldEvent, Trace,
+        Amendment, Answer, ApiKey, Block, Caller, Choice, DecisionEvent, EventPlace, FinishedStream, FitRecord,
+        FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId, KeyPatch, Lease,
+        ListedIteration, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant, NewPurge, NewRun, NewStream,
+        NewTask, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor, Predecessors, Receipt, Record,
+        RecordKind, RecordSummary, Rotation, Stored, Stream, StreamState, Successors, Task, TaskQuery, TaskResult,
+        Tenant, ToldEvent, Trace,
         audit::{Chain, Contents, Entry, Prepared, Seal, Verdict},
     },
     key_operations, repository_operations,

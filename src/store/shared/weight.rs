@@ -6,8 +6,9 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use crate::jobs::{
-    Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeyId, KeyPatch, NewBlock, NewFit, NewIteration, NewKey,
-    NewPlant, NewPurge, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record, Rotation, Tenant,
+    Amendment, Choice, DecisionEvent, FinishedStream, Job, JobPatch, KeyId, KeyPatch, NewBlock, NewFit, NewIteration,
+    NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, PlantPatch, Precondition, Receipt, Record, Rotation,
+    Tenant,
 };
 
 /// Part of a write.
@@ -92,6 +93,12 @@ impl Weight for Vec<NewRun> {
 impl Weight for Record {
     fn bytes(&self) -> usize {
         self.draft.request.len() + self.draft.result.len()
+    }
+}
+
+impl Weight for Amendment {
+    fn bytes(&self) -> usize {
+        self.record.bytes() + self.fit.as_ref().map_or(0, Weight::bytes)
     }
 }
 

@@ -120,7 +120,7 @@ pub async fn found(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid) -> Out
     .await?;
     all::<DecisionRow>(
         db,
-        "SELECT i.number AS number, d.decision AS decision, d.reason AS reason, d.actor AS actor,
+        "SELECT i.number AS number, d.decision AS decision, d.concession AS concession, d.reason AS reason, d.actor AS actor,
                 d.created_at AS created_at
          FROM jobs j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
          WHERE j.id = ? ORDER BY i.number, d.position",
@@ -131,7 +131,8 @@ pub async fn found(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid) -> Out
     all::<RecordRow>(
         db,
         "SELECT i.number AS number, r.id AS id, r.kind AS kind, r.method AS method, r.created_at AS created_at,
-                r.actor AS actor, r.request AS request, r.result AS result, r.gear AS gear, r.class AS class
+                r.actor AS actor, r.request AS request, r.result AS result, r.gear AS gear, r.class AS class,
+                r.measurand AS measurand
          FROM jobs j JOIN iterations i ON i.job = j.seq JOIN records r ON r.iteration = i.seq
          WHERE j.id = ? ORDER BY i.number, r.seq",
         job,

@@ -87,12 +87,19 @@ pub async fn verify(
 /// choice are made with their iteration. A job may be listed as changed later than its rows tell:
 /// the clock of another server was ahead.)
 const LISTED_OTHERWISE: &str = "
+    WITH j AS (SELECT * FROM jobs WHERE id = ? AND tenant = ?),
+    newest AS (SELECT coalesce(m.flank, '') AS flank, coalesce(m.tooth, '') AS tooth, max(m.number) AS number
+               FROM j JOIN measured m ON m.job = j.seq GROUP BY 1, 2),
+    expected AS (SELECT n.flank, n.tooth, n.number, CASE
+                     (SELECT d.decision FROM j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
+                      WHERE i.number = n.number ORDER BY d.position DESC LIMIT 1)
+                     WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accept' THEN 4 ELSE 3 END AS rank
+                 FROM newest n)
     SELECT j.iteration_count <> coalesce((SELECT max(number) FROM iterations WHERE job = j.seq), 0)
-        OR j.status <> CASE
-            (SELECT d.decision FROM iterations i JOIN decisions d ON d.iteration = i.seq
-             WHERE i.job = j.seq AND i.number = j.iteration_count ORDER BY d.position DESC LIMIT 1)
-            WHEN 'accept' THEN 'accepted' WHEN 'reject' THEN 'rejected' WHEN 'remachine' THEN 'remachine'
-            ELSE iif(j.iteration_count > 0, 'open', 'new') END
+        OR j.status <> CASE (SELECT min(rank) FROM expected)
+            WHEN 1 THEN 'rejected' WHEN 2 THEN 'remachine' WHEN 3 THEN 'open' WHEN 4 THEN 'accepted' ELSE 'new' END
+        OR EXISTS (SELECT * FROM expected EXCEPT SELECT flank, tooth, number, rank FROM flanks WHERE job = j.seq)
+        OR (SELECT count(*) FROM expected) <> (SELECT count(*) FROM flanks WHERE job = j.seq)
         OR j.changed_at < max(
             j.updated_at,
             coalesce((SELECT max(created_at) FROM iterations WHERE job = j.seq), ''),
@@ -104,7 +111,7 @@ const LISTED_OTHERWISE: &str = "
                       WHERE i.job = j.seq), ''),
             coalesce((SELECT max(r.created_at) FROM iterations i JOIN records r ON r.iteration = i.seq
                       WHERE i.job = j.seq), ''))
-    FROM jobs j WHERE j.id = ? AND j.tenant = ?";
+    FROM j";
 
 /// The rows of a job, and what else the store says of it.
 async fn of_job(db: &mut SqliteConnection, tenant: &Tenant, job: Uuid) -> Outcome<Found> {

@@ -182,18 +182,39 @@ impl Read<SqlitePool> for GetFit {
     }
 }
 
+/// Stores a fit of the iteration that is row `iteration`; its own row.
+pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, fit: &NewFit) -> Outcome<i64> {
+    let insert = concat!(
+        "INSERT INTO fits (",
+        fit_columns!(),
+        ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
+    );
+    Ok(bind(sqlx::query(insert), iteration, fit).execute(db).await?.last_insert_rowid())
+}
+
+/// Stores that the fit in the row `fit` is chosen from now on.
+pub async fn insert_choice(db: &mut SqliteConnection, iteration: i64, fit: i64, choice: &Choice) -> Outcome<()> {
+    sqlx::query(
+        "INSERT INTO fit_choices (iteration, position, fit, reason, actor, created_at)
+         SELECT ?1, coalesce(max(position), 0) + 1, ?2, ?3, ?4, ?5 FROM fit_choices WHERE iteration = ?1",
+    )
+    .bind(iteration)
+    .bind(fit)
+    .bind(choice.event.reason.as_deref())
+    .bind(choice.event.by.as_deref())
+    .bind(time::to_text(choice.event.created_at))
+    .execute(db)
+    .await?;
+    Ok(())
+}
+
 impl Write<SqliteConnection> for InsertFit {
     async fn write(asked: &Asked<Self>, db: &mut SqliteConnection) -> Outcome<Stored> {
         let (InsertFit { job, number, fit, receipt }, tenant) = (&asked.write, asked.tenant());
         let IterationVersion { seq, version } = locate::iteration(db, tenant, *job, *number).await?;
         answers::refuse_taken(db, tenant, receipt.as_ref()).await?;
         let mut chain = audit::of_job(db, asked.by(), *job).await?;
-        let insert = concat!(
-            "INSERT INTO fits (",
-            fit_columns!(),
-            ") VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)"
-        );
-        let seq = bind(sqlx::query(insert), seq, fit).execute(&mut *db).await?.last_insert_rowid();
+        let seq = insert_row(db, seq, fit).await?;
         asked.enter(&mut chain, Action::AddFit, target::fit(*job, *number, fit.id));
         audit::store(db, chain).await?;
         let stored = Stored { number: *number, version: version + 1 };
@@ -224,17 +245,7 @@ impl Write<SqliteConnection> for Choose {
             return Ok(Stored { number: *number, version });
         }
         let mut chain = audit::of_job(db, asked.by(), *job).await?;
-        sqlx::query(
-            "INSERT INTO fit_choices (iteration, position, fit, reason, actor, created_at) VALUES (?, ?, ?, ?, ?, ?)",
-        )
-        .bind(seq)
-        .bind(Latest::next(latest.as_ref()))
-        .bind(fit)
-        .bind(choice.event.reason.as_deref())
-        .bind(choice.event.by.as_deref())
-        .bind(time::to_text(choice.event.created_at))
-        .execute(&mut *db)
-        .await?;
+        insert_choice(db, seq, fit, choice).await?;
         asked.enter(&mut chain, Action::ChooseFit, target::fit(*job, *number, choice.fit_id));
         audit::store(db, chain).await?;
         Ok(Stored { number: *number, version: version + 1 })

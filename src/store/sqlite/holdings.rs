@@ -94,21 +94,22 @@ const STATEMENTS: &[Statements] = &[
     },
     Statements {
         table: "decision",
-        read: "SELECT i.number, d.position, d.decision, d.reason, d.created_at, d.actor
+        read: "SELECT i.number, d.position, d.decision, d.reason, d.created_at, d.actor, d.concession
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, d.position",
-        write: "INSERT INTO decisions (iteration, position, decision, reason, created_at, actor)
-                SELECT i.seq, ?3, ?4, ?5, ?6, ?7
+        write: "INSERT INTO decisions (iteration, position, decision, reason, created_at, actor, concession)
+                SELECT i.seq, ?3, ?4, ?5, ?6, ?7, ?8
                 FROM jobs j JOIN iterations i ON i.job = j.seq WHERE j.id = ?1 AND i.number = ?2",
     },
     Statements {
         table: "record",
         read: "SELECT i.number, row_number() OVER (PARTITION BY r.iteration ORDER BY r.seq), r.id, r.kind, r.method,
-                      r.created_at, r.request, r.result, r.gear, r.actor, r.class
+                      r.created_at, r.request, r.result, r.gear, r.actor, r.class, r.measurand
                FROM jobs j JOIN iterations i ON i.job = j.seq JOIN records r ON r.iteration = i.seq
                WHERE j.id = ? AND j.tenant = ? ORDER BY i.number, r.seq",
-        write: "INSERT INTO records (iteration, id, kind, method, created_at, request, result, gear, actor, class)
-                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12 FROM jobs j JOIN iterations i ON i.job = j.seq
+        write: "INSERT INTO records (iteration, id, kind, method, created_at, request, result, gear, actor, class,
+                                     measurand)
+                SELECT i.seq, ?4, ?5, ?6, ?7, ?8, ?9, ?10, ?11, ?12, ?13 FROM jobs j JOIN iterations i ON i.job = j.seq
                 WHERE j.id = ?1 AND i.number = ?2 AND ?3 = (SELECT count(*) + 1 FROM records WHERE iteration = i.seq)",
     },
     Statements {

@@ -258,7 +258,7 @@ async fn note_in_jobs(db: &mut SqliteConnection, rows: &[Numbered<'_>]) -> Outco
     let jobs: Vec<_> = jobs.into_iter().collect();
     for jobs in jobs.chunks(MOST_ROWS) {
         let sql = format!(
-            "UPDATE jobs SET iteration_count = n.column2, status = 'open', changed_at = max(changed_at, n.column3)
+            "UPDATE jobs SET iteration_count = n.column2, changed_at = max(changed_at, n.column3)
              FROM (VALUES (?, ?, ?){}) AS n WHERE seq = n.column1",
             ", (?, ?, ?)".repeat(jobs.len() - 1)
         );

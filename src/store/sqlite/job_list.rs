@@ -51,7 +51,9 @@ macro_rules! page_of_jobs {
             " AS sort_name,
                  (SELECT coalesce(i.measured_at, i.created_at) FROM iterations i WHERE i.seq = last)
                      AS last_measured_at,
-                 (SELECT i.flank FROM iterations i WHERE i.seq = last) AS flank,
+                 (SELECT i.flank FROM measured i WHERE i.seq = last) AS flank,
+                 (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.seq AND f.flank = 'left') AS left_rank,
+                 (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.seq AND f.flank = 'right') AS right_rank,
                  (SELECT d.decision FROM decisions d WHERE d.iteration = last ORDER BY d.position DESC LIMIT 1)
                      AS decision,
                  (SELECT f.rms FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last

@@ -128,7 +128,7 @@ impl Write<SqliteConnection> for PatchJob {
 async fn refuse_fewer_teeth(db: &mut SqliteConnection, job: i64, gear: Option<&JobGear>) -> Outcome<()> {
     let Some(teeth) = gear.and_then(JobGear::teeth) else { return Ok(()) };
     let measured: Vec<MeasuredTooth> = sqlx::query_as(
-        "SELECT tooth, min(number) AS iteration FROM iterations WHERE job = ?1 AND tooth IS NOT NULL GROUP BY tooth
+        "SELECT tooth, min(number) AS iteration FROM measured WHERE job = ?1 AND tooth IS NOT NULL GROUP BY tooth
          UNION ALL
          SELECT DISTINCT tooth, NULL FROM streams WHERE job = ?1 AND tooth IS NOT NULL AND iteration IS NULL",
     )

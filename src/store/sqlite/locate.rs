@@ -103,7 +103,9 @@ pub async fn iteration(
                 CASE WHEN i.seq NOTNULL THEN
                     (SELECT count(*) FROM fits WHERE iteration = i.seq)
                     + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
-                    + (SELECT count(*) FROM decisions WHERE iteration = i.seq) - 1
+                    + (SELECT count(*) FROM decisions WHERE iteration = i.seq)
+                    + (SELECT count(*) FROM records
+                       WHERE iteration = i.seq AND kind = 'measurand' AND method = 'changed') - 1
                 END AS version,
                 j.purged_at AS purged_at, (SELECT reason FROM purges WHERE job = j.seq) AS purge_reason
          FROM jobs j LEFT JOIN iterations i ON i.job = j.seq AND i.number = ? WHERE j.id = ? AND j.tenant = ?",

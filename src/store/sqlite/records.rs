@@ -35,10 +35,10 @@ impl Write<SqliteConnection> for InsertRecord {
 
 /// The row of a record of the iteration that is row `iteration`.
 pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Record) -> Outcome<()> {
-    let RecordDraft { kind, method, request, result, gear, class } = &record.draft;
+    let RecordDraft { kind, method, request, result, gear, class, measurand } = &record.draft;
     sqlx::query(
-        "INSERT INTO records (id, iteration, kind, method, created_at, actor, request, result, gear, class)
-         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
+        "INSERT INTO records (id, iteration, kind, method, created_at, actor, request, result, gear, class, measurand)
+         VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     )
     .bind(record.id)
     .bind(iteration)
@@ -50,6 +50,7 @@ pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, record: &Reco
     .bind(result.clone())
     .bind(gear.clone())
     .bind(*class)
+    .bind(measurand.clone())
     .execute(db)
     .await?;
     Ok(())
@@ -59,7 +60,7 @@ impl Read<SqlitePool> for GetRecord {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Record> {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records WHERE iteration = ? AND id = ?",
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class, measurand FROM records WHERE iteration = ? AND id = ?",
         )
         .bind(iteration)
         .bind(self.id)
@@ -78,7 +79,7 @@ impl Read<SqlitePool> for ListRecords {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
         let rows: Vec<Listed<RecordSummaryRow>> = sqlx::query_as(
-            "SELECT seq AS place, id, kind, method, created_at, actor FROM records
+            "SELECT seq AS place, id, kind, method, created_at, actor, measurand FROM records
              WHERE iteration = ? AND seq > ? ORDER BY seq LIMIT ?",
         )
         .bind(iteration)
@@ -94,7 +95,7 @@ impl Read<SqlitePool> for ListRecords {
 pub async fn last(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<RecordSummary>, u64)> {
     locate::last::<RecordSummaryRow, _>(
         db,
-        "SELECT id, kind, method, created_at, actor, (SELECT count(*) FROM records WHERE iteration = ?1) AS total
+        "SELECT id, kind, method, created_at, actor, measurand, (SELECT count(*) FROM records WHERE iteration = ?1) AS total
          FROM records WHERE iteration = ?1 ORDER BY seq DESC LIMIT ?2",
         iteration,
     )
@@ -105,7 +106,7 @@ impl Read<SqlitePool> for GetLatestRecord {
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<Option<Record>> {
         let (mut db, iteration) = within(from, caller, self.job, self.number).await?;
         let row: Option<RecordRow> = sqlx::query_as(
-            "SELECT id, kind, method, created_at, actor, request, result, gear, class FROM records WHERE iteration = ? AND kind = ?
+            "SELECT id, kind, method, created_at, actor, request, result, gear, class, measurand FROM records WHERE iteration = ? AND kind = ?
          ORDER BY seq DESC LIMIT 1",
         )
         .bind(iteration)

@@ -24,7 +24,7 @@ impl Read<SqlitePool> for GetTrace {
         let (seq, job) = jobs::located(&mut db, &caller.tenant, self.job).await?;
         let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
         let rows: Vec<WithSeq<TracedIterationRow>> = sqlx::query_as(
-            "SELECT seq, id, number, measured_at, instrument, operator, created_at, flank, tooth, axes FROM iterations
+            "SELECT seq, id, number, measured_at, instrument, operator, created_at, flank, tooth, axes FROM measured
          WHERE job = ? AND number > ? ORDER BY number LIMIT ?",
         )
         .bind(seq)
@@ -71,7 +71,7 @@ async fn iteration(
 async fn last_decisions(db: &mut SqliteConnection, iteration: i64) -> Outcome<(Vec<DecisionEvent>, u64)> {
     locate::last::<DecisionRow, _>(
         db,
-        "SELECT decision, reason, actor, created_at, (SELECT count(*) FROM decisions WHERE iteration = ?1) AS total
+        "SELECT decision, concession, reason, actor, created_at, (SELECT count(*) FROM decisions WHERE iteration = ?1) AS total
          FROM decisions WHERE iteration = ?1 ORDER BY position DESC LIMIT ?2",
         iteration,
     )

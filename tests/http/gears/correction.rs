@@ -14,7 +14,7 @@ const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
 fn flank(of: impl Fn(f64, f64) -> f64) -> Value {
     let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| of(*u, *v)).collect()).collect();
     json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows},
-        "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
+        "axes": super::fit_figures::axes(), "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
 }
 
 async fn job(app: &TestApp) -> String {
@@ -138,9 +138,12 @@ async fn limits_hold_and_machines_are_known() {
         (json!({"sensitivity": sensitivity(), "weight": vec![0.0; 20]}), "/weight"),
         (json!({"sensitivity": {"settings": many, "matrix": vec![[1.0; 21]; 20]}}), "/sensitivity/settings"),
         // once, not for each node: all of them lie below the base circle
-        (json!({"sensitivity": {"machine": "form_grinding", "profile_axis": "diameter"}}), "/sensitivity/profile_axis"),
         (
-            json!({"sensitivity": {"machine": "form_grinding", "helix_range_mm": [5.0, 5.0]}}),
+            json!({"sensitivity": {"machine": "form_grinding", "flank": "left", "profile_axis": "diameter"}}),
+            "/sensitivity/profile_axis",
+        ),
+        (
+            json!({"sensitivity": {"machine": "form_grinding", "flank": "left", "helix_range_mm": [5.0, 5.0]}}),
             "/sensitivity/helix_range_mm",
         ),
     ] {

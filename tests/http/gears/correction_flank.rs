@@ -3,6 +3,7 @@
 use serde_json::{Value, json};
 
 use super::{
+    fit_figures::axes,
     import::{file_of_flank, file_with_zeros, import, job},
     pointers, spur,
 };
@@ -22,10 +23,6 @@ fn change(correction: &Value, name: &str) -> f64 {
     let setting =
         settings.iter().find(|setting| setting["name"] == name).unwrap_or_else(|| panic!("{name}: {correction}"));
     setting["change"].as_f64().unwrap()
-}
-
-fn warned(correction: &Value) -> bool {
-    correction["warnings"].as_array().unwrap().iter().any(|warning| warning["code"] == "flank_assumed")
 }
 
 /// The file says which flank it is of: nobody has to say it again, and nobody can say otherwise.
@@ -50,7 +47,6 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
         let path = format!("{job}/iterations/1/correction");
         let request = json!({"sensitivity": {"machine": "form_grinding"}, "noise_sigma_um": 0.2});
         let made = correct(&app, &path, &request).await;
-        assert!(!warned(&made), "{}", made["warnings"]);
         let said = json!({"sensitivity": {"machine": "form_grinding", "flank": flank}, "noise_sigma_um": 0.2});
         assert_eq!(correct(&app, &path, &said).await["settings"], made["settings"]);
         let wrong = json!({"sensitivity": {"machine": "form_grinding", "flank": other}, "noise_sigma_um": 0.2});
@@ -194,13 +190,16 @@ const V: [f64; 5] = [1.0, 4.0, 7.5, 11.0, 14.0];
 fn flank(scale: f64, of: impl Fn(f64, f64) -> f64) -> Value {
     let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| scale * of(*u, *v)).collect()).collect();
     json!({"nodes": {"type": "grid", "u": U, "v": V, "z": rows},
-        "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
+        "axes": axes(), "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
 }
 
+/// With what is said of it; axes that are not given stay as they are.
 fn with(mut body: Value, flank: Option<&str>, tooth: Option<&str>, axes: Option<Value>) -> Value {
     for (key, value) in [("flank", flank.map(Value::from)), ("tooth", tooth.map(Value::from)), ("axes", axes)] {
-        if let Some(value) = value {
-            body[key] = value;
+        match value {
+            Some(Value::Object(given)) => body[key].as_object_mut().unwrap().extend(given),
+            Some(value) => body[key] = value,
+            None => {}
         }
     }
     body
@@ -235,21 +234,23 @@ async fn units_and_signs_of_the_axes_count() {
     }
     // what nobody here knows is refused, not guessed
     for (axes, pointer) in [
-        (json!({"z": {"quantity": "deviation", "unit": "inch"}}), "/sensitivity"),
+        (json!({"z": {"quantity": "deviation", "unit": "furlong"}}), "/sensitivity"),
         (json!({"u": {"quantity": "face_width", "unit": "mm"}}), "/sensitivity/machine"),
         (json!({"v": {"quantity": "roll_length", "unit": "mm"}}), "/sensitivity/machine"),
     ] {
-        let made =
-            send(app.post(&format!("{job}/iterations"), with(flank(1.0, shape), None, None, Some(axes)).to_string()))
-                .await;
+        let made = send(
+            app.post(&format!("{job}/iterations"), with(flank(1.0, shape), Some("left"), None, Some(axes)).to_string()),
+        )
+        .await;
         let place = made.headers["location"].to_str().unwrap().to_owned();
         assert_eq!(pointers(&app, &format!("{place}/correction"), &request).await, [pointer]);
     }
-    // and where nobody says which flank it is, a left one is assumed, aloud
+    // and so is what nobody said
+    let path = format!("{job}/iterations/6/correction");
     measure(&app, &job, flank(1.0, shape)).await;
-    let assumed = correct(&app, &format!("{job}/iterations/6/correction"), &request).await;
-    assert!(warned(&assumed) && !warned(&one), "{}", assumed["warnings"]);
-    assert_eq!(assumed["settings"], one["settings"]);
+    assert_eq!(pointers(&app, &path, &request).await, ["/sensitivity/flank"]);
+    let said = json!({"sensitivity": {"machine": "form_grinding", "flank": "left"}, "noise_sigma_um": 0.2});
+    assert_eq!(correct(&app, &path, &said).await["settings"], one["settings"]);
     app.stop().await;
 }
 

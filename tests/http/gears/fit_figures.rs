@@ -27,31 +27,31 @@ fn grid() -> (Vec<f64>, Vec<f64>, Vec<Vec<f64>>) {
     (profile, z, rows)
 }
 
-fn axes() -> Value {
+pub fn axes() -> Value {
     json!({"u": {"quantity": "roll_length", "unit": "mm"}, "v": {"quantity": "face_width", "unit": "mm"},
            "z": {"quantity": "deviation", "unit": "um"}})
 }
 
 /// An iteration of the right flank, of second order without regularisation.
-fn iteration() -> Value {
+pub fn iteration() -> Value {
     let (u, v, z) = grid();
     json!({"nodes": {"type": "grid", "u": u, "v": v, "z": z}, "flank": "right", "tooth": "1", "axes": axes(),
            "model": {"type": "polynomial", "degree": 2, "terms": "total"}, "regularization": {"type": "none"}})
 }
 
-async fn job(app: &TestApp, body: Value) -> String {
+pub async fn job(app: &TestApp, body: Value) -> String {
     let made = send(app.post("/v1/jobs", body.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
     made.header("location").to_owned()
 }
 
-async fn posted(app: &TestApp, path: &str, body: &Value) -> Answer {
+pub async fn posted(app: &TestApp, path: &str, body: &Value) -> Answer {
     let made = send(app.post(path, body.to_string())).await;
     assert_eq!(made.status, 201, "{}", made.text);
     made
 }
 
-async fn get(app: &TestApp, path: &str) -> Value {
+pub async fn get(app: &TestApp, path: &str) -> Value {
     let found = send(app.get(path)).await;
     assert_eq!(found.status, 200, "{}", found.text);
     found.json()
@@ -222,23 +222,26 @@ async fn what_cannot_be_told_is_left_out_and_it_is_said_why() {
         assert!(FIGURES.iter().all(|name| figures.get(*name).is_none()), "{figures}");
         figures["warnings"][0]["code"].as_str().unwrap().to_owned()
     };
-    assert_eq!(why(case(&without, &|_| {}).await), "no_gear");
+    assert_eq!(why(case(&without, &|_| {}).await), "gear_missing");
     assert_eq!(why(case(&with_gear, &|body| body["model"]["degree"] = json!(1)).await), "not_second_order");
     let spline = |body: &mut Value| body["model"] = json!({"type": "b_spline", "degree": 2, "spans": [3, 2]});
     assert_eq!(why(case(&with_gear, &spline).await), "not_second_order");
     let own = |body: &mut Value| body["axes"]["z"]["trace_lengths"] = json!([30, 33]);
     assert_eq!(why(case(&with_gear, &own).await), "traces_with_own_zeros");
-    let inch = |body: &mut Value| body["axes"]["z"]["unit"] = json!("inch");
-    assert_eq!(why(case(&with_gear, &inch).await), "axes_unknown");
+    let strange = |body: &mut Value| body["axes"]["z"]["unit"] = json!("furlong");
+    assert_eq!(why(case(&with_gear, &strange).await), "axes_unknown");
     let below = |body: &mut Value| body["axes"]["u"]["quantity"] = json!("diameter");
     assert_eq!(why(case(&with_gear, &below).await), "no_involute");
-    // a flank that nobody names is a left one
-    let assumed = case(&with_gear, &|body| drop(body.as_object_mut().unwrap().remove("flank"))).await.unwrap();
-    assert_eq!(assumed["warnings"][0]["code"], "flank_assumed");
-    assert!(assumed.get("twist_um").is_some());
-    // axes that are not told promise nothing
-    let silent = case(&with_gear, &|body| drop(body.as_object_mut().unwrap().remove("axes"))).await;
-    assert_eq!(silent, None);
+    assert_eq!(
+        why(case(&with_gear, &|body| drop(body.as_object_mut().unwrap().remove("flank"))).await),
+        "flank_missing"
+    );
+    let silent = |body: &mut Value| drop(body.as_object_mut().unwrap().remove("axes"));
+    assert_eq!(why(case(&with_gear, &silent).await), "axes_missing");
+    let some = |body: &mut Value| drop(body["axes"].as_object_mut().unwrap().remove("z"));
+    assert_eq!(why(case(&with_gear, &some).await), "axes_missing");
+    // nodes of a job that is of no gear are no flank unless they say so
+    assert_eq!(case(&without, &silent).await, None);
 }
 
 #[tokio::test]

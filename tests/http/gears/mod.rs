@@ -12,6 +12,7 @@ mod kept_traces;
 #[path = "../../../engine/tests/formats/klingelnberg_file.rs"]
 #[expect(dead_code, reason = "the writer is that of the formats' tests, of which a part is used here")]
 mod klingelnberg_file;
+mod measurands;
 mod nominal;
 mod pitch_kept;
 mod points;

@@ -88,7 +88,6 @@ async fn what_cannot_be_is_refused_with_its_place() {
         ("axes", json!({"x": {"quantity": "roll_length", "unit": "mm"}}), "/axes/x"),
         ("axes", json!({"u": {"quantity": "roll_length"}}), "/axes/u/unit"),
         ("axes", json!({"u": {"quantity": "diameter", "unit": "deg"}}), "/axes/u/unit"),
-        ("axes", json!({"z": {"quantity": "deviation", "unit": "µm"}}), "/axes/z/unit"),
         ("axes", json!({"z": {"quantity": "deviation", "unit": "um", "trace_lengths": [3]}}), "/axes/z/trace_lengths"),
         ("axes", json!({"u": {"quantity": "diameter", "unit": "mm", "trace_lengths": [1]}}), "/axes/u/trace_lengths"),
         ("axes", json!({"z": {"quantity": "deviation", "unit": "um", "positive": "up"}}), "/axes/z/positive"),

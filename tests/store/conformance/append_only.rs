@@ -57,7 +57,7 @@ pub async fn the_trace_is_changed_by_nobody(pair: &mut Pair) {
     place.stored_iteration(&store, job).await;
     store.insert_record(job, 1, place.record(RecordKind::Curve, "lagrange"), None).await.unwrap();
     let event = Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() };
-    let decision = DecisionEvent { decision: Decision::Remachine, event };
+    let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
     super::seals::sealed(pair, 1).await;
     for sql in CHANGES {

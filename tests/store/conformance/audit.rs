@@ -67,7 +67,7 @@ pub async fn each_change_leaves_one_entry(pair: &mut Pair) {
     store.choose(job.id, 1, choice.clone(), none.clone()).await.unwrap();
     store.choose(job.id, 1, choice, none.clone()).await.unwrap();
     told.push(("fit.choose", format!("{one}/fits/{}", fit.id), vec!["choice"]));
-    let decision = DecisionEvent { decision: Decision::Remachine, event: event(&place) };
+    let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event: event(&place) };
     store.decide(job.id, 1, decision.clone(), none.clone()).await.unwrap();
     store.decide(job.id, 1, decision, none.clone()).await.unwrap();
     told.push(("iteration.decide", one.clone(), vec!["decision"]));
@@ -127,7 +127,10 @@ pub async fn what_is_refused_leaves_none(pair: &mut Pair) {
         store.patch_job(job, JobPatch::default(), seen.clone(), place.now()).await.map(drop),
         store.delete_job(job, Precondition::None).await,
         store.choose(job, 1, Choice { fit_id: place.id(), event: event(&place) }, Precondition::None).await.map(drop),
-        store.decide(job, 1, DecisionEvent { decision: Decision::Accept, event: event(&place) }, seen).await.map(drop),
+        store
+            .decide(job, 1, DecisionEvent { decision: Decision::Accept, concession: false, event: event(&place) }, seen)
+            .await
+            .map(drop),
         store.insert_block(place.block(place.id(), 1), None).await.map(drop),
     ];
     assert!(refused.iter().all(Result::is_err), "{refused:?}");

@@ -3,16 +3,18 @@
 use std::{collections::BTreeMap, sync::Arc};
 
 use flankfit::jobs::{
-    Choice, Decision, DecisionEvent, Event, FinishedStream, Job, JobFilter, JobPatch, JobPlace, JobQuery, JobStatus,
-    ListedJob, MOST_MACHINES, Measurand, MeasurementDetails, NewIteration, NewRun, Precondition, Record, RecordKind,
-    Repository, Update, folded,
+    Amendment, Choice, Decision, DecisionEvent, Event, FinishedStream, Job, JobFilter, JobGear, JobPatch, JobPlace,
+    JobQuery, JobStatus, ListedJob, MOST_MACHINES, Measurand, MeasurementDetails, NewFit, NewIteration, NewRun,
+    Precondition, Record, RecordKind, Repository, RepositoryError, Update,
+    audit::{Chain, Verdict},
+    folded,
 };
 use flankfit_engine::gear::Side;
 use jiff::{Timestamp, civil::date};
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{actor, all_jobs};
+use crate::support::{WHOLE, actor, all_jobs};
 
 /// The job of that id as it is listed.
 async fn listed(store: &Arc<dyn Repository>, id: Uuid) -> ListedJob {
@@ -28,6 +30,8 @@ fn without_iterations(job: &Job) -> ListedJob {
         changed_at: job.created_at,
         last_measured_at: None,
         flank: None,
+        left: None,
+        right: None,
         decision: None,
         rms: None,
         condition: None,
@@ -42,7 +46,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let decide = async |number, decision| {
         let event = Event { reason: None, by: actor(), created_at: place.now() };
         let at = event.created_at;
-        let decision = DecisionEvent { decision, event };
+        let decision = DecisionEvent { decision, concession: false, event };
         store.decide(job.id, number, decision, Precondition::None).await.unwrap();
         at
     };
@@ -56,6 +60,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         changed_at: first.created_at,
         last_measured_at: first.details.measured_at,
         flank: Some(Side::Right),
+        right: Some(JobStatus::Open),
         rms: Some(1e-3),
         condition: Some(1e9),
         figures: first.fit.computed.flank.clone(),
@@ -67,7 +72,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
 
     let at = decide(1, Decision::Remachine).await;
     let (status, decision) = (JobStatus::Remachine, Some(Decision::Remachine));
-    let expected = ListedJob { status, decision, changed_at: at, ..expected };
+    let expected = ListedJob { status, right: Some(status), decision, changed_at: at, ..expected };
     assert_eq!(listed(&store, job.id).await, expected);
     // the same again is no change
     decide(1, Decision::Remachine).await;
@@ -101,12 +106,11 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let expected = ListedJob { changed_at: record.created_at, ..expected };
     assert_eq!(listed(&store, job.id).await, expected);
 
-    // a new iteration is not decided, whatever is said of an earlier one; times do not run back
+    // a new iteration of the same flank is not decided; times do not run back
     let second = place.iteration(job.id);
     let details = MeasurementDetails::default();
     let early: Timestamp = "2026-01-01T00:00:00Z".parse().unwrap();
-    let measurand = Measurand { flank: None, ..second.measurand.clone() };
-    let second = NewIteration { measurand, details, created_at: early, ..NewIteration::clone(&second) };
+    let second = NewIteration { details, created_at: early, ..NewIteration::clone(&second) };
     store.insert_iteration(Arc::new(second.clone()), None).await.unwrap();
     let at = decide(1, Decision::Reject).await;
     let expected = ListedJob {
@@ -114,26 +118,105 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         iteration_count: 2,
         changed_at: at,
         last_measured_at: Some(early),
-        flank: None,
+        right: Some(JobStatus::Open),
         decision: None,
         rms: Some(1e-3),
         condition: Some(1e9),
         figures: second.fit.computed.flank.clone(),
         ..expected
     };
-    assert_eq!(listed(&store, job.id).await, expected);
+    assert_eq!(listed(&store, job.id).await, expected, "what is said of an earlier one does not count");
     for (said, status) in [(Decision::Reject, JobStatus::Rejected), (Decision::Accept, JobStatus::Accepted)] {
         decide(2, said).await;
         let told = listed(&store, job.id).await;
-        assert_eq!((told.status, told.decision), (status, Some(said)));
+        assert_eq!((told.status, told.right, told.decision), (status, Some(status), Some(said)));
     }
 
-    // the flank is always that of the last one
+    // another flank counts beside it: of both the status that comes first
     let third = place.iteration(job.id);
     let measurand = Measurand { flank: Some(Side::Left), ..Measurand::default() };
     let third = NewIteration { measurand, ..NewIteration::clone(&third) };
     store.insert_iteration(Arc::new(third), None).await.unwrap();
+    let told = async || {
+        let listed = listed(&store, job.id).await;
+        (listed.status, listed.left, listed.right)
+    };
+    assert_eq!(told().await, (JobStatus::Open, Some(JobStatus::Open), Some(JobStatus::Accepted)));
     assert_eq!(listed(&store, job.id).await.flank, Some(Side::Left));
+    decide(3, Decision::Accept).await;
+    assert_eq!(told().await, (JobStatus::Accepted, Some(JobStatus::Accepted), Some(JobStatus::Accepted)));
+    decide(2, Decision::Remachine).await;
+    assert_eq!(told().await, (JobStatus::Remachine, Some(JobStatus::Accepted), Some(JobStatus::Remachine)));
+    decide(3, Decision::Reject).await;
+    assert_eq!(told().await, (JobStatus::Rejected, Some(JobStatus::Rejected), Some(JobStatus::Remachine)));
+}
+
+/// What nodes are of is changed behind everything that was stored, and counts from then on.
+pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
+    let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
+    let job = place.stored_job(&store).await;
+    let of = |flank| Measurand { flank, tooth: Some("3".to_owned()), ..Measurand::default() };
+    for flank in [Some(Side::Right), None] {
+        let iteration = NewIteration { measurand: of(flank), ..NewIteration::clone(&place.iteration(job.id)) };
+        store.insert_iteration(Arc::new(iteration), None).await.unwrap();
+    }
+    let event = || Event { reason: Some("by eye".to_owned()), by: actor(), created_at: place.now() };
+    let decided = |decision| DecisionEvent { decision, concession: true, event: event() };
+    store.decide(job.id, 1, decided(Decision::Accept), none.clone()).await.unwrap();
+    assert_eq!(listed(&store, job.id).await.status, JobStatus::Open, "iteration 2 is of a flank of its own");
+
+    let amendment = |flank: &str, fit: Option<NewFit>, decision| {
+        let document: Arc<str> =
+            format!(r#"{{"flank":"{flank}","tooth":"3","axes":{{"z":{{}}}},"accept_units":true}}"#).into();
+        let mut record = Record::clone(&place.record(RecordKind::Measurand, "changed"));
+        (record.draft.measurand, record.draft.result) = (Some(document.clone()), document);
+        let axes = Some(Arc::from(r#"{"z":{}}"#));
+        let flank = if flank == "left" { Side::Left } else { Side::Right };
+        let measurand = Measurand { axes, units_accepted: true, ..of(Some(flank)) };
+        Arc::new(Amendment { measurand, record, fit, decision })
+    };
+    let before = store.iteration(job.id, 2).await.unwrap();
+    let fit = place.fit(0.5);
+    let first = amendment("right", Some(fit.clone()), Some(decided(Decision::Remachine)));
+    let stale = store.amend(job.id, 2, first.clone(), Precondition::AnyOf(vec![before.version + 1])).await;
+    assert!(matches!(stale, Err(RepositoryError::VersionMismatch { .. })), "{stale:?}");
+    let stored = store.amend(job.id, 2, first.clone(), Precondition::AnyOf(vec![before.version])).await.unwrap();
+    assert_eq!(stored.version, before.version + 4, "the change, the fit, its choice and the decision");
+    let after = store.iteration(job.id, 2).await.unwrap();
+    assert_eq!((after.version, &after.measurand), (stored.version, &first.measurand));
+    assert_eq!(after.fits.iter().map(|fit| fit.chosen).collect::<Vec<_>>(), [false, true]);
+    assert_eq!(after.decision, first.decision);
+    let told = listed(&store, job.id).await;
+    assert_eq!(
+        (told.status, told.flank, told.right),
+        (JobStatus::Remachine, Some(Side::Right), Some(JobStatus::Remachine))
+    );
+    assert_eq!(told.figures, fit.computed.flank);
+    assert_eq!(store.successors(job.id, 1).await.unwrap().alike, Some(2));
+    assert_eq!(store.measurand(job.id, 2).await.unwrap(), first.measurand);
+    let trace = store.trace(job.id, WHOLE).await.unwrap();
+    assert_eq!(trace.iterations[1].measurand, first.measurand);
+    assert_eq!(trace.iterations[1].records[0].measurand, first.record.draft.measurand);
+    assert_eq!((&trace.iterations[1].decisions[0].concession, trace.iterations[0].decisions.len()), (&true, 1));
+
+    // it was the left one after all: the right flank is as iteration 1 left it
+    store.amend(job.id, 2, amendment("left", None, None), none.clone()).await.unwrap();
+    let told = listed(&store, job.id).await;
+    let (left, right) = (told.left, told.right);
+    assert_eq!((left, right), (Some(JobStatus::Remachine), Some(JobStatus::Accepted)));
+    let intact = store.verify_audit(Chain::Job(job.id)).await.unwrap();
+    assert!(matches!(intact, Verdict::Intact { .. }), "{intact:?}");
+
+    // a gear without that tooth is refused, and the other way round
+    let gear = |teeth: u32| Update::Set(JobGear::from(format!(r#"{{"teeth":{teeth},"normal_module_mm":1.0}}"#)));
+    let patch = |teeth| JobPatch { gear: gear(teeth), ..JobPatch::default() };
+    store.patch_job(job.id, patch(4), none.clone(), place.now()).await.unwrap();
+    let mut fifth = Amendment::clone(&amendment("left", None, None));
+    fifth.measurand.tooth = Some("5".to_owned());
+    let refused = store.amend(job.id, 2, Arc::new(fifth), none.clone()).await;
+    assert!(matches!(refused, Err(RepositoryError::NoSuchTooth { teeth: 4, .. })), "{refused:?}");
+    let refused = store.patch_job(job.id, patch(2), none, place.now()).await;
+    assert!(matches!(refused, Err(RepositoryError::ToothMeasured { .. })), "{refused:?}");
 }
 
 /// Until another finds none.

@@ -126,6 +126,7 @@ conformance! {
             texts_of_any_letters_and_length_come_back;
         job_list:
             a_job_is_listed_with_what_became_of_it,
+            a_changed_measurand_counts_everywhere,
             a_job_has_the_class_of_its_last_evaluation,
             whatever_makes_an_iteration_opens_its_job,
             jobs_are_found_by_what_is_asked_for,

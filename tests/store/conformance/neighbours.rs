@@ -13,7 +13,12 @@ use super::pair::Pair;
 use crate::support::actor;
 
 fn of(flank: Side, tooth: &str) -> Measurand {
-    Measurand { flank: Some(flank), tooth: Some(tooth.to_owned()), axes: Some(Arc::from(r#"{"u":{}}"#)) }
+    Measurand {
+        flank: Some(flank),
+        tooth: Some(tooth.to_owned()),
+        axes: Some(Arc::from(r#"{"u":{}}"#)),
+        units_accepted: false,
+    }
 }
 
 pub async fn neighbours_are_of_the_same_flank_and_tooth(pair: &mut Pair) {

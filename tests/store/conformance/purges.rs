@@ -58,7 +58,7 @@ pub async fn filled(pair: &Pair) -> Uuid {
     let fit = Arc::new(fit);
     store.insert_fit(job, 1, fit.clone(), telling("2", format!("{path}/iterations/1/fits"))).await.unwrap();
     store.choose(job, 1, Choice { fit_id: fit.id, event: event(pair) }, Precondition::None).await.unwrap();
-    let decision = DecisionEvent { decision: Decision::Remachine, event: event(pair) };
+    let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event: event(pair) };
     store.decide(job, 1, decision, Precondition::None).await.unwrap();
     let mut record = (*place.record(RecordKind::Curve, "lagrange")).clone();
     record.by = Some(format!("{CANARY} actor").into());
@@ -228,7 +228,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     gone(store.insert_iteration(place.iteration(job), None).await, &purge);
     gone(store.insert_fit(job, 1, Arc::new(place.fit(0.5)), None).await, &purge);
     gone(store.choose(job, 1, Choice { fit_id: fit, event: event(pair) }, none.clone()).await, &purge);
-    let decision = DecisionEvent { decision: Decision::Accept, event: event(pair) };
+    let decision = DecisionEvent { decision: Decision::Accept, concession: false, event: event(pair) };
     gone(store.decide(job, 1, decision, none.clone()).await, &purge);
     gone(store.insert_record(job, 1, place.record(RecordKind::Curve, "newton"), None).await, &purge);
     gone(store.insert_stream(Arc::new(place.stream(job)), None).await, &purge);

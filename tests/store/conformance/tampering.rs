@@ -39,7 +39,7 @@ async fn filled(pair: &Pair) -> Uuid {
     store.insert_fit(job, 1, fit.clone(), None).await.unwrap();
     let event = || Event { reason: Some("slope".to_owned()), by: actor(), created_at: place.now() };
     store.choose(job, 1, Choice { fit_id: fit.id, event: event() }, none.clone()).await.unwrap();
-    let decision = DecisionEvent { decision: Decision::Remachine, event: event() };
+    let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event: event() };
     store.decide(job, 1, decision, none.clone()).await.unwrap();
     store.insert_record(job, 1, place.record(RecordKind::Curve, "lagrange"), None).await.unwrap();
     let streams = [(); 2].map(|()| Arc::new(place.stream(job)));
@@ -308,7 +308,7 @@ pub async fn what_a_job_is_listed_by_is_compared(pair: &mut Pair) {
     let job = filled(pair).await;
     let decide = async |number| {
         let event = Event { reason: None, by: actor(), created_at: place.now() };
-        let decision = DecisionEvent { decision: Decision::Reject, event };
+        let decision = DecisionEvent { decision: Decision::Reject, concession: false, event };
         store.decide(job, number, decision, Precondition::None).await.unwrap();
     };
     let intact = async |count: u64, after: &str| {

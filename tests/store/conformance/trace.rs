@@ -85,11 +85,12 @@ pub async fn the_trace_keeps_every_choice_and_ruling_in_order(pair: &mut Pair) {
     assert_eq!(choose(second.id, "smoother").await.unwrap().version, 3, "saying the same again is no new choice");
     assert_eq!(choose(first.fit.id, "back").await.unwrap().version, 4);
     assert!(matches!(choose(job.id, "no fit").await, Err(RepositoryError::ForeignFit(id)) if id == job.id));
-    let rule =
-        |decision, reason| store.decide(job.id, 1, DecisionEvent { decision, event: event(reason) }, none.clone());
+    let rule = |decision, reason| {
+        store.decide(job.id, 1, DecisionEvent { decision, concession: false, event: event(reason) }, none.clone())
+    };
     assert_eq!(rule(Decision::Remachine, "slope").await.unwrap().version, 5);
     assert_eq!(rule(Decision::Accept, "measured again").await.unwrap().version, 6);
-    let late = DecisionEvent { decision: Decision::Reject, event: event("late") };
+    let late = DecisionEvent { decision: Decision::Reject, concession: false, event: event("late") };
     let late = store.decide(job.id, 1, late, Precondition::AnyOf(vec![5])).await;
     assert!(matches!(late, Err(RepositoryError::VersionMismatch { current: 6 })));
 
@@ -152,7 +153,10 @@ pub async fn iterations_are_listed_with_what_stands(pair: &mut Pair) {
     let choice = Choice { fit_id: other.id, event: event("key-c") };
     store.choose(job.id, 2, choice, Precondition::None).await.unwrap();
     for (decision, by) in [(Decision::Remachine, "key-a"), (Decision::Accept, "key-b")] {
-        store.decide(job.id, 4, DecisionEvent { decision, event: event(by) }, Precondition::None).await.unwrap();
+        store
+            .decide(job.id, 4, DecisionEvent { decision, concession: false, event: event(by) }, Precondition::None)
+            .await
+            .unwrap();
     }
     let second = &mut expected[1].fit;
     (second.id, second.event, second.figures) = (other.id, other.event, other.computed.figures);
@@ -201,7 +205,10 @@ pub async fn whoever_did_something_is_told_with_it(pair: &mut Pair) {
         let choice = Choice { fit_id: if by.is_some() { refit.id } else { nobodys.id }, event: event(by) };
         store.choose(job.id, 1, choice, Precondition::None).await.unwrap();
         let decision = if by.is_some() { Decision::Remachine } else { Decision::Accept };
-        store.decide(job.id, 1, DecisionEvent { decision, event: event(by) }, Precondition::None).await.unwrap();
+        store
+            .decide(job.id, 1, DecisionEvent { decision, concession: false, event: event(by) }, Precondition::None)
+            .await
+            .unwrap();
         let found = store.iteration(job.id, 1).await.unwrap();
         assert_eq!(found.decision.unwrap().event.by.as_deref(), by);
         let expected = [None, by.and_then(key), None];
@@ -254,7 +261,15 @@ pub async fn the_trace_and_the_fits_come_in_pages(pair: &mut Pair) {
         ids.push(fit.id);
         let event = Event { reason: Some(k.to_string()), by: actor(), created_at: place.now() };
         store.choose(job.id, 2, Choice { fit_id: fit.id, event: event.clone() }, Precondition::None).await.unwrap();
-        store.decide(job.id, 2, DecisionEvent { decision: Decision::Accept, event }, Precondition::None).await.unwrap();
+        store
+            .decide(
+                job.id,
+                2,
+                DecisionEvent { decision: Decision::Accept, concession: false, event },
+                Precondition::None,
+            )
+            .await
+            .unwrap();
     }
     let (mut found, mut after) = (Vec::new(), None);
     loop {

@@ -3,8 +3,8 @@
 use std::{collections::BTreeSet, fmt::Debug, sync::Arc};
 
 use flankfit::jobs::{
-    Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, KeyId, KeyPatch, NewPlant, NewRun, PlantPatch,
-    Precondition, Receipt, RecordKind, RepositoryError, Rotation, Tenant,
+    Amendment, Choice, Decision, DecisionEvent, Event, FinishedStream, JobPatch, KeyId, KeyPatch, Measurand, NewPlant,
+    NewRun, PlantPatch, Precondition, Receipt, Record, RecordKind, RepositoryError, Rotation, Tenant,
     audit::{Chain, Verdict},
 };
 use uuid::Uuid;
@@ -89,8 +89,12 @@ async fn written(pair: &Pair, of: &Changeable) -> Outcomes {
     all.push(("insert_fit", store.insert_fit(job, 1, fit, kept("insert_fit")).await.map(drop)));
     let choice = Choice { fit_id: of.fit, event: event() };
     all.push(("choose", store.choose(job, 1, choice, none.clone()).await.map(drop)));
-    let decision = DecisionEvent { decision: Decision::Remachine, event: event() };
+    let decision = DecisionEvent { decision: Decision::Remachine, concession: false, event: event() };
     all.push(("decide", store.decide(job, 1, decision, none.clone()).await.map(drop)));
+    let mut changed = Record::clone(&place.record(RecordKind::Measurand, "changed"));
+    changed.draft.measurand = Some("{}".into());
+    let amendment = Amendment { measurand: Measurand::default(), record: changed, fit: None, decision: None };
+    all.push(("amend", store.amend(job, 1, Arc::new(amendment), none.clone()).await.map(drop)));
     let record = place.record(RecordKind::Curve, "newton");
     all.push(("insert_record", store.insert_record(job, 1, record, kept("insert_record")).await.map(drop)));
     let opened = Arc::new(place.stream(job));

@@ -57,7 +57,11 @@ pub async fn versions_and_events_count_every_change_once(pair: &mut Pair) {
             let stored = match i % 3 {
                 0 => store.insert_fit(job, 1, Arc::new(place.fit(f64::from(i))), None).await,
                 1 => store.choose(job, 1, Choice { fit_id: chosen, event }, none).await,
-                _ => store.decide(job, 1, DecisionEvent { decision: Decision::Accept, event }, none).await,
+                _ => {
+                    store
+                        .decide(job, 1, DecisionEvent { decision: Decision::Accept, concession: false, event }, none)
+                        .await
+                }
             };
             stored.unwrap().version
         });
@@ -72,7 +76,7 @@ pub async fn versions_and_events_count_every_change_once(pair: &mut Pair) {
     for i in 0..20 {
         let (place, store) = (place.clone(), store.clone());
         let event = Event { reason: Some(format!("late {i}")), by: actor(), created_at: place.now() };
-        let decision = DecisionEvent { decision: Decision::Reject, event };
+        let decision = DecisionEvent { decision: Decision::Reject, concession: false, event };
         tasks.spawn(async move { store.decide(job, 1, decision, Precondition::AnyOf(vec![61])).await });
     }
     let outcomes = tasks.join_all().await;

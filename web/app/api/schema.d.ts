@@ -364,8 +364,10 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Decides what is done with the gear. Decisions before it stay in the trace.
-         * @description The job's trace keeps every decision with its reason; the last one is shown with the iteration.
+         * Decides what is done with the gear, or says what its nodes are of. The trace keeps all of it.
+         * @description The job's trace has every decision with its reason, and every change of flank, tooth, axes and
+         *     accepted units with what was before. Where such a change gives the chosen fit other figures, the
+         *     fit is stored once more with them and chosen.
          */
         patch: operations["update_iteration"];
         trace?: never;
@@ -824,8 +826,8 @@ export interface paths {
         /**
          * Computes changes of machine settings by the deviations (µm) that the iteration's nodes hold, and
          *     keeps them with it.
-         * @description By a sensitivity matrix, or by the motions of a form grinder or generating grinder. It is
-         *     compared with what the next iteration of the job measures.
+         * @description By a sensitivity matrix, or by the motions of a form grinder or generating grinder, which needs
+         *     flank, axes and gear. It is compared with what the next iteration of the job measures.
          */
         post: operations["create_iteration_correction"];
         delete?: never;
@@ -1834,13 +1836,14 @@ export interface components {
         /** @description What the numbers of an axis mean. */
         Axis: {
             /**
-             * @description `roll_length` (with the unit `deg`: the roll angle), `diameter`, `face_width`, `deviation`,
+             * @description `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`, `deviation`,
              *     or a word of your own.
              * @example deviation
              */
             quantity: string;
             /**
-             * @description `mm`, `um`, `deg`, or a word of your own.
+             * @description `nm`, `um`, `mm`, `in`, `deg`, `arcmin`, or a word of your own. `µm` and other usual
+             *     spellings are read and answered by these names.
              * @example um
              */
             unit: string;
@@ -5586,6 +5589,8 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
@@ -5651,8 +5656,8 @@ export interface components {
              */
             spec: components["schemas"]["FitSpec"];
             /**
-             * @description Slopes, crownings and twist; absent where `axes` do not tell u, v and z, and of fits from
-             *     before there were any.
+             * @description Slopes, crownings and twist, or why there are none; absent of curves and matrices, of jobs
+             *     without gear and requirements, and of fits from before there were any.
              */
             figures?: components["schemas"]["FitFigures"];
             result: components["schemas"]["FitResult"];
@@ -5739,6 +5744,8 @@ export interface components {
             operator?: string;
             /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
+            /** @description That the units are right, however implausible (warning `implausible_unit`). */
+            accept_units?: boolean;
         };
         /** @description Some iterations of a job, by number. */
         IterationPage: {
@@ -5748,14 +5755,29 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description What is done with the gear.
+         * @description What is done with the gear, and what its nodes are of. What is left out stays as it is.
          * @example {
          *       "decision": "remachine",
          *       "reason": "profile slope out of tolerance"
          *     }
          */
         IterationPatch: {
-            decision: components["schemas"]["DecisionName"];
+            /**
+             * @description `accept` needs a `reason` where a figure does not conform, gross errors are suspected or the
+             *     units are implausible; in a job with limits it needs the figures that they are of.
+             */
+            decision?: components["schemas"]["DecisionName"];
+            /** @description The flank that was measured. */
+            flank?: components["schemas"]["FlankSide"];
+            /**
+             * @description The tooth that was measured.
+             * @example 1
+             */
+            tooth?: string;
+            /** @description What the axes of the nodes mean. An axis that is not given stays as it is. */
+            axes?: components["schemas"]["Axes"];
+            /** @description That the units are right, however implausible (`implausible_unit`). */
+            accept_units?: boolean;
             /** @description Kept in the trace. */
             reason?: string;
         };
@@ -5831,6 +5853,8 @@ export interface components {
             operator?: string;
             /** @description What else is to be known of the measurement; may have line breaks. */
             note?: string;
+            /** @description That the units are right, however implausible (warning `implausible_unit`). */
+            accept_units?: boolean;
             nodes: components["schemas"]["Nodes"];
         };
         /** @description An iteration with the fit that stands. */
@@ -5854,6 +5878,8 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
@@ -6080,8 +6106,8 @@ export interface components {
             clear?: components["schemas"]["JobOptionalField"][];
         };
         /**
-         * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches or a
-         *     correction.
+         * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
+         *     correction, or a change of what its nodes are of.
          */
         JobRecord: {
             /**
@@ -6119,8 +6145,9 @@ export interface components {
             result: Record<string, never>;
         };
         /**
-         * @description How far a job has come, by the latest decision on its last iteration: `new` without iterations,
-         *     `open` without a decision.
+         * @description How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
+         *     its newest iteration, `open` without one. A job has the first that occurs over its measured
+         *     flanks of `rejected`, `remachine`, `open` and `accepted`; `new` without iterations.
          * @enum {string}
          */
         JobStatus: "new" | "open" | "remachine" | "accepted" | "rejected";
@@ -6438,6 +6465,15 @@ export interface components {
         KnotInsertionStop: "tolerance_met" | "no_room" | "limit_reached";
         /** @description Full knot vectors, ascending: one for a curve, `[knots of u, knots of v]` for a surface. */
         Knots: number[] | number[][];
+        /** @description What was known of an iteration's nodes. */
+        KnownMeasurand: {
+            flank?: components["schemas"]["FlankSide"];
+            /** @example 1 */
+            tooth?: string;
+            axes?: components["schemas"]["Axes"];
+            /** @description Whether the units were said to be right, however implausible. */
+            accept_units?: boolean;
+        };
         /** @description Linear combinations of order statistics, by regression quantiles (Koenker and Bassett). */
         LEstimator: {
             /**
@@ -6646,11 +6682,15 @@ export interface components {
              *     absent without iterations.
              */
             last_measured_at?: string;
-            /**
-             * @description The flank that the last iteration is of, as it was posted. Figures of an iteration that does
-             *     not tell it are those of a left flank.
-             */
+            /** @description The flank that the last iteration is of. */
             flank?: components["schemas"]["FlankSide"];
+            /**
+             * @description How far the left flanks have come: as `status`, over them alone. Left out where none was
+             *     measured.
+             */
+            left_status?: components["schemas"]["JobStatus"];
+            /** @description The same of the right flanks. */
+            right_status?: components["schemas"]["JobStatus"];
             /** @description The latest decision on the last iteration; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
             /**
@@ -6995,6 +7035,16 @@ export interface components {
          * @enum {string}
          */
         MeanCurve: "line" | "parabola";
+        /** @description What is known of an iteration's nodes from a change on, and what was before. */
+        MeasurandChange: {
+            flank?: components["schemas"]["FlankSide"];
+            /** @example 1 */
+            tooth?: string;
+            axes?: components["schemas"]["Axes"];
+            /** @description Whether the units were said to be right, however implausible. */
+            accept_units?: boolean;
+            before: components["schemas"]["KnownMeasurand"];
+        };
         /** @description Huber's k against a share ε of gross errors (Eq. 10). */
         Minimax: {
             /**
@@ -7113,6 +7163,8 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
@@ -8598,7 +8650,7 @@ export interface components {
          * @description What a record is.
          * @enum {string}
          */
-        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction";
+        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "measurand";
         /** @description Some records of an iteration, oldest first. */
         RecordPage: {
             /** @description The records of this page. */
@@ -8623,6 +8675,8 @@ export interface components {
             created_at: string;
             /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
             by?: string;
+            /** @description Of a change of what the nodes are of: what is known from then on, and what was before. */
+            measurand?: components["schemas"]["MeasurandChange"];
         };
         /** @description A fit request without nodes: the stored ones are fitted again. */
         RefitRequest: {
@@ -9379,15 +9433,9 @@ export interface components {
              *     gear.
              */
             machine?: components["schemas"]["Machine"];
-            /**
-             * @description With `machine`: the flank that was measured. By default that of the iteration, and
-             *     `left` (warning `flank_assumed`) where it tells none.
-             */
+            /** @description With `machine`: the flank that was measured. By default that of the iteration. */
             flank?: components["schemas"]["FlankSide"];
-            /**
-             * @description With `machine`: what u of the nodes is. By default what the iteration's axes say, else
-             *     `roll_length`.
-             */
+            /** @description With `machine`: what u of the nodes is. By default what the iteration's axes say. */
             profile_axis?: components["schemas"]["ProfileAxis"];
             /** @description With `machine`: what crownings refer to. By default what the nodes span. */
             profile_diameter_range_mm?: number[];
@@ -10702,6 +10750,11 @@ export interface components {
         /** @description That something was decided. */
         TracedDecision: {
             decision: components["schemas"]["DecisionName"];
+            /**
+             * @description Whether it accepts what needed a reason to be accepted: a figure that does not conform,
+             *     suspected gross errors, or implausible units; left out where it does not.
+             */
+            concession?: boolean;
             /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
             by?: string;
             /** @description Why it was decided so, as it was posted. */
@@ -10808,6 +10861,8 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
+            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
@@ -16794,14 +16849,14 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The decision. */
+        /** @description The decision, or what is known of the nodes. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationPatch"];
             };
         };
         responses: {
-            /** @description The iteration with its new decision. */
+            /** @description The iteration as it is from now on. */
             200: {
                 headers: {
                     /** @description Version of the iteration. */
@@ -23898,7 +23953,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The first request with this idempotency key is still running. */
+            /** @description The units of the iteration are implausible (`implausible_unit`), or the first request with this idempotency key is still running. */
             409: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */

@@ -41,7 +41,7 @@ const settingCell = (name) =>
     : html`<span translate="no">${name}</span>`;
 
 /** @param {string | null | undefined} unit */
-const sign = (unit) => (unit === "arcmin" ? "′" : (unitSign(unit) ?? ""));
+const sign = (unit) => unitSign(unit) ?? "";
 
 /** The sign of an angle stands at its number. @param {string | null | undefined} unit */
 const behind = (unit) => (unit === "arcmin" || unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);

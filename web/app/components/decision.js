@@ -3,7 +3,7 @@
 import { answer, api } from "../api/client.js";
 import { ApiError } from "../api/problem.js";
 import { t as common } from "../i18n/common.js";
-import { texts } from "../i18n/i18n.js";
+import { fmt, texts } from "../i18n/i18n.js";
 import { useDraft } from "../lib/draft.js";
 import de from "../i18n/de/decision.js";
 import en from "../i18n/en/decision.js";
@@ -11,6 +11,7 @@ import { Fragment, h, html, useState } from "../../vendor/ui.js";
 import { Allowed } from "./allowed.js";
 import { Dialog } from "./dialog.js";
 import { Badge } from "./figure.js";
+import { toldFigures } from "./flank_figures.js";
 import { TextField } from "./form.js";
 import { Failure } from "./states.js";
 import { announce, notify } from "./toast.js";
@@ -63,6 +64,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
   const [error, setError] = useState(/** @type {unknown} */ (undefined));
   const [sending, setSending] = useState(false);
   const overtaken = error instanceof ApiError && error.status === 412;
+  const objections = asked === "accept" ? objectionsOf(iteration) : [];
   // what stood when somebody began to decide: what comes in meanwhile is shown to them before it is overruled
   const [begun] = useState(etag);
   const send = async (/** @type {Event} */ event) => {
@@ -98,7 +100,12 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
               <div><dt>${t.yours}</dt><dd>${h(DecisionBadge, { decision: asked })} <span translate="no">${reason}</span></dd></div></dl></div>`
           : error !== undefined && h(Failure, { error, except: ["/reason"] })
       }
-      ${h(TextField, { label: t.reason, hint: t.reasonHint, value: reason, onInput: setReason, lines: 3, maxLength: 4000, error, pointer: "/reason" })}
+      ${
+        objections.length > 0 &&
+        html`<div class="notice warn" data-objections><ul>${objections.map((one) => html`<li key=${one}>${one}</li>`)}</ul>
+          <p>${t.concession}</p></div>`
+      }
+      ${h(TextField, { label: t.reason, hint: t.reasonHint, required: objections.length > 0, value: reason, onInput: setReason, lines: 3, maxLength: 4000, error, pointer: "/reason" })}
       ${h(
         Fragment,
         null,
@@ -109,6 +116,19 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
       )}
     </form>`,
   });
+}
+
+/** What stands against accepting, each in a sentence. @param {Iteration} iteration @returns {string[]} */
+function objectionsOf(iteration) {
+  const figures = iteration.fits.find(({ chosen }) => chosen)?.figures;
+  const outside = toldFigures(figures).flatMap(({ symbol, figure }) => {
+    const { decision, limits_um: [low = 0, high = 0] = [] } = figure.conformity ?? {};
+    if (decision !== "does_not_conform") return [];
+    const by = fmt.value.um(Math.max(low - figure.value, figure.value - high));
+    return [t.outside(symbol.replace("_", "\u202f"), by)];
+  });
+  const implausible = figures?.warnings.some(({ code }) => code === "implausible_unit");
+  return implausible ? [...outside, t.implausible] : outside;
 }
 
 /** @param {DecisionName} asked @param {number} number */

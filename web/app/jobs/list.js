@@ -75,7 +75,7 @@ function columns(sort, limit) {
     {
       key: "status",
       header: t.status,
-      cell: ({ status }) => h(Badge, { kind: KINDS[status], children: t[status] }),
+      cell: statusOf,
       csv: ({ status }) => t[status],
     },
     {
@@ -159,3 +159,10 @@ const tagText = (tags) =>
   Object.entries(tags)
     .map(([name, value]) => `${name}=${value}`)
     .join("; ");
+
+/** The status, and where flanks have come differently far that of each. @param {ListedJob} job */
+function statusOf({ status, left_status: left, right_status: right }) {
+  const badge = (/** @type {ListedJob["status"]} */ one) => h(Badge, { kind: KINDS[one], children: t[one] });
+  if (!left || !right || left === right) return badge(status);
+  return html`<span class="flank-statuses">${t.left} ${badge(left)} ${t.right} ${badge(right)}</span>`;
+}

@@ -2,7 +2,7 @@
 
 /** @typedef {import("../api/client.js").Schema<"Axes">} Axes */
 
-const SIGNS = /** @type {Record<string, string>} */ ({ um: "µm", mm: "mm", deg: "°", rad: "rad" });
+const SIGNS = /** @type {Record<string, string>} */ ({ um: "µm", mm: "mm", deg: "°", arcmin: "′", rad: "rad" });
 
 /** How a unit is written, which is data; none where nothing was said of it. @param {string | null | undefined} unit */
 export function unitSign(unit) {

@@ -12,10 +12,11 @@ const t = texts({ en, de });
 
 /**
  * @param {{ typed: Typed, change: (change: Partial<Typed>) => void, error: unknown, wrong: Partial<Record<keyof Typed, true>>,
- *   imports: boolean, fits: boolean, fromFile: boolean }} props
- *   `imports`, `fits`: whether some file is imported, or fitted; `fromFile`: a JSON file brings its own
+ *   imports: boolean, fits: boolean, fromFile: boolean, said: string | undefined }} props
+ *   `typed`: with the likely answers; `imports`, `fits`: whether some file is imported, or fitted; `fromFile`: a JSON file
+ *   brings its own; `said`: what the answers mean
  */
-export function MeasureFields({ typed, change, error, wrong, imports, fits, fromFile }) {
+export function MeasureFields({ typed, change, error, wrong, imports, fits, fromFile, said }) {
   const pointer = (/** @type {string} */ name) => (imports && !fits ? `/spec/${name}` : `/${name}`);
   const text = (/** @type {keyof Typed} */ key, /** @type {string} */ label, more = {}) =>
     h(TextField, {
@@ -73,7 +74,23 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
             { pointer: "/axes", hint: t.axesHint },
           )
         }
+        ${
+          fits &&
+          typed.axes !== "none" &&
+          select(
+            "unit",
+            t.unitOfDeviations,
+            [
+              ["mm", "mm"],
+              ["um", "µm"],
+              ["nm", "nm"],
+              ["in", t.inches],
+            ],
+            { pointer: "/axes/z/unit" },
+          )
+        }
       </div>
+      ${said && html`<p class="notice" data-preview="words">${said}</p>`}
       ${text("note", t.note, { lines: 2, pointer: pointer("note"), maxLength: 4000 })}
     </fieldset>
     ${

@@ -1,6 +1,7 @@
 // What is typed beside the files, and the request that becomes of it. Pure.
 
 import { parseNumber } from "../lib/format.js";
+import { likelyAlong, likelyFlank, likelyUnit } from "./likely.js";
 
 /** @typedef {import("../api/client.js").Schemas} Schemas */
 /** @typedef {import("./read.js").Content} Content */
@@ -15,7 +16,8 @@ export const EMPTY = {
   hampel: "off",
   gaussian: "off",
   cutoff: "",
-  axes: "none",
+  axes: "",
+  unit: "",
   flank: "",
   tooth: "",
   component: "",
@@ -26,6 +28,22 @@ export const EMPTY = {
   text: "",
 };
 /** @typedef {typeof EMPTY} Typed */
+
+/**
+ * What is typed, with the likely answers where nothing was chosen.
+ * @param {Typed} typed @param {Content} content @param {{ name: string, gear: import("./likely.js").Gear | null | undefined }} of
+ * @returns {Typed}
+ */
+export function answered(typed, content, { name, gear }) {
+  if (content.kind === "import") return typed;
+  const own = content.request?.["flank"] !== undefined;
+  return {
+    ...typed,
+    flank: typed.flank || (own ? "" : likelyFlank(name)),
+    axes: typed.axes || (likelyAlong(content.surface, gear) ?? "none"),
+    unit: typed.unit || likelyUnit(content.surface),
+  };
+}
 
 /** Fields that hold no number although they should. @param {Typed} typed @returns {Partial<Record<keyof Typed, true>>} */
 export function wrongNumbers(typed) {
@@ -64,7 +82,7 @@ export function specOf(typed, content) {
   }
   const filters = filtersOf(typed, curve);
   if (filters.length > 0) spec["filters"] = filters;
-  if (typed.axes !== "none" && !("axes" in file)) spec["axes"] = axesOf(typed.axes, curve);
+  if (typed.axes !== "" && typed.axes !== "none" && !("axes" in file)) spec["axes"] = axesOf(typed, curve);
   if (!("include" in file)) spec["include"] = ["collinearity"];
   for (const name of /** @type {const} */ (["flank", "tooth", "instrument", "operator", "note"])) {
     if (typed[name].trim() !== "") spec[name] = typed[name].trim();
@@ -105,10 +123,10 @@ function filtersOf({ hampel, gaussian, cutoff }, curve) {
   return filters;
 }
 
-/** @param {string} name @param {boolean} curve */
-function axesOf(name, curve) {
-  const heights = { quantity: "deviation", unit: "um" };
-  const profile = { quantity: name, unit: "mm" };
+/** @param {Typed} typed @param {boolean} curve */
+function axesOf({ axes, unit }, curve) {
+  const heights = { quantity: "deviation", unit: unit || "um" };
+  const profile = { quantity: axes, unit: "mm" };
   return curve ? { x: profile, y: heights } : { u: profile, v: { quantity: "face_width", unit: "mm" }, z: heights };
 }
 

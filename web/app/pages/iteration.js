@@ -2,7 +2,9 @@
 
 import { answer, api } from "../api/client.js";
 import { useResource } from "../api/resource.js";
+import { Allowed } from "../components/allowed.js";
 import { Decision } from "../components/decision.js";
+import { EditMeasurand, mayBeFlank } from "../components/edit_measurand.js";
 import { FigureTiles } from "../components/figure_tiles.js";
 import { FlankFigures } from "../components/flank_figures.js";
 import { JobPage } from "../components/job_page.js";
@@ -102,7 +104,19 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
           : h(Skeleton, { lines: 8 })
       }
       ${told && settled(standing) && pitch && h(PitchInShort, { jobId: job.id, number: iteration.number, pitch })}
-      ${told && settled(standing) && (!pitch || settled(pitch)) && h(Measured, { iteration })}
+      ${
+        told &&
+        settled(standing) &&
+        (!pitch || settled(pitch)) &&
+        h(Measured, {
+          iteration,
+          etag: resource.etag,
+          put: (data, etag) => {
+            resource.put(data, etag);
+            reread();
+          },
+        })
+      }
     </div>
     ${mapped && standing.data && h(FlankFigures, { figures: fit?.figures, level: standing.data.spec.level ?? 0.95 })}
     ${mapped && standing.data && h(FitCoefficients, { result: standing.data.result, axes: iteration.axes, level: standing.data.spec.level })}
@@ -127,12 +141,16 @@ function aboutOf(job, { flank, tooth, measured_at, created_at }) {
 /** @param {import("../api/resource.js").Resource<any>} resource */
 const settled = ({ data, error }) => data !== undefined || error !== undefined;
 
-/** @param {{ iteration: Iteration }} props */
-function Measured({ iteration }) {
+/**
+ * @param {{ iteration: Iteration, etag: string | undefined, put: (iteration: Iteration, etag: string | undefined) => void }} props
+ */
+function Measured({ iteration, etag, put }) {
+  const [editing, setEditing] = useState(false);
   const data = (/** @type {string | null | undefined} */ text) => text && html`<span translate="no">${text}</span>`;
   const items = [
     { name: t.flank, value: iteration.flank ? t[iteration.flank] : undefined },
     { name: t.tooth, value: data(iteration.tooth) },
+    { name: t.unitOfDeviations, value: data(heightUnit(iteration.axes)) },
     { name: t.nodes, value: data(fmt.value.count(iteration.node_count)) },
     { name: t.measuredAt, value: iteration.measured_at && data(fmt.value.time(iteration.measured_at)) },
     { name: t.stored, value: data(fmt.value.time(iteration.created_at)) },
@@ -142,6 +160,17 @@ function Measured({ iteration }) {
   ].flatMap(({ name, value }) => (value ? [{ name, value }] : []));
   return html`<section class="panel" aria-labelledby="measured">
     <h2 id="measured">${t.measurement}</h2>${h(Facts, { items, columns: true })}
+    ${
+      mayBeFlank(iteration.axes) &&
+      h(Allowed, {
+        scope: "judge",
+        short: true,
+        children: () => html`<div class="actions">
+          <button type="button" class="button small" onClick=${() => setEditing(true)}>${t.editMeasurand}</button>
+        </div>`,
+      })
+    }
+    ${editing && h(EditMeasurand, { iteration, etag, put, onClose: () => setEditing(false) })}
   </section>`;
 }
 

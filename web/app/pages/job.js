@@ -49,7 +49,7 @@ export default function JobOverview({ params }) {
         resource: trace,
         lines: 6,
         children: ({ iterations }) => html`<div class="job-main">
-          ${h(NextStep, { job, last: iterations.at(-1) })}
+          ${h(NextStep, { job, last: nextOf(iterations) })}
           ${iterations.length > 0 && h(Figures, { job, iterations })}
           ${iterations.length > 0 && h(Iterations, { job, iterations })}
           ${h(RequirementsPanel, { requirements: job.requirements, name: job.name })}
@@ -58,6 +58,38 @@ export default function JobOverview({ params }) {
       ${(trace.data !== undefined || trace.error !== undefined) && h(AboutJob, { job })}
     </div>`,
   });
+}
+
+/** The newest iteration of each flank and tooth. @param {readonly TracedIteration[]} iterations */
+function newestOf(iterations) {
+  return iterations.filter(
+    (one, i) => !iterations.slice(i + 1).some(({ flank, tooth }) => flank === one.flank && tooth === one.tooth),
+  );
+}
+
+const RANKS = /** @type {const} */ ({ reject: 0, remachine: 1, accept: 3 });
+
+/** The iteration by which the job has the status that it has. @param {readonly TracedIteration[]} iterations */
+function nextOf(iterations) {
+  const rank = (/** @type {TracedIteration} */ { decision }) => (decision ? RANKS[decision] : 2);
+  return newestOf(iterations).reduce(
+    (/** @type {TracedIteration | undefined} */ first, one) => (first && rank(first) < rank(one) ? first : one),
+    undefined,
+  );
+}
+
+/** How far each flank has come. @param {{ iterations: readonly TracedIteration[] }} props */
+function Flanks({ iterations }) {
+  const newest = newestOf(iterations);
+  if (newest.length < 2) return null;
+  return html`<ul class="flank-statuses" aria-label=${t.flanks}>
+    ${newest.map(
+      (
+        one,
+      ) => html`<li key=${one.number}>${one.flank ? t[one.flank] : ABSENT}${one.tooth && html` <span translate="no">${one.tooth}</span>`}:
+        ${h(Decision, { decision: one.decision })} <span class="quiet">${common.iteration(one.number)}</span></li>`,
+    )}
+  </ul>`;
 }
 
 /** @param {{ job: Job, last: TracedIteration | undefined }} props */
@@ -137,6 +169,7 @@ function Iterations({ job, iterations }) {
   };
   return html`<section class="panel" aria-labelledby="iterations">
     <h2 id="iterations">${t.iterations}</h2>
+    ${h(Flanks, { iterations })}
     ${table({
       caption: t.iterations,
       hideCaption: true,

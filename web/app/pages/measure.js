@@ -11,11 +11,12 @@ import { announce, notify } from "../components/toast.js";
 import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/measure.js";
 import en from "../i18n/en/measure.js";
-import { texts } from "../i18n/i18n.js";
+import { fmt, texts } from "../i18n/i18n.js";
 import { QueueEntry } from "../measure/entry.js";
 import { MeasureFields } from "../measure/fields.js";
 import { contentOf, started } from "../measure/reader.js";
-import { EMPTY, wrongNumbers } from "../measure/request.js";
+import { inWords } from "../measure/likely.js";
+import { EMPTY, answered, wrongNumbers } from "../measure/request.js";
 import { ChangedError, send } from "../measure/send.js";
 import { navigate } from "../navigation.js";
 import { hrefIf } from "../router.js";
@@ -49,13 +50,13 @@ export default function MeasurePage({ params }) {
   return h(JobPage, {
     jobId,
     view: common.measure,
-    children: (_, { trace }) =>
-      h(Allowed, { scope: "measure", children: () => h(Measure, { jobId, reread: trace.reload }) }),
+    children: (job, { trace }) =>
+      h(Allowed, { scope: "measure", children: () => h(Measure, { jobId, gear: job.gear, reread: trace.reload }) }),
   });
 }
 
-/** @param {{ jobId: string, reread: () => void }} props */
-function Measure({ jobId, reread }) {
+/** @param {{ jobId: string, gear: import("../measure/likely.js").Gear | null | undefined, reread: () => void }} props */
+function Measure({ jobId, gear, reread }) {
   const [typed, change] = useTyped(jobId);
   const [entries, setEntries] = useState(/** @type {Entry[]} */ ([]));
   const [over, setOver] = useState(false);
@@ -114,7 +115,14 @@ function Measure({ jobId, reread }) {
         tell: (/** @type {Entry["progress"]} */ progress) => update(id, { progress }),
       };
       try {
-        const { data } = await send(jobId, file, content, typed, attempt, watch);
+        const { data } = await send(
+          jobId,
+          file,
+          content,
+          answered(typed, content, { name: file.name, gear }),
+          attempt,
+          watch,
+        );
         attempt.done();
         made.push(data.number);
         update(id, { state: "done", number: data.number });
@@ -148,6 +156,8 @@ function Measure({ jobId, reread }) {
     setOver(false);
     add(event.dataTransfer?.files ?? []);
   };
+  const next = waiting.find(({ content }) => content?.kind !== "import") ?? entries.at(-1);
+  const likely = next?.content ? answered(typed, next.content, { name: next.file.name, gear }) : typed;
   const kinds = entries.map(({ content }) => content?.kind);
   const failed = entries.find(({ state }) => state === "failed");
   return html`<form class="measure" onSubmit=${submit}>
@@ -194,7 +204,8 @@ function Measure({ jobId, reread }) {
     }
     <section class="panel">
       ${h(MeasureFields, {
-        typed,
+        typed: likely,
+        said: likely.axes === "none" || kinds.includes("json") ? undefined : said(next?.content?.surface, likely),
         change,
         error: failed?.error,
         wrong,
@@ -226,6 +237,18 @@ async function look(file) {
   return answer(sent).then(
     ({ data }) => ({ content, gears: data }),
     (/** @type {unknown} */ error) => ({ content, error }),
+  );
+}
+
+/** What is chosen, in words. @param {import("../flank/surface.js").FlankSurface | undefined} surface @param {Typed} chosen */
+function said(surface, { axes, unit }) {
+  const words = inWords(surface, /** @type {import("../measure/likely.js").Unit} */ (unit || "um"));
+  if (!words) return undefined;
+  const [from, to] = [words.from, words.to].map(fmt.value.three);
+  return t.inWords(
+    fmt.value.three(words.greatest),
+    t[/** @type {"along_diameter"} */ (`along_${axes}`)],
+    `${from}–${to}`,
   );
 }
 

@@ -10,6 +10,7 @@ import { ABSENT } from "../lib/format.js";
 import { html, h } from "../../vendor/ui.js";
 import { CoverFigures } from "./cover_figures.js";
 import { SmallMaps } from "./maps.js";
+import { endsOf } from "./pairs.js";
 
 /** @typedef {import("./data.js").Told} Told */
 /** @typedef {import("./data.js").Job} Job */
@@ -17,8 +18,7 @@ import { SmallMaps } from "./maps.js";
 /** @param {{ job: Job, told: readonly Told[] }} props */
 export function Cover({ job, told }) {
   const decided = told.map(({ iteration }) => iteration.decision).at(-1);
-  const [first, last] = [told[0], told.at(-1)];
-  const ends = first && last && first !== last ? [first, last] : told.slice(0, 1);
+  const ends = endsOf(told);
   return html`<section class="report-cover" aria-labelledby="report-title">
     <header class="report-head">
       <div>

@@ -9,6 +9,8 @@ import { ABSENT } from "../lib/format.js";
 import { heightUnit } from "../lib/units.js";
 import { h, html } from "../../vendor/ui.js";
 import { coarsest, flankRows, heightsOf, traceRows } from "./figures.js";
+import { nameOf } from "./maps.js";
+import { isPair } from "./pairs.js";
 
 /** @typedef {import("./data.js").Told} Told */
 /** @typedef {import("./figures.js").Row} Row */
@@ -30,7 +32,7 @@ export function CoverFigures({ told }) {
   const decided = listed.some(({ cells }) => cells.at(-1)?.decision);
   const dense = listed.length > 9 ? " dense" : "";
   const drawn = listed.some(({ cells }) => cells.some((cell) => cell?.error));
-  const changes = flank.some(({ change }) => change);
+  const changes = isPair(told) && flank.some(({ change }) => change);
   const row = (/** @type {Row} */ one, /** @type {Children} */ why) => html`<tr key=${one.key}>
     <th scope="row">${h(GearSymbol, { name: one.symbol })} ${t[one.name]}${one.flank && `, ${t[one.flank]}`}</th>
     ${one.cells.map((cell, i) => html`<td key=${i} class="numeric">${figure(cell, why)}</td>`)}
@@ -45,13 +47,14 @@ export function CoverFigures({ told }) {
     ${changes && html`<td></td>`}${drawn && html`<td></td>`}<td></td><td></td>
   </tr>`;
   const [first, last] = told;
+  const pair = isPair(told);
   return html`<div class="report-figures">
     <table class=${`report-table${dense}`}>
       <caption>${t.figures}</caption>
       <thead><tr>
         <th scope="col">${t.figure} <span class="unit" translate="no">µm</span></th>
-        ${first && html`<th scope="col" class="numeric">${last ? t.before(first.iteration.number) : t.mapsOf(first.iteration.number)}</th>`}
-        ${last && html`<th scope="col" class="numeric">${t.after(last.iteration.number)}</th>`}
+        ${first && html`<th scope="col" class="numeric">${pair ? t.before(first.iteration.number) : nameOf(first)}</th>`}
+        ${last && html`<th scope="col" class="numeric">${pair ? t.after(last.iteration.number) : nameOf(last)}</th>`}
         ${changes && html`<th scope="col" class="numeric">${t.change}</th>`}
         ${drawn && html`<th scope="col">${t.drawn}</th>`}
         <th scope="col" class="numeric">${t.limits}</th><th scope="col" class="numeric">${t.class}</th>

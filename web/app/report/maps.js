@@ -11,6 +11,7 @@ import { t as flank } from "../i18n/flank.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
 import { heightUnit } from "../lib/units.js";
+import { isPair } from "./pairs.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
@@ -27,6 +28,7 @@ const scaleOf = (mapped) => commonScale(mapped.map(({ surface }) => surface));
 export function SmallMaps({ told, flipU }) {
   const mapped = told.flatMap((one) => (one.surface ? [{ told: one, surface: one.surface }] : []));
   if (mapped.length === 0) return null;
+  const pair = isPair(told) && mapped.length > 1;
   // heights of different units have no scale in common
   const units = new Set(mapped.map(({ told: one }) => heightUnit(one.iteration.axes)));
   const whole = units.size === 1 ? scaleOf(mapped) : undefined;
@@ -34,7 +36,7 @@ export function SmallMaps({ told, flipU }) {
     <div class="report-pair">
       ${mapped.map((one, i) => {
         const { number } = one.told.iteration;
-        const name = mapped.length < 2 ? t.mapsOf(number) : i === 0 ? t.before(number) : t.after(number);
+        const name = !pair ? nameOf(one.told) : i === 0 ? t.before(number) : t.after(number);
         const { limit, clipped } = whole ?? scaleOf([one]);
         return html`<figure key=${number}>
           <figcaption>${name}</figcaption>
@@ -100,4 +102,10 @@ function summaryOf(surface) {
   const place = (/** @type {import("../flank/surface.js").FlankNode} */ { u, v, z }) =>
     `u ${fmt.value.mm(u)}, v ${fmt.value.mm(v)}: ${fmt.value.three(z)}`;
   return flank.extremes(place(ends.least), place(ends.greatest));
+}
+
+/** An iteration with its flank. @param {Told} told */
+export function nameOf({ iteration: { number, flank, tooth } }) {
+  const parts = [common.iteration(number), flank && t[flank], tooth];
+  return parts.filter(Boolean).join(", ");
 }

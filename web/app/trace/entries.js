@@ -8,7 +8,7 @@
  *   | { kind: "fit", fit: TracedFit }
  *   | { kind: "choice", fit: TracedFit | undefined, until: string | undefined, reason: string | undefined, by: string | undefined }
  *   | { kind: "record", record: NonNullable<TracedIteration["records"]>[number] }
- *   | { kind: "decision", decision: string, reason: string | undefined, by: string | undefined }
+ *   | { kind: "decision", decision: string, concession: boolean, reason: string | undefined, by: string | undefined }
  * )} Entry
  */
 /** @typedef {Entry["kind"]} Kind */
@@ -59,13 +59,14 @@ function ofIteration(one, answers) {
       (record) => /** @type {Entry} */ ({ id: record.id, kind: "record", time: record.created_at, iteration, record }),
     ),
     ...one.decisions.map(
-      ({ decision, reason, created_at, by }, i) =>
+      ({ decision, concession, reason, created_at, by }, i) =>
         /** @type {Entry} */ ({
           id: `decision-${iteration}-${i}`,
           kind: "decision",
           time: created_at,
           iteration,
           decision,
+          concession: concession === true,
           reason,
           by,
         }),

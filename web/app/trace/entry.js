@@ -8,6 +8,7 @@ import de from "../i18n/de/trace.js";
 import en from "../i18n/en/trace.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { hrefIf } from "../router.js";
+import { unitSign } from "../lib/units.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./entries.js").Entry} Entry */
@@ -40,13 +41,17 @@ export function EntryText({ entry, jobId, unit }) {
       ${entry.until && html`<p class="quiet">${t.until} <time datetime=${entry.until} translate="no">${fmt.value.time(entry.until)}</time></p>`}
       ${reason(entry.reason)}`;
   }
+  if (entry.kind === "record" && entry.record.measurand) {
+    const { before, ...after } = entry.record.measurand;
+    return html`${head(t.measurand)}<p>${saidOf(before)} → ${saidOf(after)}</p>`;
+  }
   if (entry.kind === "record") {
     return html`${head(t[entry.record.kind])}<p class="quiet">${t.method} ${methodOf(entry.record.method)}</p>`;
   }
   const known = entry.decision === "accept" ? "good" : entry.decision === "reject" ? "bad" : "warn";
   const word =
     { accept: common.accept, reject: common.reject, remachine: common.remachine }[entry.decision] ?? entry.decision;
-  return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${reason(entry.reason)}`;
+  return html`${head(t.decisionEntry, h(Badge, { kind: known, children: word }))}${entry.concession && html`<p>${t.concession}</p>`}${reason(entry.reason)}`;
 }
 
 /** In the words of the page where it has some. @param {string} method */
@@ -61,6 +66,16 @@ function doneBy(entry) {
   if (entry.kind === "measured") return undefined;
   if (entry.kind === "fit") return entry.fit.by;
   return entry.kind === "record" ? entry.record.by : entry.by;
+}
+
+/** What was known of the nodes. @param {import("../api/client.js").Schema<"KnownMeasurand">} known */
+function saidOf({ flank, tooth, axes, accept_units: accepted }) {
+  const units = ["u", "v", "z"].flatMap((name) => {
+    const axis = axes?.[/** @type {"u"} */ (name)];
+    return axis ? [`${name} ${axis.quantity} ${unitSign(axis.unit)}`] : [];
+  });
+  const parts = [flank && t[flank], tooth && `${t.tooth} ${tooth}`, ...units, accepted && t.unitsAccepted];
+  return parts.filter(Boolean).join(", ") || t.nothingSaid;
 }
 
 /** @param {string | null | undefined} text */

@@ -4,7 +4,8 @@ import assert from "node:assert/strict";
 import { readFile as bytesOf } from "node:fs/promises";
 import { test } from "node:test";
 import { readFile } from "../../app/measure/read.js";
-import { EMPTY, importSpecOf, nodeOfPointer, specOf, wrongNumbers } from "../../app/measure/request.js";
+import { inWords, likelyAlong, likelyFlank, likelyUnit } from "../../app/measure/likely.js";
+import { EMPTY, answered, importSpecOf, nodeOfPointer, specOf, wrongNumbers } from "../../app/measure/request.js";
 
 const read = (/** @type {string} */ name, /** @type {string} */ text) => readFile(name, new TextEncoder().encode(text));
 
@@ -66,4 +67,41 @@ test("fields become filters, axes and what is said of an import; wrong numbers a
     measuredAt: true,
   });
   assert.deepEqual(wrongNumbers(EMPTY), {});
+});
+
+test("what a table most likely is, is found and said in words", () => {
+  const grid = (/** @type {number} */ scale, /** @type {number[]} */ u) =>
+    read(
+      "left flank.csv",
+      `u,v,z\n${u.flatMap((x) => [1, 2, 3].map((v) => `${x},${v},${(x * v - 20) * scale}`)).join("\n")}\n`,
+    );
+  const gear = /** @type {import("../../app/measure/likely.js").Gear} */ ({ teeth: 52, normal_module_mm: 1 });
+  const roll = [5.9, 8, 11.4];
+  for (const [unit, scale] of /** @type {const} */ ([
+    ["um", 1],
+    ["mm", 1e-3],
+    ["nm", 1e3],
+    ["in", 1 / 25_400],
+  ])) {
+    const { surface } = grid(scale, roll);
+    assert.equal(likelyUnit(surface), unit === "in" ? "mm" : unit, unit);
+    const { greatest = 0, from, to } = inWords(surface, unit) ?? {};
+    assert.ok(Math.abs(greatest - 14.2) < 0.2, `${unit}: ${greatest}`);
+    assert.deepEqual([from, to], [5.9, 11.4]);
+  }
+  assert.equal(likelyAlong(grid(1, roll).surface, gear), "roll_length");
+  assert.equal(likelyAlong(grid(1, [50.5, 52, 53.9]).surface, gear), "diameter");
+  assert.equal(likelyAlong(grid(1, roll).surface, undefined), undefined);
+  const named = ["Links_1.csv", "pinion right.csv", "left-right.csv", "mill.csv"].map(likelyFlank);
+  assert.deepEqual(named, ["left", "right", "", ""]);
+  const of = { name: "left.csv", gear };
+  const chosen = answered({ ...EMPTY, flank: "right" }, grid(1e-3, roll), of);
+  assert.deepEqual([chosen.flank, chosen.axes, chosen.unit], ["right", "roll_length", "mm"]);
+  const spec = specOf(answered(EMPTY, grid(1e-3, roll), of), grid(1e-3, roll));
+  assert.equal(spec["flank"], "left");
+  assert.deepEqual(spec["axes"], {
+    u: { quantity: "roll_length", unit: "mm" },
+    v: { quantity: "face_width", unit: "mm" },
+    z: { quantity: "deviation", unit: "mm" },
+  });
 });

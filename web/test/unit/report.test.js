@@ -2,6 +2,7 @@
 
 import assert from "node:assert/strict";
 import { test } from "node:test";
+import { endsOf, isPair } from "../../app/report/pairs.js";
 import { cssString, pageRules } from "../../app/report/page_boxes.js";
 import { iterationsOf, PARTS, partsOf, written } from "../../app/report/parts.js";
 
@@ -26,4 +27,21 @@ test("a name cannot leave the string of a page box", () => {
   const rules = pageRules({ job: '";} body { display: none } \\', date: "1", page: "p" });
   assert.ok(!rules.includes("body {"), rules);
   assert.equal(rules.match(/\{/g)?.length, 4);
+});
+
+test("before and after are of the same flank and tooth", () => {
+  const told = (/** @type {number} */ number, /** @type {string} */ flank, tooth = "1") =>
+    /** @type {import("../../app/report/data.js").Told} */ (
+      /** @type {unknown} */ ({ iteration: { number, flank, tooth } })
+    );
+  const numbers = (/** @type {readonly import("../../app/report/data.js").Told[]} */ all) =>
+    endsOf(all).map(({ iteration }) => iteration.number);
+  const [left, right, again] = [told(1, "left"), told(2, "right"), told(3, "right")];
+  assert.deepEqual(numbers([left, right, again]), [2, 3]);
+  assert.ok(isPair(endsOf([left, right, again])));
+  assert.deepEqual(numbers([left, right]), [1, 2]);
+  assert.ok(!isPair(endsOf([left, right])));
+  assert.ok(!isPair(endsOf([right, told(3, "right", "2")])));
+  assert.ok(!isPair(endsOf([left])));
+  assert.deepEqual(numbers([]), []);
 });

@@ -108,12 +108,12 @@ impl Kind {
         let (name, unit) = match self {
             Kind::ProfileAngle => ("profile_angle", "arcmin"),
             Kind::HelixAngle => ("helix_angle", "arcmin"),
-            Kind::ProfileCrowning => ("profile_crowning", "µm"),
-            Kind::HelixCrowning => ("helix_crowning", "µm"),
-            Kind::Twist => ("twist", "µm"),
-            Kind::ToothThickness => ("tooth_thickness", "µm"),
-            Kind::Infeed => ("infeed", "µm"),
-            Kind::ToolAxisOffset => ("tool_axis_offset", "µm"),
+            Kind::ProfileCrowning => ("profile_crowning", "um"),
+            Kind::HelixCrowning => ("helix_crowning", "um"),
+            Kind::Twist => ("twist", "um"),
+            Kind::ToothThickness => ("tooth_thickness", "um"),
+            Kind::Infeed => ("infeed", "um"),
+            Kind::ToolAxisOffset => ("tool_axis_offset", "um"),
         };
         Setting::free(name, unit)
     }

@@ -19,8 +19,8 @@ pub fn ill_conditioned(seed: u64) -> MachineSpec {
     let settings = [
         ("profile_angle", "µm at the tip"),
         ("helix_angle", "µm at the end"),
-        ("profile_crowning", "µm"),
-        ("helix_crowning", "µm"),
+        ("profile_crowning", "um"),
+        ("helix_crowning", "um"),
         ("twist", "µm at the corner"),
         ("tilt", "µm at the corner"),
     ];

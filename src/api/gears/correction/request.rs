@@ -132,8 +132,6 @@ pub struct Read {
     pub spec: CorrectionSpec,
     /// The flank that the nodes lie on, where the sensitivity is that of a machine.
     pub flank: Option<Flank>,
-    /// Nobody said which flank it is.
-    pub flank_assumed: bool,
     pub include: CorrectionInclude,
 }
 
@@ -209,13 +207,7 @@ pub fn read(
         include: include.fit,
         ..CorrectionSpec::new(iteration_nodes::deviations(nodes, factor), sensitivity.matrix, sensitivity.settings)
     };
-    Ok(faults.into_result(Read {
-        method: sensitivity.name,
-        spec,
-        flank: sensitivity.flank,
-        flank_assumed: sensitivity.flank_assumed,
-        include,
-    }))
+    Ok(faults.into_result(Read { method: sensitivity.name, spec, flank: sensitivity.flank, include }))
 }
 
 /// What has no value has a fault.

@@ -190,10 +190,6 @@ pub struct TrustBody {
     pub gain: f64,
 }
 
-const FLANK_ASSUMED: &str = "neither the request nor the iteration says which flank was measured: it is taken for a \
-    left one; on a right one the changes \
-     that turn the helix have the other sign";
-
 /// Computes a correction by the nodes of an iteration: the whole of it, and what of it is asked
 /// for. Processor work.
 pub fn build(
@@ -203,7 +199,7 @@ pub fn build(
     gear: Option<&Gear>,
 ) -> Result<(Built, CorrectionInclude), Problem> {
     let read = request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
-    let Read { method, spec, flank, flank_assumed, include } = read;
+    let Read { method, spec, flank, include } = read;
     let correction = Correction::new(spec).map_err(Problem::invalid)?;
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
@@ -212,7 +208,7 @@ pub fn build(
         let (before, after) = (of(&flank, &spec.deviation)?, of(&flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
-    let result = write(&solution, flank_assumed, figures, &canonical::request_sha256(text), include.fit)?;
+    let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;
     Ok((Built { method: method.to_owned(), result }, include))
 }
 
@@ -228,11 +224,10 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
-/// The whole of it as JSON, `nodes` and `result` too; `flank_assumed` says that no one said which
-/// flank was measured, `digest` is that of the request, `include` that of the fits.
+/// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
+/// that of the fits.
 pub fn write(
     solution: &Solution,
-    flank_assumed: bool,
     figures: Option<FiguresBeforeAfterBody>,
     digest: &str,
     include: Include,
@@ -248,8 +243,7 @@ pub fn write(
             sentence: group.sentence.clone(),
         })
         .collect();
-    let assumed = flank_assumed.then(|| WarningBody::new("flank_assumed", FLANK_ASSUMED.into()));
-    let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).chain(assumed).collect();
+    let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).collect();
     let text = |result| {
         let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
         String::from_utf8(text).map_err(Problem::internal)

@@ -6,7 +6,10 @@
 
 use super::iteration_nodes::Flank;
 use crate::{
-    api::measurand::axes::{AxesBody, AxisBody},
+    api::measurand::{
+        axes::{AxesBody, AxisBody},
+        units,
+    },
     jobs::Measurand,
 };
 use flankfit_engine::estimation::Nodes;
@@ -99,12 +102,7 @@ impl<'a> Meaning<'a> {
             return Some([1.0; 2]);
         }
         let ([a, a_unit], [b, b_unit]) = (a.0?, b.0?);
-        let mm = |unit| match unit {
-            "mm" => Some(1.0),
-            "um" => Some(1e-3),
-            _ => None,
-        };
-        (a == b).then_some([mm(a_unit)?, mm(b_unit)?])
+        (a == b).then_some([units::millimetres(a_unit)?, units::millimetres(b_unit)?])
     }
 
     fn words(self) -> String {

@@ -7,8 +7,9 @@ use super::iteration_nodes::{self, Coordinates, Flank};
 use crate::{
     api::{
         faults::Faults,
+        gears::fit_figures::missing,
         json::{members::of_object, request::request},
-        measurand::{axes::AxesBody, profile_axis::ProfileAxisName, side::SideName},
+        measurand::{axes::AxesBody, profile_axis::ProfileAxisName, side::SideName, units::canonical},
     },
     jobs::{Measurand, side_name},
 };
@@ -40,11 +41,9 @@ request! {
         /// In place of a matrix. Nodes then have u along the profile and v = z, and the job has a
         /// gear.
         optional machine: MachineName,
-        /// With `machine`: the flank that was measured. By default that of the iteration, and
-        /// `left` (warning `flank_assumed`) where it tells none.
+        /// With `machine`: the flank that was measured. By default that of the iteration.
         optional flank: SideName,
-        /// With `machine`: what u of the nodes is. By default what the iteration's axes say, else
-        /// `roll_length`.
+        /// With `machine`: what u of the nodes is. By default what the iteration's axes say.
         optional profile_axis: ProfileAxisName,
         /// With `machine`: what crownings refer to. By default what the nodes span.
         #[schema(min_items = 2, max_items = 2)]
@@ -97,8 +96,6 @@ pub struct Sensitivity {
     pub matrix: Vec<f64>,
     /// The flank that the nodes lie on, where the sensitivity is that of a machine.
     pub flank: Option<Flank>,
-    /// Nobody said which flank it is.
-    pub flank_assumed: bool,
 }
 
 /// The iteration whose nodes are corrected.
@@ -112,9 +109,10 @@ pub struct Corrected<'a> {
     pub gear: Option<&'a Gear>,
 }
 
+const AT: &str = "/sensitivity";
+
 /// Reads the sensitivity for the nodes of an iteration.
 pub fn read(slice: &[u8], iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
-    const AT: &str = "/sensitivity";
     let members: SensitivityMembers<'_> = of_object(slice, AT, faults)?;
     let of_machine_only = [
         members.flank.name_if_given(),
@@ -157,15 +155,9 @@ fn of_matrix(members: &SensitivityMembers<'_>, faults: &mut Faults) -> Option<Se
     for (k, length) in lengths.iter().enumerate().filter(|(_, length)| **length != names.len()) {
         faults.push(format!("/sensitivity/matrix/{k}"), format!("{} for {} settings", entries(*length), names.len()));
     }
-    let unit = |j: usize| units.as_ref().map_or("", |units| &units[j]).to_owned();
+    let unit = |j: usize| canonical(units.as_ref().map_or("", |units| &units[j])).to_owned();
     let settings = names.into_iter().enumerate().map(|(j, name)| Setting::free(name, unit(j))).collect();
-    (faults.count() == before).then_some(Sensitivity {
-        name: "matrix",
-        settings,
-        matrix,
-        flank: None,
-        flank_assumed: false,
-    })
+    (faults.count() == before).then_some(Sensitivity { name: "matrix", settings, matrix, flank: None })
 }
 
 fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
@@ -180,16 +172,16 @@ fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults
         let detail = format!("the iteration is of {}, not of the {} one", measurand.words(), side_name(requested));
         faults.push("/sensitivity/flank", detail);
     }
+    let side = side.or(measurand.flank);
+    for (code, how) in missing(axes, side, gear.is_some()) {
+        let place = if code == "flank_missing" { "flank" } else { "machine" };
+        faults.push(format!("{AT}/{place}"), how);
+    }
     let coordinates = coordinates(axis, axes, faults);
+    let (gear, side) = gear.zip(side)?;
     let coordinates = coordinates.filter(|_| faults.count() == before)?;
-    let flank_assumed = side.is_none() && measurand.flank.is_none();
-    let side = side.or(measurand.flank).unwrap_or(Side::Left);
     let diameters = members.profile_diameter_range_mm.optional(faults)?;
     let helix = members.helix_range_mm.optional(faults)?;
-    let Some(gear) = gear else {
-        faults.push("/sensitivity/machine", "the job has no `gear`, whose flanks the machine would grind");
-        return None;
-    };
     let places = iteration_nodes::places(nodes, gear, side, coordinates).map_err(|more| faults.append(more)).ok()?;
     let mut ranges: Ranges = iteration_nodes::ranges(&places, gear);
     if let Some(diameters) = diameters {
@@ -206,23 +198,20 @@ fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults
     let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, given)));
     let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None });
     let found = found.ok()?;
-    Some(Sensitivity { name: machine.name(), settings: found.settings, matrix: found.matrix, flank, flank_assumed })
+    Some(Sensitivity { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
 }
 
-/// What u and v of the iteration are: by the request, else by its axes, else roll lengths and z
-/// in mm.
+/// What u and v of the iteration are, as its axes say.
 fn coordinates(requested: Option<ProfileAxisName>, axes: &AxesBody, faults: &mut Faults) -> Option<Coordinates> {
     let of_axes = axes.profile().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
     let v = axes.along().map_err(|why| faults.push("/sensitivity/machine", why)).ok()?;
-    match (requested, of_axes) {
-        (Some(requested), Some((of_axes, _))) if requested != of_axes => {
-            let detail = format!("u of the iteration is `{}`, as its axes say", of_axes.name());
-            faults.push("/sensitivity/profile_axis", detail);
-            None
-        }
-        (_, Some((profile, u))) => Some(Coordinates { profile, u, v }),
-        (requested, None) => Some(Coordinates { profile: requested.unwrap_or_default(), u: 1.0, v }),
+    let (profile, u) = of_axes?;
+    if requested.is_some_and(|requested| requested != profile) {
+        let detail = format!("u of the iteration is `{}`, as its axes say", profile.name());
+        faults.push("/sensitivity/profile_axis", detail);
+        return None;
     }
+    Some(Coordinates { profile, u, v })
 }
 
 /// Faults of a machine's sensitivity by places in the request, one for each place; the pair says

@@ -177,12 +177,13 @@ impl From<ChoiceRow> for Choice {
 #[derive(FromRow)]
 pub struct DecisionRow {
     decision: Decision,
+    concession: Option<i64>,
     #[sqlx(flatten)]
     event: ReasonRow,
 }
 
 impl From<DecisionRow> for DecisionEvent {
-    fn from(DecisionRow { decision, event }: DecisionRow) -> Self {
-        DecisionEvent { decision, event: event.into() }
+    fn from(DecisionRow { decision, concession, event }: DecisionRow) -> Self {
+        DecisionEvent { decision, concession: concession.is_some(), event: event.into() }
     }
 }

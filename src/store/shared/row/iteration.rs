@@ -18,11 +18,14 @@ pub struct MeasurandRow {
     flank: Option<Flank>,
     tooth: Option<String>,
     axes: Option<String>,
+    /// Of streams there is none.
+    #[sqlx(default)]
+    units_accepted: bool,
 }
 
 impl From<MeasurandRow> for Measurand {
-    fn from(MeasurandRow { flank, tooth, axes }: MeasurandRow) -> Self {
-        Measurand { flank: flank.map(|Flank(side)| side), tooth, axes: axes.map(Into::into) }
+    fn from(MeasurandRow { flank, tooth, axes, units_accepted }: MeasurandRow) -> Self {
+        Measurand { flank: flank.map(|Flank(side)| side), tooth, axes: axes.map(Into::into), units_accepted }
     }
 }
 

@@ -15,11 +15,14 @@ pub struct RecordSummaryRow {
     method: String,
     created_at: Moment,
     actor: Option<String>,
+    measurand: Option<String>,
 }
 
 impl From<RecordSummaryRow> for RecordSummary {
-    fn from(RecordSummaryRow { id, kind, method, created_at, actor }: RecordSummaryRow) -> Self {
-        RecordSummary { id, kind, method, created_at: created_at.0, by: actor.map(Into::into) }
+    fn from(row: RecordSummaryRow) -> Self {
+        let RecordSummaryRow { id, kind, method, created_at, actor, measurand } = row;
+        let (by, measurand) = (actor.map(Into::into), measurand.map(Into::into));
+        RecordSummary { id, kind, method, created_at: created_at.0, by, measurand }
     }
 }
 
@@ -42,10 +45,10 @@ impl RecordRow {
 
 impl From<RecordRow> for Record {
     fn from(RecordRow { summary, request, result, gear, class }: RecordRow) -> Self {
-        let RecordSummaryRow { id, kind, method, created_at, actor } = summary;
-        let gear = gear.map(Into::into);
+        let RecordSummaryRow { id, kind, method, created_at, actor, measurand } = summary;
+        let (gear, measurand) = (gear.map(Into::into), measurand.map(Into::into));
         let (request, result, class) = (request.into(), result.into(), class.map(|class| class.0));
-        let draft = RecordDraft { kind, method, request, result, gear, class };
+        let draft = RecordDraft { kind, method, request, result, gear, class, measurand };
         Record { id, created_at: created_at.0, by: actor.map(Into::into), draft }
     }
 }

@@ -29,6 +29,7 @@ export default {
   conditionAfter: "Kondition danach",
   decision: "Entscheidung",
   undecided: "offen",
+  flanks: "Flanken",
   left: "links",
   right: "rechts",
   noRegularization: "ohne",

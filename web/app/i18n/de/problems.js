@@ -14,6 +14,7 @@ export default {
   not_acceptable: "In der verlangten Form gibt es das nicht",
   body_timeout: "Der Inhalt der Anfrage kam zu langsam",
   conflict: "So, wie es steht, geht das nicht",
+  implausible_unit: "Die Einheiten der Iteration sind unglaubwürdig",
   idempotency_key_in_use: "Die erste Anfrage mit diesem Idempotency-Key läuft noch",
   operation_running: "Der Vorgang ist noch nicht zu Ende",
   operation_cancelled: "Der Vorgang ist abgebrochen worden",

@@ -128,6 +128,7 @@ export default {
   record_evaluation: "Auswertung von Kurven",
   record_pitch: "Auswertung von Teilungen",
   record_correction: "Korrektur",
+  record_measurand: "Änderung von Flanke, Zahn oder Achsen",
   earlierEntries: "Von langen Listen sind die letzten hundert Einträge genannt.",
   earlierFit: "eine nicht aufgeführte Anpassung",
   noWarnings: "Es gibt keine Warnungen.",

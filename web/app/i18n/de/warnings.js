@@ -125,7 +125,6 @@ export default {
     "Die axiale Verschiebung ist allein durch die Modifikationen bestimmt; Abweichungen gleicher Form tun dasselbe.",
   axial_shift_for_rotation: "Die axiale Verschiebung wirkt hier wie eine Drehung, die nicht frei ist.",
   dependent_settings: "Einige Einstellungen wirken hier genau gleich: Die Antwort sind die kleinsten Änderungen.",
-  flank_assumed: "Zu welcher Flanke die Messung gehört, ist nicht angegeben; sie wurde angenommen.",
   flanks_ambiguous: "Die Punkte passen etwa ebenso gut auf andere Flanken: Flanken angeben.",
   flanks_reassigned: "Punkte gehören zu einer anderen Flanke als der zunächst nächsten.",
   limits_not_settled: "Welche Einstellungen an ihrer Grenze bleiben, ist nicht eindeutig: Die beste Wahl darin gilt.",
@@ -148,7 +147,12 @@ export default {
   // figures of fits, requirements
   axes_unknown: "Keine Kenngrößen: Die Achsen sagen nicht, was gemessen ist.",
   no_extent: "Keine Kenngrößen: Die Messpunkte erstrecken sich nicht über die Flanke.",
-  no_gear: "Keine Kenngrößen: Der Auftrag hat kein Zahnrad.",
+  axes_missing:
+    "Keine Kenngrößen: Was die Achsen bedeuten, ist nicht angegeben. Es lässt sich bei der Iteration ergänzen.",
+  flank_missing:
+    "Keine Kenngrößen: Welche Flanke gemessen ist, ist nicht angegeben. Es lässt sich bei der Iteration ergänzen.",
+  gear_missing: "Keine Kenngrößen: Der Auftrag hat kein Zahnrad.",
+  implausible_unit: "Die Einheiten sind unglaubwürdig: Bei der Iteration berichtigen oder bestätigen.",
   no_involute: "Keine Kenngrößen: Einzelne Messpunkte liegen, wo das Rad keine Evolvente hat.",
   not_second_order:
     "Keine Kenngrößen: Das Modell ist keine Fläche, die sich durch eine zweiter Ordnung beschreiben lässt.",

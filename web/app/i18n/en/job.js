@@ -29,6 +29,7 @@ export default {
   conditionAfter: "Condition after",
   decision: "Decision",
   undecided: "open",
+  flanks: "Flanks",
   left: "left",
   right: "right",
   noRegularization: "none",

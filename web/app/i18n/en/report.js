@@ -126,6 +126,7 @@ export default {
   record_evaluation: "evaluation of traces",
   record_pitch: "evaluation of pitches",
   record_correction: "correction",
+  record_measurand: "change of flank, tooth or axes",
   earlierEntries: "Of long lists the last hundred entries are told.",
   earlierFit: "a fit that is not listed",
   noWarnings: "There are no warnings.",

@@ -1,0 +1,310 @@
+//! Whether nodes of a flank can be in the units that are said of them.
+
+use super::notice::NoticeBody;
+use crate::api::{
+    measurand::{
+        axes::{AxesBody, AxisBody},
+        units::{LENGTHS, micrometres, sign},
+    },
+    params::Params,
+};
+use flankfit_engine::{
+    estimation::Nodes,
+    gear::{
+        Gear, ProfileAxis,
+        geometry::Geometry,
+        tolerance::{COARSEST, Characteristic, FINEST, Tolerances},
+    },
+};
+
+/// The code of the warning.
+pub const IMPLAUSIBLE_UNIT: &str = "implausible_unit";
+/// Least and greatest range of deviations, µm, where the gear has no tolerances.
+const RANGE_UM: [f64; 2] = [0.1, 1000.0];
+/// No instrument measures flanks with less noise, µm.
+const LEAST_NOISE_UM: f64 = 0.005;
+/// Degrees of freedom from which on the noise is known well enough.
+const LEAST_FREEDOM: usize = 5;
+/// Residuals below this share of the range are those of an exact fit, of nodes that nobody measured.
+const EXACT: f64 = 1e-9;
+
+/// The noise that a fit has found, in the unit of its heights.
+#[derive(Clone, Copy, Debug)]
+pub struct Noise {
+    pub sigma: f64,
+    pub degrees_of_freedom: usize,
+}
+
+/// The range of deviations that gears have, µm: a quarter of F_α of the finest class to four times
+/// that of the coarsest.
+fn usual_range(gear: Option<&Gear>) -> [f64; 2] {
+    let of = |tolerances: Tolerances| {
+        let total = |class| tolerances.unrounded(Characteristic::ProfileTotal, class);
+        Some([total(FINEST)? / 4.0, total(COARSEST)? * 4.0])
+    };
+    gear.and_then(|gear| Tolerances::new(gear).ok()).and_then(of).unwrap_or(RANGE_UM)
+}
+
+/// What about units is implausible, or nothing: of what is wrong the first is told, heights before
+/// places. Only axes whose units are lengths are looked at.
+pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
+    let [u, v, z] = lists(nodes)?;
+    let heights = axes.z.as_ref().and_then(|axis| of_heights(axis, z, gear, noise));
+    let places = || {
+        let gear = gear?;
+        let of_profile = || axes.u.as_ref().and_then(|axis| of_profile(axis, u, gear));
+        of_profile().or_else(|| axes.v.as_ref().and_then(|axis| of_width(axis, v, gear.data().face_width?)))
+    };
+    heights.or_else(places)
+}
+
+fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
+    let unit = axis.unit.as_str();
+    let um = micrometres(unit)?;
+    let usual = usual_range(gear);
+    let span = span(&z)?;
+    of_range(unit, span, usual).or_else(|| {
+        let Noise { sigma, degrees_of_freedom } = noise?;
+        let found = sigma * um;
+        (degrees_of_freedom >= LEAST_FREEDOM && found < LEAST_NOISE_UM && sigma > EXACT * span).then(|| {
+            let what =
+                format!("the residuals scatter by {} nm only, less than any instrument does", digits(1e3 * found));
+            let fits = |other: f64| sigma * other >= LEAST_NOISE_UM && within(span * other, usual);
+            let params = Params::of([("sigma_um", found.into())]);
+            notice(&what, unit, span, fits, params)
+        })
+    })
+}
+
+fn of_range(unit: &str, span: f64, usual: [f64; 2]) -> Option<NoticeBody> {
+    let found = span * micrometres(unit)?;
+    let [least, most] = usual;
+    let (how, limit) = match found {
+        found if found < least => ("less", least),
+        found if found > most => ("more", most),
+        _ => return None,
+    };
+    let what = format!(
+        "the deviations extend over {} µm, {how} than those of any gear like this one ({} µm)",
+        digits(found),
+        digits(limit)
+    );
+    let params = Params::of([("range_um", found.into()), ("limit_um", limit.into())]);
+    Some(notice(&what, unit, span, |other| within(span * other, usual), params))
+}
+
+fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
+    let unit = axis.unit.as_str();
+    let mm = micrometres(unit)? / 1e3;
+    let quantity = match axis.quantity.as_str() {
+        "roll_length" => ProfileAxis::RollLength,
+        "diameter" => ProfileAxis::Diameter,
+        _ => return None,
+    };
+    let Geometry { roll_length_root_form: root, roll_length_tip_form: tip, .. } = Geometry::of(gear);
+    let (low, high) = (root.min(tip), root.max(tip));
+    let allowed = [low - 0.5 * (high - low), high + 0.5 * (high - low)];
+    let ends = ends(&u)?;
+    let roll = |x: f64| match quantity {
+        // a diameter below the base circle has none
+        ProfileAxis::Diameter => Some(gear.roll_length(x).unwrap_or(0.0)),
+        _ => quantity.roll_length(gear, x),
+    };
+    let fits = |mm: f64| ends.iter().all(|end| roll(end * mm).is_some_and(|roll| within(roll, allowed)));
+    if fits(mm) {
+        return None;
+    }
+    let shown = ends.map(|end| end * mm);
+    let what = format!(
+        "along the profile the nodes lie from {} to {} mm, but the flank has roll lengths from {} to {} mm",
+        digits(shown[0]),
+        digits(shown[1]),
+        digits(low),
+        digits(high)
+    );
+    Some(of_place(&what, "u", ends, fits, shown))
+}
+
+fn of_width(axis: &AxisBody, v: Vec<f64>, width: f64) -> Option<NoticeBody> {
+    let unit = axis.unit.as_str();
+    let mm = micrometres(unit)? / 1e3;
+    if axis.quantity.as_str() != "face_width" {
+        return None;
+    }
+    let ends = ends(&v)?;
+    // z may count from an end or from the middle
+    let fits = |mm: f64| ends.iter().all(|end| within(end * mm, [-1.5 * width, 2.0 * width]));
+    if fits(mm) {
+        return None;
+    }
+    let shown = ends.map(|end| end * mm);
+    let [low, high] = shown.map(digits);
+    let what =
+        format!("along the axis the nodes lie from {low} to {high} mm, but the face is {} mm wide", digits(width));
+    Some(of_place(&what, "v", ends, fits, shown))
+}
+
+fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -> bool, shown: [f64; 2]) -> NoticeBody {
+    let mut params = Params::of([("axis", name.into()), ("from_mm", shown[0].into()), ("to_mm", shown[1].into())]);
+    // of a far smaller unit everything would fit
+    let other = LENGTHS.iter().rev().find(|(_, mm)| fits(*mm));
+    let then = other.map(|(unit, mm)| {
+        let [low, high] = ends.map(|end| digits(end * mm));
+        params.add("unit", *unit);
+        format!(" (in {}? then {low} to {high} mm)", sign(unit))
+    });
+    of_sentence(what, then, params)
+}
+
+fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Params) -> NoticeBody {
+    let known = || LENGTHS.iter().map(|(name, _)| *name).filter(|name| *name != unit);
+    // testers write mm more often than anything else
+    let mut others: Vec<&str> = known().collect();
+    others.sort_by_key(|name| *name != "mm");
+    let other = others.into_iter().find(|name| micrometres(name).is_some_and(&fits));
+    let then = other.and_then(|name| {
+        let range = span * micrometres(name)?;
+        params.add("unit", name);
+        params.add("then_um", range);
+        Some(format!(" (in {}? then {} µm)", sign(name), digits(range)))
+    });
+    of_sentence(what, then, params)
+}
+
+fn of_sentence(what: &str, then: Option<String>, params: Params) -> NoticeBody {
+    let message = format!(
+        "{what}{}: send `axes` with the right unit, or `accept_units: true` if this one is right, by `PATCH` of the \
+         iteration",
+        then.unwrap_or_default()
+    );
+    NoticeBody { params: params.some(), ..NoticeBody::new(IMPLAUSIBLE_UNIT, &message) }
+}
+
+/// u, v and z of the nodes of a surface that count.
+fn lists(nodes: &Nodes) -> Option<[Vec<f64>; 3]> {
+    match nodes {
+        Nodes::Scattered(nodes) => Some([nodes.u().to_vec(), nodes.v().to_vec(), nodes.z().to_vec()]),
+        Nodes::Grid(grid) => {
+            let valid = |k: usize| grid.valid().as_ref().is_none_or(|valid| valid[k]);
+            let z = grid.z().iter().enumerate().filter(|(k, _)| valid(*k)).map(|(_, z)| *z).collect();
+            Some([grid.u().to_vec(), grid.v().to_vec(), z])
+        }
+        Nodes::Curve(_) | Nodes::Matrix(_) => None,
+    }
+}
+
+fn ends(values: &[f64]) -> Option<[f64; 2]> {
+    let finite = values.iter().copied().filter(|x| x.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), x| (low.min(x), high.max(x)));
+    (low <= high).then_some([low, high])
+}
+
+/// Of values that are all the same there is nothing to say.
+fn span(values: &[f64]) -> Option<f64> {
+    ends(values).map(|[low, high]| high - low).filter(|span| *span > 0.0)
+}
+
+fn within(value: f64, [low, high]: [f64; 2]) -> bool {
+    (low..=high).contains(&value)
+}
+
+/// Three digits that count, without zeros behind.
+fn digits(value: f64) -> String {
+    if value == 0.0 || !value.is_finite() {
+        return value.to_string();
+    }
+    #[expect(clippy::cast_possible_truncation, reason = "an exponent of ten of a finite number")]
+    let before = value.abs().log10().floor() as i32 + 1;
+    let decimals = usize::try_from(3 - before).unwrap_or(0);
+    let text = format!("{value:.decimals$}");
+    match text.contains('.') {
+        true => text.trim_end_matches('0').trim_end_matches('.').to_owned(),
+        false => text,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use flankfit_engine::gear::GearData;
+
+    fn gear() -> Gear {
+        Gear::new(GearData { face_width: Some(20.0), ..GearData::spur(52, 1.0) }).unwrap()
+    }
+
+    fn axes(units: [&str; 3]) -> AxesBody {
+        let [u, v, z] = units;
+        serde_json::from_value(serde_json::json!({
+            "u": {"quantity": "roll_length", "unit": u},
+            "v": {"quantity": "face_width", "unit": v},
+            "z": {"quantity": "deviation", "unit": z},
+        }))
+        .unwrap()
+    }
+
+    /// Nodes of 20.8 µm from the lowest to the highest, where they are multiplied with that.
+    fn nodes([u, v, z]: [f64; 3]) -> Nodes {
+        let of = |list: &[f64], factor: f64| list.iter().map(|x| x * factor).collect::<Vec<_>>();
+        Nodes::scattered(
+            of(&[6.0, 11.0, 9.0, 8.0], u),
+            of(&[1.0, 19.0, 3.0, 4.0], v),
+            of(&[-10.8, 10.0, 0.0, 1.0], z),
+            None,
+        )
+        .unwrap()
+    }
+
+    #[test]
+    fn the_usual_range_is_that_of_the_standards_classes() {
+        // F_α of class 5, m 1, d 52: √((0.4 + 0.052 + 4)² + 5.55²); a quarter of it is class 1, eightfold class 11
+        let fifth = f64::hypot(4.452, 5.55);
+        let [low, high] = usual_range(Some(&gear()));
+        assert!((low - fifth / 16.0).abs() < 1e-12 && (high - 32.0 * fifth).abs() < 1e-9, "{low} {high}");
+        assert_eq!(usual_range(None), [0.1, 1000.0]);
+        let tiny = Gear::new(GearData::spur(52, 0.1)).unwrap();
+        assert_eq!(usual_range(Some(&tiny)), [0.1, 1000.0], "the standard does not cover it");
+    }
+
+    #[test]
+    fn a_wrong_unit_is_told_with_the_one_that_fits() {
+        let of = |units, factors| implausible(&nodes(factors), &axes(units), Some(&gear()), None);
+        assert_eq!(of(["mm", "mm", "um"], [1.0, 1.0, 1.0]), None);
+        assert_eq!(of(["mm", "mm", "mm"], [1.0, 1.0, 1e-3]), None);
+        let heights = of(["mm", "mm", "um"], [1.0, 1.0, 1e-3]).unwrap();
+        assert_eq!(heights.code, IMPLAUSIBLE_UNIT);
+        assert!(
+            heights.message.starts_with(
+                "the deviations extend over 0.0208 µm, less than those of any gear like this one (0.445 µm) (in mm? \
+                 then 20.8 µm): send `axes`"
+            ),
+            "{}",
+            heights.message
+        );
+        let nanometres = of(["mm", "mm", "um"], [1.0, 1.0, 1e3]).unwrap();
+        assert!(nanometres.message.contains("more than") && nanometres.message.contains("(in nm? then 20.8 µm)"));
+        let profile = of(["mm", "mm", "um"], [1e3, 1.0, 1.0]).unwrap();
+        assert!(profile.message.contains("(in µm? then 6 to 11 mm)"), "{}", profile.message);
+        let inches = of(["in", "mm", "um"], [1.0, 1.0, 1.0]).unwrap();
+        assert!(inches.message.contains("(in mm? then 6 to 11 mm)"), "{}", inches.message);
+        let width = of(["mm", "mm", "um"], [1.0, 1e3, 1.0]).unwrap();
+        assert!(width.message.contains("(in µm? then 1 to 19 mm)"), "{}", width.message);
+    }
+
+    #[test]
+    fn no_instrument_scatters_by_less_than_five_nanometres() {
+        let noise = |sigma, degrees_of_freedom| Some(Noise { sigma, degrees_of_freedom });
+        let of = |noise| implausible(&nodes([1.0; 3]), &axes(["mm", "mm", "um"]), Some(&gear()), noise);
+        assert_eq!(
+            (of(noise(0.006, 5)), of(noise(0.0004, 4)), of(noise(1e-12, 5)), of(None)),
+            (None, None, None, None)
+        );
+        let found = of(noise(0.0004, 5)).unwrap();
+        assert!(found.message.starts_with("the residuals scatter by 0.4 nm only"), "{}", found.message);
+    }
+
+    #[test]
+    fn numbers_are_written_with_three_digits() {
+        let written = [0.0208, 20.8, 5.0, 231.4, 1234.0, 0.44489].map(digits);
+        assert_eq!(written, ["0.0208", "20.8", "5", "231", "1234", "0.445"]);
+    }
+}

@@ -1,0 +1,93 @@
+//! What stands against accepting a flank.
+
+use serde::Deserialize;
+
+use crate::{
+    api::{
+        faults::Faults,
+        gears::{
+            evaluation::conformity::DecisionName,
+            fit_figures::{FitFiguresBody, missing},
+            plausibility::IMPLAUSIBLE_UNIT,
+            requirements::RequirementsBody,
+        },
+        measurand::axes::AxesBody,
+    },
+    jobs::{Job, Measurand},
+};
+
+/// The warning of a fit that some of its nodes are gross errors.
+const OUTLIERS_SUSPECTED: &str = "outliers_suspected";
+
+/// What is kept of a flank that is about to be accepted: JSON documents.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Kept<'a> {
+    /// Of the chosen fit.
+    pub figures: Option<&'a str>,
+    pub result: &'a str,
+    /// The evaluation and the pitches that were kept last.
+    pub evaluation: Option<&'a str>,
+    pub pitch: Option<&'a str>,
+}
+
+/// The part of an answer that is looked at.
+#[derive(Deserialize)]
+struct Warned {
+    #[serde(default)]
+    warnings: Vec<Coded>,
+}
+
+#[derive(Deserialize)]
+struct Coded {
+    code: String,
+}
+
+/// Whether a job has limits that figures of fits are held against.
+pub fn has_limits(job: &Job) -> bool {
+    RequirementsBody::of(job).is_some_and(|required| required.tolerance_limits.is_some())
+}
+
+/// Refuses to accept a flank of a job with limits whose figures cannot be had.
+pub fn refuse_unknown(job: &Job, of: &Measurand) -> Result<(), Faults> {
+    let axes = AxesBody::of(of).map_err(|why| Faults::one("/decision", why))?;
+    let missing = missing(&axes, of.flank, job.gear.is_some());
+    if missing.is_empty() {
+        return Ok(());
+    }
+    let mut faults = Faults::default();
+    for (_, how) in missing {
+        faults.push("/decision", format!("the job has limits, which nothing can be held against: {how}"));
+    }
+    Err(faults)
+}
+
+/// Why accepting needs a reason; without any reason to give one, nothing. Processor work.
+pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
+    let mut all = Vec::new();
+    if let Some(figures) = kept.figures {
+        let figures: FitFiguresBody = serde_json::from_str(figures)?;
+        for (name, figure) in figures.named() {
+            let Some(conformity) = figure.and_then(|figure| Some((figure.value, figure.conformity?))) else { continue };
+            let (value, conformity) = conformity;
+            if conformity.decision == DecisionName::DoesNotConform {
+                let [low, high] = conformity.limits_um;
+                let outside = (low - value).max(value - high);
+                all.push(format!("{name} is outside of {low} … {high} µm by {outside:.2} µm"));
+            }
+        }
+        if figures.warnings.iter().any(|warning| warning.code == IMPLAUSIBLE_UNIT) {
+            all.push("its units are implausible".to_owned());
+        }
+    }
+    let result: Warned = serde_json::from_str(kept.result)?;
+    if result.warnings.iter().any(|warning| warning.code == OUTLIERS_SUSPECTED) {
+        all.push("some of its nodes are suspected to be gross errors".to_owned());
+    }
+    let told = serde_json::to_string(&DecisionName::DoesNotConform)?;
+    for (what, result) in [("evaluation", kept.evaluation), ("pitches", kept.pitch)] {
+        if result.is_some_and(|result| result.contains(&told)) {
+            all.push(format!("by its {what} something does not conform"));
+        }
+    }
+    Ok(all)
+}

@@ -1,0 +1,90 @@
+//! What nodes are of, changed after they were stored: the record of the change.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::{
+    api::{
+        json::{text::ShortText, writer::text_of},
+        measurand::{
+            axes::{AxesBody, MeasurandBody},
+            side::SideName,
+        },
+    },
+    jobs::{Measurand, RecordDraft, RecordKind},
+};
+
+/// What was known of an iteration's nodes.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = KnownMeasurand)]
+pub struct KnownMeasurandBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, example = "1")]
+    pub tooth: Option<ShortText>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+    /// Whether the units were said to be right, however implausible.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
+}
+
+/// What is known of an iteration's nodes from a change on, and what was before.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = MeasurandChange)]
+pub struct MeasurandChangeBody {
+    #[serde(flatten)]
+    #[schema(inline)]
+    pub after: KnownMeasurandBody,
+    pub before: KnownMeasurandBody,
+}
+
+impl MeasurandChangeBody {
+    /// What is stored of a change; were it damaged, the record would still be shown.
+    pub fn stored(document: &str) -> Option<Self> {
+        serde_json::from_str(document).ok()
+    }
+}
+
+impl KnownMeasurandBody {
+    fn of(measurand: &Measurand) -> Result<Self, String> {
+        Ok(KnownMeasurandBody {
+            flank: measurand.flank.map(Into::into),
+            tooth: measurand.tooth.as_deref().and_then(ShortText::new),
+            axes: measurand.axes.as_ref().map(|_| AxesBody::of(measurand)).transpose()?,
+            accept_units: measurand.units_accepted.then_some(true),
+        })
+    }
+}
+
+/// What is given now, and of the rest what was known before.
+pub fn merged(given: MeasurandBody, before: &Measurand) -> Result<MeasurandBody, String> {
+    let known = KnownMeasurandBody::of(before)?;
+    Ok(MeasurandBody {
+        flank: given.flank.or(known.flank),
+        tooth: given.tooth.or(known.tooth),
+        axes: match (given.axes, known.axes) {
+            (Some(given), Some(known)) => Some(given.over(known)),
+            (given, known) => given.or(known),
+        },
+    })
+}
+
+/// The record of a change; its `method` says whether it was stored with the iteration (`posted`) or
+/// later (`changed`).
+pub fn record(before: &Measurand, after: &Measurand, method: &str, request: String) -> Result<RecordDraft, String> {
+    let change = MeasurandChangeBody { after: KnownMeasurandBody::of(after)?, before: KnownMeasurandBody::of(before)? };
+    let document: Arc<str> = text_of(&change).into();
+    Ok(RecordDraft {
+        kind: RecordKind::Measurand,
+        method: method.to_owned(),
+        request: request.into(),
+        result: Arc::clone(&document),
+        gear: None,
+        class: None,
+        measurand: Some(document),
+    })
+}

@@ -1,0 +1,149 @@
+//! What is said of a stored iteration later: what its nodes are of, and what is done with the gear.
+
+use std::sync::Arc;
+
+use uuid::Uuid;
+
+use super::{caller_state::CallerState, prior, stored};
+use crate::{
+    api::{
+        faults::Faults,
+        gears::fit_figures::{FitFiguresBody, MISSING, OfFlank, may_be_told},
+        jobs::{
+            acceptance::{self, Kept},
+            amendments, fits,
+            iteration_requests::IterationPatchBody,
+            problem::of_measured,
+        },
+        json::writer::text_of,
+        problem::{Problem, ProblemCode},
+    },
+    jobs::{
+        AmendmentDraft, Computed, Cursor, Decision, DecisionDraft, FitSummary, Iteration, PageRequest, Precondition,
+        RecordKind, RefitDraft,
+    },
+};
+
+/// Does what a patch of an iteration asks for, all of it or nothing.
+pub async fn update(
+    state: &CallerState,
+    iteration: Iteration,
+    patch: IterationPatchBody,
+    precondition: Precondition,
+) -> Result<Iteration, Problem> {
+    let IterationPatchBody { decision, accept_units, ref reason, .. } = patch;
+    let (says_measurand, reason) = (patch.says_measurand(), reason.clone().map(String::from));
+    if decision.is_none() && !says_measurand {
+        let what = "send a `decision`, or what the nodes are of: `flank`, `tooth`, `axes` or `accept_units`";
+        return Err(Problem::invalid(Faults::one("", what)));
+    }
+    precondition.check(iteration.version)?;
+    let (job_id, number) = (iteration.job_id, iteration.number);
+    let decision = decision.map(Decision::from);
+    let accepts = decision == Some(Decision::Accept);
+    if !accepts && !says_measurand {
+        let draft = decision.map(|decision| DecisionDraft { decision, concession: false, reason });
+        let Some(draft) = draft else { return Ok(iteration) };
+        return Ok(state.jobs.decide(job_id, number, draft, precondition).await?);
+    }
+    let job = state.jobs.job(job_id).await?;
+    let standing = standing(state, &iteration).await?;
+    let limits = accepts && acceptance::has_limits(&job);
+    let mut measurand = iteration.measurand.clone();
+    let mut computed = None;
+    // figures from before there was a gear are not what limits are held against
+    if says_measurand || (limits && lacks_figures(&standing)) {
+        let nodes = stored::nodes(state, job_id, number).await?;
+        let merged = amendments::merged(patch.measurand(), &measurand).map_err(Problem::internal)?;
+        measurand = merged.checked(Some(&nodes)).map_err(Problem::invalid)?;
+        measurand.units_accepted = accept_units.unwrap_or(iteration.measurand.units_accepted);
+        if let Some(on) = OfFlank::of(&job, &measurand).filter(|_| may_be_told(&nodes)) {
+            if limits {
+                acceptance::refuse_unknown(&job, &measurand).map_err(Problem::invalid)?;
+            }
+            let fit = state.jobs.fit(job_id, number, standing.id).await?;
+            let gathered = prior::gather_again(state, job_id, &fit).await?;
+            let plans = state.plans.clone();
+            let work = move || {
+                let earlier = gathered.as_ref().map(|gathered| Arc::clone(&gathered.earlier));
+                fits::again(&nodes, &fit, earlier, &plans, &on)
+            };
+            let again = state.pool.run(work).await??;
+            computed = Some(again).filter(|again| again.flank != standing.flank);
+        }
+    }
+    let concession =
+        accepts && needs_reason(state, &iteration, &standing, computed.as_ref(), reason.as_deref()).await?;
+    let decision = decision.map(|decision| DecisionDraft { decision, concession, reason: reason.clone() });
+    if measurand == iteration.measurand && computed.is_none() {
+        let Some(draft) = decision else { return Ok(iteration) };
+        return Ok(state.jobs.decide(job_id, number, draft, precondition).await?);
+    }
+    let record = amendments::record(&iteration.measurand, &measurand, "changed", text_of(&patch));
+    let draft = AmendmentDraft {
+        measurand,
+        record: record.map_err(Problem::internal)?,
+        refit: computed.map(|computed| RefitDraft { computed, reason: reason.filter(|_| decision.is_none()) }),
+        decision,
+    };
+    // what was computed is of what was read
+    let seen = Precondition::AnyOf(vec![iteration.version]);
+    state.jobs.amend(job_id, number, draft, seen).await.map_err(|error| of_measured(error, "/tooth"))
+}
+
+/// Refuses an iteration whose units are implausible, by the figures of its chosen fit.
+pub async fn refuse_implausible(state: &CallerState, job: Uuid, number: u32) -> Result<(), Problem> {
+    let iteration = state.jobs.iteration(job, number).await?;
+    let figures = standing(state, &iteration).await?.flank;
+    let why = figures.as_deref().and_then(FitFiguresBody::implausible).filter(|_| !iteration.measurand.units_accepted);
+    match why {
+        Some(why) => Err(Problem::new(ProblemCode::ImplausibleUnit, format!("{why}."))),
+        None => Ok(()),
+    }
+}
+
+/// The fit of an iteration that is chosen.
+async fn standing(state: &CallerState, iteration: &Iteration) -> Result<FitSummary, Problem> {
+    let after = Some(Cursor::after_number(u64::from(iteration.number) - 1)).filter(|_| iteration.number > 1);
+    let page = state.jobs.iterations(iteration.job_id, PageRequest { limit: 1, after }).await?;
+    let found = page.items.into_iter().find(|listed| listed.number == iteration.number);
+    found.map(|listed| listed.fit).ok_or_else(|| Problem::internal("an iteration has no chosen fit"))
+}
+
+/// Whether a fit has no figures of its flank because something was missing when it was made.
+fn lacks_figures(fit: &FitSummary) -> bool {
+    let Some(figures) = &fit.flank else { return true };
+    MISSING.iter().any(|code| figures.contains(&format!("\"code\":\"{code}\"")))
+}
+
+/// Whether accepting is a concession; refused where it is and there is no reason.
+async fn needs_reason(
+    state: &CallerState,
+    iteration: &Iteration,
+    standing: &FitSummary,
+    computed: Option<&Computed>,
+    reason: Option<&str>,
+) -> Result<bool, Problem> {
+    let (job, number) = (iteration.job_id, iteration.number);
+    let (figures, result) = match computed {
+        Some(computed) => (computed.flank.clone(), computed.result.text().as_ref().into()),
+        None => (standing.flank.clone(), state.jobs.fit(job, number, standing.id).await?.result),
+    };
+    let evaluation = state.jobs.latest_record(job, number, RecordKind::Evaluation).await?;
+    let pitch = state.jobs.latest_record(job, number, RecordKind::Pitch).await?;
+    let work = move || {
+        let result: Arc<str> = result;
+        acceptance::objections(Kept {
+            figures: figures.as_deref(),
+            result: &result,
+            evaluation: evaluation.as_ref().map(|record| &*record.draft.result),
+            pitch: pitch.as_ref().map(|record| &*record.draft.result),
+        })
+    };
+    let objections = state.pool.run(work).await?.map_err(Problem::internal)?;
+    if !objections.is_empty() && reason.is_none() {
+        let detail = format!("{}; to accept all the same is a concession: send its `reason`", objections.join("; "));
+        return Err(Problem::invalid(Faults::one("/reason", detail)));
+    }
+    Ok(!objections.is_empty())
+}

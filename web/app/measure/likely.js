@@ -1,0 +1,65 @@
+// What a table of nodes most likely is, and what that means in words. Pure.
+
+/** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
+/** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
+/** @typedef {"roll_length" | "diameter"} Along */
+/** @typedef {"um" | "mm" | "nm" | "in"} Unit */
+
+/** Micrometres in a unit; those that testers write most come first. */
+export const MICROMETRES = /** @type {const} */ ({ um: 1, mm: 1000, nm: 0.001, in: 25_400 });
+
+/** Deviations of flanks extend over so many micrometres, µm. */
+const USUAL = [0.4, 300];
+
+/** @param {ArrayLike<number>} values @returns {[number, number] | undefined} */
+function endsOf(values) {
+  let [low, high] = [Number.POSITIVE_INFINITY, Number.NEGATIVE_INFINITY];
+  for (let i = 0; i < values.length; i++) {
+    const value = values[i] ?? Number.NaN;
+    if (value < low) low = value;
+    if (value > high) high = value;
+  }
+  return low <= high ? [low, high] : undefined;
+}
+
+/** The unit in which the heights are like deviations of a flank. @param {FlankSurface | undefined} surface @returns {Unit} */
+export function likelyUnit(surface) {
+  const ends = surface && endsOf(surface.z);
+  const units = /** @type {Unit[]} */ (Object.keys(MICROMETRES));
+  const [least = 0, most = 0] = USUAL;
+  const fits = (/** @type {Unit} */ unit) => {
+    const span = ends ? (ends[1] - ends[0]) * MICROMETRES[unit] : 0;
+    return span >= least && span <= most;
+  };
+  return units.find(fits) ?? "um";
+}
+
+/**
+ * What the first abscissa is, in mm: no roll length is as great as the radius at the tip.
+ * @param {FlankSurface | undefined} surface @param {Gear | null | undefined} gear @returns {Along | undefined} none without a gear
+ */
+export function likelyAlong(surface, gear) {
+  const ends = surface && endsOf(surface.u);
+  if (!gear || !ends) return undefined;
+  const reference = (gear.teeth * gear.normal_module_mm) / Math.cos(((gear.helix_angle_deg ?? 0) * Math.PI) / 180);
+  return ends[0] > reference / 2 ? "diameter" : "roll_length";
+}
+
+/** The flank that a file is called after. @param {string} name @returns {"left" | "right" | ""} */
+export function likelyFlank(name) {
+  const says = (/** @type {string} */ words) => new RegExp(`(^|[^a-z])(${words})([^a-z]|$)`, "i").test(name);
+  const [left, right] = [says("left|links|l"), says("right|rechts|r")];
+  if (left === right) return "";
+  return left ? "left" : "right";
+}
+
+/** The greatest deviation in µm, and the ends of the first abscissa in mm. @param {FlankSurface | undefined} surface @param {Unit} unit */
+export function inWords(surface, unit) {
+  const [heights, along] = surface ? [endsOf(surface.z), endsOf(surface.u)] : [];
+  if (!heights || !along) return undefined;
+  return {
+    greatest: Math.max(Math.abs(heights[0]), Math.abs(heights[1])) * MICROMETRES[unit],
+    from: along[0],
+    to: along[1],
+  };
+}
