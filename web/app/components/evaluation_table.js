@@ -91,6 +91,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     {
       key: "sign",
       header: t.sign,
+      minor: true,
       cell: ({ trace }) =>
         trace ? html`<span class="signed">${signOf(kind, trace.slope_um, settings.sign)}</span>` : "",
       csv: ({ trace }) => (trace ? signOf(kind, trace.slope_um, settings.sign) : ""),
@@ -130,6 +131,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
     {
       key: "band",
       header: t.kBand,
+      minor: true,
       cell: ({ trace }) =>
         trace?.k_bands?.length
           ? trace.k_bands.map(

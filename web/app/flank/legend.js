@@ -8,7 +8,10 @@ import { html, useId } from "../../vendor/ui.js";
 const STEPS = 48;
 
 /** A number of a scale with all of its digits: half of 5 is 2.5. @param {number} value */
-export const scaleLabel = (value) => fmt.value.input(Number(value.toPrecision(6))).replace("-", "\u2212");
+export const scaleLabel = (value) =>
+  value !== 0 && Math.abs(value) < 1e-3
+    ? fmt.value.significant(value, 2)
+    : fmt.value.input(Number(value.toPrecision(6))).replace("-", "\u2212");
 
 /**
  * @param {{ limit: number, unit?: string | undefined, clipped?: number, missing?: number, small?: boolean }} props

@@ -15,7 +15,7 @@ import { useShortcut } from "../components/shortcuts.js";
 import { h, html, useMemo } from "../../vendor/ui.js";
 import { mapAxes } from "./axes.js";
 import { HeatMap, nodeText } from "./heat_map.js";
-import { Legend } from "./legend.js";
+import { Legend, scaleLabel } from "./legend.js";
 import { MapTable } from "./map_table.js";
 import { pngOf } from "./png.js";
 import { clippedBy, scaleFor } from "./scale.js";
@@ -169,7 +169,7 @@ export function FlankView({
             value: fixed > 0 ? String(fixed) : "",
             options: [
               { value: "", label: t.automatic },
-              ...limits(automatic, fixed).map((one) => ({ value: String(one), label: `±${fmt.value.input(one)}` })),
+              ...limits(automatic, fixed).map((one) => ({ value: String(one), label: `±${scaleLabel(one)}` })),
             ],
             onChange: (value) => setQuery({ limit: value }),
           })}

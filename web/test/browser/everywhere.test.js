@@ -98,7 +98,7 @@ browserTest(
     assert.equal(await page.locator("html").getAttribute("lang"), "de");
     const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
     const rms = iterations[0].fits[0].rms.toPrecision(3).replace(".", ",");
-    assert.ok(((await page.locator("tbody").first().textContent()) ?? "").includes(rms), rms);
+    assert.ok(((await page.getByRole("table", { name: "Iterationen" }).textContent()) ?? "").includes(rms), rms);
     await page.getByRole("link", { name: "Einstellungen" }).click();
     await page.getByLabel("Sprache").selectOption("en");
     await page.getByRole("heading", { name: "Settings" }).waitFor();

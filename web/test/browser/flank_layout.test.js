@@ -1,7 +1,7 @@
 // What stands on the page of a flank: names of its faces, room, and a map that is never blank.
 
 import assert from "node:assert/strict";
-import { browserTest } from "./harness.js";
+import { browserTest, example } from "./harness.js";
 
 const GERMAN = { settings: { language: "de" } };
 
@@ -28,6 +28,36 @@ browserTest("beside the map no table is wider than its place", GERMAN, async ({ 
       .evaluateAll((boxes) => boxes.map((box) => [box.clientWidth, box.scrollWidth]));
     assert.equal(wider.length, 2);
     for (const [room = 0, needed = 0] of wider) assert.ok(needed <= room, `${width}: ${needed} in ${room}`);
+  }
+});
+
+browserTest("on a tablet no table is cut off, and no name stands over a value", GERMAN, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+  const { id } = await job({ requirements });
+  await iteration(id);
+  const at = `/v1/jobs/${id}/iterations`;
+  await call("POST", `${at}/1/evaluations`, await example("requests/gear_evaluate.json"));
+  await call("POST", `${at}/1/correction`, JSON.parse(await example("requests/iteration_correction.json")));
+  await iteration(id, "flank_z52_remachined.json");
+  for (const width of [768, 1000]) {
+    await page.setViewportSize({ width, height: 900 });
+    for (const place of ["", "/iterations/1", "/iterations/1/evaluation", "/iterations/1/correction"]) {
+      await open(`/jobs/${id}${place}`);
+      const [wider, over] = await page.locator(".table-scroll").evaluateAll((boxes) => [
+        boxes.flatMap((box) => (box.scrollWidth > box.clientWidth ? [`${box.scrollWidth} in ${box.clientWidth}`] : [])),
+        boxes.flatMap((box) =>
+          [...box.querySelectorAll("tbody :is(th, td):not(:has(.visually-hidden))")].flatMap((cell) => {
+            const text = document.createRange();
+            text.selectNodeContents(cell);
+            const beyond = text.getBoundingClientRect().right - cell.getBoundingClientRect().right;
+            return beyond > 1 ? [`${cell.textContent}: ${beyond} px`] : [];
+          }),
+        ),
+      ]);
+      assert.deepEqual(wider, [], `${width} ${place}`);
+      assert.deepEqual(over, [], `${width} ${place}`);
+    }
   }
 });
 

@@ -1,7 +1,7 @@
 // A job: next step, iterations, changes, and what goes wrong.
 
 import assert from "node:assert/strict";
-import { browserTest } from "./harness.js";
+import { browserTest, example } from "./harness.js";
 
 browserTest(
   "iterations with their figures, and what is to be done next",
@@ -179,3 +179,29 @@ browserTest(
     await page.getByText("Decide on iteration 1").waitFor();
   },
 );
+
+browserTest("what lies outside its limits is named first, on the job and on its iteration", {}, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+  const { id } = await job({ requirements });
+  await iteration(id);
+  const { fits } = await call("GET", `/v1/jobs/${id}/iterations/1`);
+  const figures = Object.entries(fits[0].figures).filter(([name]) => name.endsWith("_um"));
+  const outside = figures.filter(([, one]) => one.within === false);
+  assert.ok(outside.length > 0 && outside.length < figures.length);
+  await open(`/jobs/${id}`);
+  await page.getByText("these figures are outside their limits").waitFor();
+  assert.equal(await page.locator(".next-figures li").count(), outside.length);
+  await page.getByRole("link", { name: "Correct", exact: true }).waitFor();
+  await page.getByRole("link", { name: "Look at the map and decide" }).click();
+  const tiles = page.getByRole("list", { name: "Slopes, crownings, twist" }).locator("li");
+  await tiles.first().waitFor();
+  assert.equal(await tiles.count(), figures.length);
+  assert.equal(await tiles.filter({ hasText: "✗" }).count(), outside.length);
+  // over the map, and nothing that is said of every fit is noted
+  const [first, map] = [await tiles.first().boundingBox(), await page.locator(".heat-map").first().boundingBox()];
+  assert.ok(first && map && first.y < map.y);
+  assert.equal(await page.getByText("norm_limit_is_estimate").count(), 0);
+  await open(`/jobs/${id}/iterations/1/statistics`);
+  await page.getByText("norm_limit_is_estimate").waitFor();
+});
