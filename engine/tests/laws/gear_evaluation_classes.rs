@@ -139,8 +139,15 @@ proptest! {
                 near(b, a, 1e-8);
             }
         }
-        let [single, cumulative, sector, adjacent] = values(&by_index);
-        prop_assert!(sector <= cumulative + 1e-12 && single <= cumulative + 1e-12 && adjacent <= 2.0 * single + 1e-12);
+        let [single, cumulative, sector, sum, adjacent] = values(&by_index);
+        let around = |i: usize| index[i % 50];
+        let within = |i: usize| (0..=6).flat_map(move |a| (0..=6).map(move |b| around(i + a) - around(i + b)));
+        near(sector, (0..50).flat_map(within).fold(0.0, f64::max), 1e-9);
+        near(sum, (0..50).map(|i| (around(i + 6) - around(i)).abs()).fold(0.0, f64::max), 1e-9);
+        let whole = (0..8).map(|n| (index[6 * n + 6] - index[6 * n]).abs()).fold(0.0, f64::max);
+        near(by_index.sector_sum_2013.expect("eight sectors").value.abs(), whole, 1e-9);
+        prop_assert!(sum <= sector + 1e-12 && sector <= cumulative + 1e-12 && single <= cumulative + 1e-12);
+        prop_assert!(adjacent <= 2.0 * single + 1e-12);
         prop_assert!(by_index.complete && by_index.warnings.is_empty());
         // each pitch is one of the sums
         let total: f64 = by_index.single.iter().map(|f| f.expect("complete")).sum();
@@ -174,13 +181,14 @@ fn answer(gear: &Gear, measured: &PitchMeasured) -> Pitch {
     pitch(gear, measured, &settings).expect("sound")
 }
 
-fn values(pitch: &Pitch) -> [f64; 4] {
+fn values(pitch: &Pitch) -> [f64; 5] {
     let amount =
         |extreme: Option<flankfit_engine::gear::evaluation::pitch::Extreme>| extreme.expect("there is one").value.abs();
     [
         amount(pitch.single_pitch),
         pitch.cumulative.expect("there is one"),
-        amount(pitch.sector_pitch),
+        amount(pitch.sector_pitch_2013),
+        amount(pitch.sector_pitch_1995),
         amount(pitch.adjacent),
     ]
 }
@@ -197,6 +205,19 @@ fn pitch_of_few_teeth_by_hand() {
     assert_eq!(extreme(answer.single_pitch), Some((-5.0, 4)));
     assert_eq!(answer.cumulative, Some(9.0));
     assert_eq!(answer.sector, Some(1));
+    // over one pitch the editions agree
+    assert_eq!(extreme(answer.sector_pitch_2013), Some((5.0, 4)));
+    assert_eq!(extreme(answer.sector_pitch_1995), Some((-5.0, 4)));
+    assert_eq!(extreme(answer.sector_sum_2013), Some((-5.0, 4)));
+    let three = PitchSettings { sector: Some(3), ..settings };
+    let answer_of = |index: &[f64]| pitch(&gear, &PitchMeasured::Index(index.to_vec()), &three).expect("sound");
+    let found = answer_of(&[0.0, 3.0, -4.0, 2.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(extreme(found.sector_pitch_2013), Some((7.0, 3)));
+    assert_eq!(extreme(found.sector_sum_2013), Some((2.0, 4)));
+    assert_eq!(extreme(found.sector_pitch_1995), Some((-4.0, 3)));
+    // sectors with the tooth that is missing are left out: 1–4 … 3–6 have it
+    let found = answer_of(&[0.0, 3.0, f64::NAN, 2.0, 0.0, 0.0, 0.0, 0.0]);
+    assert_eq!(extreme(found.sector_pitch_2013), Some((3.0, 2)));
     assert_eq!(extreme(answer.adjacent), Some((-8.0, 8)));
     assert_eq!(answer.single_class, Some(Class::Within(5)));
 

@@ -119,7 +119,8 @@ async fn pitches_of_an_eccentric_gear() {
     let at = |k: i32| std::f64::consts::TAU * f64::from(k) / f64::from(teeth);
     let index: Vec<f64> = (0..teeth).map(|k| 10.0 * at(k).sin()).collect();
     let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0, "face_width_mm": 10.0},
-                         "left": {"index_deviation_um": index}, "right": {"index_deviation_um": index}, "sector": 6});
+                         "left": {"index_deviation_um": index}, "right": {"index_deviation_um": index}, "sector": 6,
+                         "counting": "clockwise"});
     let answer = taken(&app, "/v1/gears/pitch", &request).await;
     close(answer["left"]["cumulative_pitch_um"].as_f64().unwrap(), 20.0, 1e-12);
     // the greatest step of 10 sin over one pitch, and over a quarter
@@ -128,14 +129,28 @@ async fn pitches_of_an_eccentric_gear() {
         20.0 * (std::f64::consts::PI / 24.0).sin() * (std::f64::consts::PI / 24.0).cos(),
         0.02,
     );
-    close(answer["left"]["sector_pitch"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
+    close(answer["left"]["sector_pitch_1995"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
+    // a quarter of the waves from 0 up to the crest
+    close(answer["left"]["sector_sum_2013"]["value_um"].as_f64().unwrap().abs(), 10.0, 1e-12);
+    // deviations 0, 3, −4, 2, 0 …: within four flanks from 3 down to −4; over three pitches −4 − 0 at
+    // most, and 2 − 0 from tooth to tooth 1, 4, 7 …
+    let mut index = vec![0.0; 24];
+    index[1..4].copy_from_slice(&[3.0, -4.0, 2.0]);
+    let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0},
+                         "left": {"index_deviation_um": index}, "sector": 3});
+    let found = &taken(&app, "/v1/gears/pitch", &request).await["left"];
+    assert_eq!(found["sector_pitch_2013"], json!({"value_um": 7.0, "tooth": 3}));
+    assert_eq!(found["sector_sum_2013"], json!({"value_um": 2.0, "tooth": 4}));
+    assert_eq!(found["sector_pitch_1995"], json!({"value_um": -4.0, "tooth": 3}));
+    assert!(found["class"].as_object().unwrap().keys().all(|name| !name.contains("sector")));
     assert_eq!(answer["left"]["k"], 6);
     assert!(answer["left"]["class"]["cumulative_pitch"].as_u64().is_some() && answer["runout"]["derived"] == true);
     // pitches without a run-out
     let mut gaps = vec![Value::from(0.0); index.len()];
     gaps[0] = Value::Null;
     let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0},
-                         "left": {"single_pitch_um": gaps}, "right": {"single_pitch_um": gaps}});
+                         "left": {"single_pitch_um": gaps}, "right": {"single_pitch_um": gaps},
+                         "counting": "clockwise"});
     let answer = taken(&app, "/v1/gears/pitch", &request).await;
     assert_eq!((answer.get("runout"), &answer["warnings"][0]["code"]), (None, &json!("no_runout")));
     assert_eq!(answer["left"]["single_pitch"]["value_um"], 0.0);

@@ -119,7 +119,10 @@ async fn pitches_are_characteristics() {
         for (symbol, value) in [
             ("f_p", &found["single_pitch"]["value_um"]),
             ("F_p", &found["cumulative_pitch_um"]),
-            ("F_pk", &found["sector_pitch"]["value_um"]),
+            ("F_pk", &found["sector_pitch_2013"]["value_um"]),
+            ("F_pSk", &found["sector_sum_2013"]["value_um"]),
+            ("F_pk_1995", &found["sector_pitch_1995"]["value_um"]),
+            ("R_p", &found["single_pitch_range_um"]),
             ("f_u", &found["adjacent_pitch_difference"]["value_um"]),
         ] {
             assert_eq!(of(&file, &format!("{letter}-{symbol}")).0, digits(value));
@@ -127,7 +130,8 @@ async fn pitches_are_characteristics() {
     }
     assert_eq!(of(&file, "F_r").0, digits(&answer["runout"]["runout_um"]));
     assert_eq!(of(&file, "f_e").0, digits(&answer["runout"]["eccentricity"]["amount_um"]));
-    assert_eq!(file.declared, 10);
+    assert_eq!(of(&file, "R_s").0, digits(&answer["tooth_thickness_variation_um"]));
+    assert_eq!(file.declared, 17);
     app.stop().await;
 }
 

@@ -18,7 +18,7 @@ import { Within } from "./within.js";
 /**
  * @typedef {object} Row
  * @property {string} key
- * @property {"f_p" | "F_p" | "F_pk" | "f_u" | "F_r"} symbol
+ * @property {"f_p" | "F_p" | "F_pk" | "F_pSk" | "R_p" | "f_u" | "F_r"} symbol
  * @property {string} name
  * @property {string} flank
  * @property {number | undefined} value
@@ -53,7 +53,7 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
     rows,
     rowKey: ({ key }) => key,
     note: [
-      pitch.counting === "counterclockwise" ? t.counterclockwise : t.clockwise,
+      ...(pitch.counting ? [pitch.counting === "counterclockwise" ? t.counterclockwise : t.clockwise] : []),
       ...(rows.some(({ within }) => within !== undefined) ? [t.withinHint] : []),
     ].join(" "),
     columns: /** @type {import("./table.js").Column<Row>[]} */ ([
@@ -158,12 +158,27 @@ export function flankRows(of, tolerances) {
       conformity: of.cumulative_pitch_conformity,
     }),
     row({
-      key: "sector",
+      key: "sector 2013",
       symbol: "F_pk",
       name: t.sector(fmt.value.count(of.k)),
-      value: of.sector_pitch?.value_um,
-      tooth: of.sector_pitch?.tooth,
+      value: of.sector_pitch_2013?.value_um,
+      tooth: of.sector_pitch_2013?.tooth,
     }),
+    row({
+      key: "sector sum 2013",
+      symbol: "F_pSk",
+      name: t.sectorSum(fmt.value.count(of.k)),
+      value: of.sector_sum_2013?.value_um,
+      tooth: of.sector_sum_2013?.tooth,
+    }),
+    row({
+      key: "sector 1995",
+      symbol: "F_pk",
+      name: t.sector1995(fmt.value.count(of.k)),
+      value: of.sector_pitch_1995?.value_um,
+      tooth: of.sector_pitch_1995?.tooth,
+    }),
+    row({ key: "range", symbol: "R_p", name: t.range, value: of.single_pitch_range_um }),
     row({
       key: "adjacent",
       symbol: "f_u",

@@ -198,7 +198,7 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
   for (const [at, within, limits, conformity] of /** @type {const} */ ([
     [0, left.single_pitch_within, left.single_pitch_limits_um, left.single_pitch_conformity],
     [1, left.cumulative_pitch_within, left.cumulative_pitch_limits_um, left.cumulative_pitch_conformity],
-    [4, runout.within, runout.limits_um, runout.conformity],
+    [7, runout.within, runout.limits_um, runout.conformity],
   ])) {
     const cells = await rows.nth(at).locator("td .cell").allTextContents();
     assert.ok(cells[1]?.endsWith(within ? "within the limits" : "outside the limits"), cells[1]);
@@ -216,8 +216,8 @@ browserTest("pitches and run-out are held against their limits, one by one", {},
   // what was answered keeps what it was held against
   await call("PATCH", `/v1/jobs/${id}`, { requirements: { pitch_limits: { runout_um: [0, 1] } } });
   await open(pathOf(id));
-  await rows.nth(4).getByText("within the limits").waitFor();
-  await rows.nth(4).getByText("0 … 8", { exact: true }).waitFor();
+  await rows.nth(7).getByText("within the limits").waitFor();
+  await rows.nth(7).getByText("0 … 8", { exact: true }).waitFor();
 });
 
 browserTest("pitches and run-out are drawn, and every figure is the interface's", {}, async (world) => {
@@ -237,7 +237,10 @@ browserTest("pitches and run-out are drawn, and every figure is the interface's"
     for (const [value, tooth, tolerance, of] of [
       [flank.single_pitch.value_um, flank.single_pitch.tooth, rounded.single_pitch_um, flank.class.single_pitch],
       [flank.cumulative_pitch_um, undefined, rounded.cumulative_pitch_um, flank.class.cumulative_pitch],
-      [flank.sector_pitch.value_um, flank.sector_pitch.tooth],
+      [flank.sector_pitch_2013.value_um, flank.sector_pitch_2013.tooth],
+      [flank.sector_sum_2013.value_um, flank.sector_sum_2013.tooth],
+      [flank.sector_pitch_1995.value_um, flank.sector_pitch_1995.tooth],
+      [flank.single_pitch_range_um],
       [flank.adjacent_pitch_difference.value_um, flank.adjacent_pitch_difference.tooth],
     ]) {
       const cells = await rows.nth(at).locator("td .cell").allTextContents();

@@ -4,12 +4,17 @@
 //! deviation δᵢ is the arc, in µm on the measuring circle, by which flank i stands beyond its place
 //! relative to the first one there is. Of these: single pitch deviations `f_pi = δᵢ − δᵢ₋₁` (of the
 //! pitch that ends at flank i, all around: `f_p1 = δ₁ − δ_z`), `f_p` = greatest |f_pi|, `F_p` =
-//! range of δ, `F_pk` = greatest |δᵢ₊ₖ − δᵢ|, `f_u` = greatest |f_pi − f_pi₋₁|.
+//! range of δ, `f_u` = greatest |f_pi − f_pi₋₁|.
+//!
+//! Over k pitches the editions of ISO 1328-1 differ. Annex D of 2013: `F_pk` = greatest range of δ
+//! within any k pitches (k + 1 flanks), and `F_pSk` = greatest |δ at the end − δ at the start| of the
+//! consecutive sectors of k pitches that begin at the first tooth. 1995: `F_pk` = greatest
+//! |δᵢ₊ₖ − δᵢ|, which testers print as F_pz/8 for k = z/8.
 //!
 //! A tooth that was not measured leaves out what needs it. What is left is then a lower bound of
 //! the gear's value: [`Pitch::complete`] is false and no class is given.
 
-use std::f64::consts::TAU;
+use std::{collections::VecDeque, f64::consts::TAU};
 
 use super::{
     fault::{PitchFaults, PitchField, PitchReason},
@@ -42,7 +47,7 @@ pub struct PitchSettings {
     /// Diameter of the measuring circle, mm; by default the reference circle. Angles become arcs
     /// there.
     pub diameter: Option<f64>,
-    /// k of F_pk, 1 to z − 1; by default z/8, rounded.
+    /// k of F_pk and F_pSk, 1 to z − 1; by default z/8, rounded.
     pub sector: Option<usize>,
     /// Whether tolerances are rounded before a class is found.
     pub rounding: Rounding,
@@ -70,13 +75,22 @@ pub struct Pitch {
     pub single: Vec<Option<f64>>,
     /// The f_pi of greatest amount; f_p is its amount.
     pub single_pitch: Option<Extreme>,
+    /// R_p, the greatest f_pi less the least.
+    pub single_range: Option<f64>,
     /// F_p.
     pub cumulative: Option<f64>,
     /// k.
     pub sector: Option<usize>,
-    /// The difference of greatest amount over k pitches, at the tooth where the sector ends; F_pk
-    /// is its amount.
-    pub sector_pitch: Option<Extreme>,
+    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of index deviations within k pitches, at
+    /// the tooth where the sector ends.
+    pub sector_pitch_2013: Option<Extreme>,
+    /// Of the consecutive sectors that begin at the first tooth, the sum of k pitches of greatest
+    /// amount, at the tooth where the sector ends; F_pSk of ISO 1328-1:2013, Annex D, is its amount.
+    /// Pitches left over behind the last whole sector belong to none.
+    pub sector_sum_2013: Option<Extreme>,
+    /// The sum of any k pitches of greatest amount, at the tooth where the sector ends; F_pk of
+    /// ISO 1328-1:1995 is its amount.
+    pub sector_pitch_1995: Option<Extreme>,
     /// f_u, at the later of the two pitches.
     pub adjacent: Option<Extreme>,
     /// Σ f_pi as given, µm; only of single pitches.
@@ -162,15 +176,21 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     };
     let difference =
         |values: &[Option<f64>], i: usize, back: usize| Some((i, values[i]? - values[(i + teeth - back) % teeth]?));
-    let sector_pitch = sector.and_then(|k| greatest((0..teeth).filter_map(|i| difference(&index, i, k))));
+    let sums = |ends: &mut dyn Iterator<Item = usize>, k| greatest(ends.filter_map(|i| difference(&index, i, k)));
+    let sector_pitch_2013 = sector.and_then(|k| widest_sector(&index, k));
+    let sector_sum_2013 = sector.and_then(|k| sums(&mut (0..teeth).step_by(k).skip(1), k));
+    let sector_pitch_1995 = sector.and_then(|k| sums(&mut (0..teeth), k));
     let adjacent = (teeth > 1).then(|| greatest((0..teeth).filter_map(|i| difference(&single, i, 1)))).flatten();
     Ok(Pitch {
         side: settings.side,
         diameter,
         single_pitch,
+        single_range: range(&single),
         cumulative,
         sector,
-        sector_pitch,
+        sector_pitch_2013,
+        sector_sum_2013,
+        sector_pitch_1995,
         adjacent,
         closure,
         missing,
@@ -181,6 +201,15 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         single,
         warnings,
     })
+}
+
+/// R_s: how much the thickness of the teeth varies, µm along the measuring circle, from the flanks of
+/// both sides counted in one direction. Teeth without both flanks are left out; `None` where no tooth
+/// has both.
+pub fn thickness_variation(left: &Pitch, right: &Pitch) -> Option<f64> {
+    let thickness: Vec<_> =
+        left.index.iter().zip(&right.index).map(|(left, right)| Some((*left)? - (*right)?)).collect();
+    range(&thickness)
 }
 
 /// No angle is larger, rad: 16,000 turns, of which a double still tells 1e-11 rad.
@@ -234,6 +263,37 @@ fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
         Some(best) if best.value.abs() >= value.abs() => Some(best),
         _ => Some(Extreme { value, tooth: i + 1 }),
     })
+}
+
+/// The greatest range within k pitches. Sectors with a tooth that was not measured are left out.
+fn widest_sector(index: &[Option<f64>], k: usize) -> Option<Extreme> {
+    let teeth = index.len();
+    // the flanks that may still be the highest, and the lowest, of a sector, by steps around the gear
+    let (mut high, mut low) = (VecDeque::<(usize, f64)>::new(), VecDeque::<(usize, f64)>::new());
+    let mut in_a_row = 0;
+    let mut ranges = vec![None; teeth];
+    for step in 0..teeth + k {
+        let Some(value) = index[step % teeth] else {
+            high.clear();
+            low.clear();
+            in_a_row = 0;
+            continue;
+        };
+        in_a_row += 1;
+        for (ends, sign) in [(&mut high, 1.0), (&mut low, -1.0)] {
+            while ends.back().is_some_and(|(_, other)| sign * other <= sign * value) {
+                ends.pop_back();
+            }
+            ends.push_back((step, value));
+            while ends.front().is_some_and(|(first, _)| first + k < step) {
+                ends.pop_front();
+            }
+        }
+        if in_a_row > k {
+            ranges[step % teeth] = Some(high[0].1 - low[0].1);
+        }
+    }
+    greatest(ranges.into_iter().enumerate().filter_map(|(i, range)| Some((i, range?))))
 }
 
 fn range(values: &[Option<f64>]) -> Option<f64> {

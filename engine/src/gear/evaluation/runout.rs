@@ -137,6 +137,29 @@ pub fn from_pitches(
     Ok(evaluate(gear, &readings, rounding, true))
 }
 
+/// How well readings of the tooth spaces go with the index deviations of both flanks if teeth are
+/// counted in one direction: their coefficient of correlation. `None` where nothing varies, or where
+/// fewer than three spaces have both.
+pub fn agreement(
+    left: &[Option<f64>],
+    right: &[Option<f64>],
+    readings: &[Option<f64>],
+    counting: Counting,
+) -> Option<f64> {
+    let (near, far) = match counting {
+        Counting::Counterclockwise => (left, right),
+        Counting::Clockwise => (right, left),
+    };
+    let teeth = near.len().min(far.len()).min(readings.len());
+    let pair = |i: usize| Some([near[i]? - far[(i + 1) % teeth]?, readings[i]?]);
+    let pairs: Vec<[f64; 2]> = (0..teeth).filter_map(pair).collect();
+    let mean = |k: usize| pairs.iter().map(|pair| pair[k]).sum::<f64>() / pairs.len() as f64;
+    let [x, y] = [mean(0), mean(1)];
+    let sum = |of: fn(f64, f64) -> f64| pairs.iter().map(|[a, b]| of(a - x, b - y)).sum::<f64>();
+    let correlation = sum(|a, b| a * b) / (sum(|a, _| a * a) * sum(|_, b| b * b)).sqrt();
+    (pairs.len() > 2 && correlation.is_finite()).then_some(correlation)
+}
+
 /// At least one reading is there.
 fn evaluate(gear: &Gear, readings: &[f64], rounding: Rounding, derived: bool) -> Runout {
     let there = readings.iter().filter(|r| !r.is_nan());

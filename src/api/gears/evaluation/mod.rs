@@ -9,5 +9,6 @@ pub mod flank_surface;
 pub mod pitch;
 pub mod pitch_limits;
 pub mod request;
+pub mod runout;
 
 pub use self::evaluate::build;

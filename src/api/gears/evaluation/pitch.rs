@@ -7,6 +7,7 @@ use super::{
     conformity::ConformityBody,
     pitch_limits::{HeldBody, PitchLimitsBody, PitchUncertaintyBody},
     request::RoundingName,
+    runout::RunoutBody,
 };
 use crate::{
     api::{
@@ -28,8 +29,8 @@ use crate::{
 use flankfit_engine::gear::{
     Gear, Side,
     evaluation::{
-        fault::PitchField,
-        pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch},
+        fault::{PitchField, RunoutFaults},
+        pitch::{Extreme, Pitch, PitchMeasured, PitchSettings, pitch, thickness_variation},
         runout::{Counting, Runout, from_pitches, from_readings},
     },
     tolerance::{Class, OutOfScope, Rounding, Tolerances},
@@ -59,12 +60,12 @@ pub struct PitchRequestBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub diameter_mm: Option<f64>,
-    /// k of F_pk. Default an eighth of the teeth.
+    /// k of F_pk and F_pSk. Default an eighth of the teeth.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub sector: Option<usize>,
-    /// Which way teeth are counted: it decides which flanks bound a space, for a run-out from
-    /// pitches. Default `clockwise`, as everywhere.
+    /// Which way teeth are counted. It decides which flanks bound a space: without it no run-out
+    /// follows from pitches.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub counting: Option<CountingName>,
     /// Which tolerances decide the class. Default `rounded`.
@@ -106,16 +107,49 @@ pub enum CountingName {
     Counterclockwise,
 }
 
+impl From<Counting> for CountingName {
+    fn from(counting: Counting) -> Self {
+        match counting {
+            Counting::Clockwise => CountingName::Clockwise,
+            Counting::Counterclockwise => CountingName::Counterclockwise,
+        }
+    }
+}
+
+impl CountingName {
+    /// As messages call it.
+    pub fn word(self) -> &'static str {
+        match self {
+            CountingName::Clockwise => "clockwise",
+            CountingName::Counterclockwise => "counterclockwise",
+        }
+    }
+}
+
+impl From<CountingName> for Counting {
+    fn from(name: CountingName) -> Self {
+        match name {
+            CountingName::Clockwise => Counting::Clockwise,
+            CountingName::Counterclockwise => Counting::Counterclockwise,
+        }
+    }
+}
+
 /// Pitch deviations and run-out.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = PitchEvaluation)]
 pub struct PitchEvaluationBody {
-    /// Which way teeth are counted.
-    pub counting: CountingName,
+    /// Which way teeth are counted; left out where it is not known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub counting: Option<CountingName>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left: Option<PitchBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<PitchBody>,
+    /// R_s: greatest less least thickness of the measured teeth, on the measuring circle. There where
+    /// both flanks were measured on one circle.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tooth_thickness_variation_um: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub runout: Option<RunoutBody>,
     /// About all of them; each part has its own.
@@ -136,16 +170,28 @@ pub struct PitchBody {
     /// f_p: the single pitch deviation of greatest amount, with its sign.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub single_pitch: Option<ExtremeBody>,
+    /// R_p: the greatest single pitch deviation less the least.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub single_pitch_range_um: Option<f64>,
     /// F_p: total cumulative pitch deviation, the range of the index deviations.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cumulative_pitch_um: Option<f64>,
     /// Pitches of a sector.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub k: Option<usize>,
-    /// F_pk: the cumulative deviation over k pitches of greatest amount, at the tooth where the
-    /// sector ends.
+    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of the index deviations within any k
+    /// pitches (k + 1 flanks), at the tooth where the sector ends.
     #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub sector_pitch: Option<ExtremeBody>,
+    pub sector_pitch_2013: Option<ExtremeBody>,
+    /// F_pSk of ISO 1328-1:2013, Annex D: of the consecutive sectors of k pitches that begin at
+    /// tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches behind the
+    /// last whole sector are left out.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sector_sum_2013: Option<ExtremeBody>,
+    /// F_pk of ISO 1328-1:1995: the sum of any k pitches of greatest amount, at the tooth where the
+    /// sector ends. Testers print its amount as F_pz/8.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub sector_pitch_1995: Option<ExtremeBody>,
     /// f_u: the greatest difference of neighbouring pitches, at the later of the two.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub adjacent_pitch_difference: Option<ExtremeBody>,
@@ -209,53 +255,6 @@ pub struct PitchClassesBody {
     pub beyond: Vec<String>,
 }
 
-/// Run-out.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = GearRunout)]
-pub struct RunoutBody {
-    /// F_r: the range of the readings all around.
-    pub runout_um: f64,
-    /// Whether it follows from pitches, without a probe.
-    pub derived: bool,
-    /// Radial readings in each tooth space, posted or derived; `null` where undefined.
-    pub readings_um: Vec<Option<f64>>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub eccentricity: Option<EccentricityBody>,
-    /// Tooth spaces without a reading.
-    pub missing: usize,
-    /// 1 to 11; left out where there is none.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub class: Option<u8>,
-    /// Whether it exceeds even class 11.
-    pub beyond_classes: bool,
-    /// What F_r was held against.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    #[schema(min_items = 2, max_items = 2)]
-    pub limits_um: Option<[f64; 2]>,
-    /// Whether F_r lies within, as it was measured. There where there are limits; where readings
-    /// are missing it is false or left out.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub within: Option<bool>,
-    /// There where there are limits and an uncertainty, and no reading is missing.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub conformity: Option<ConformityBody>,
-    /// What to know about the run-out; empty where there is nothing to say.
-    pub warnings: Vec<NoticeBody>,
-}
-
-/// The first harmonic of the readings.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
-#[schema(as = Eccentricity)]
-pub struct EccentricityBody {
-    /// Distance of the gear's axis from the axis of rotation: half the range of the harmonic.
-    pub amount_um: f64,
-    /// Of the amount, from what the harmonic leaves; left out where too few readings are defined.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub std_error_um: Option<f64>,
-    /// Where the readings are greatest, in the direction of counting from the first one.
-    pub angle_deg: f64,
-}
-
 /// Evaluates the pitches of a request; `own` is the gear of the job and `of` what the iteration
 /// that they belong to measured. Where the request has no limits, those that the job requires are
 /// taken.
@@ -309,28 +308,31 @@ impl PitchRequestBody {
         };
         let left = evaluated(&self.left, Side::Left, "/left");
         let right = evaluated(&self.right, Side::Right, "/right");
-        let named = self.counting.unwrap_or(CountingName::Clockwise);
-        let counting = match named {
-            CountingName::Clockwise => Counting::Clockwise,
-            CountingName::Counterclockwise => Counting::Counterclockwise,
-        };
         let mut warnings = Vec::new();
-        let runout = match (&self.readings_um, &left, &right) {
+        // pitches that tell no run-out are pitches all the same
+        let mut none = |why: &str| {
+            warnings.push(NoticeBody::new("no_runout", &format!("no run-out follows from the pitches: {why}")));
+        };
+        let runout = match (&self.readings_um, &left, &right, self.counting) {
             (Some(readings), ..) => {
                 from_readings(gear, &numbers(readings), rounding).map_err(|more| faults.append(more)).ok()
             }
-            // pitches that tell no run-out are pitches all the same
-            (None, Some((left, _)), Some((right, _))) => match from_pitches(gear, left, right, counting, rounding) {
-                Ok(found) => Some(found),
-                Err(why) => {
-                    let why: Vec<String> = why.list().iter().map(|fault| fault.reason.to_string()).collect();
-                    let message = format!("no run-out follows from the pitches: {}", why.join("; "));
-                    warnings.push(NoticeBody::new("no_runout", &message));
-                    None
-                }
-            },
+            (None, Some(_), Some(_), None) => {
+                none("`counting` decides which flanks bound a space, and is missing");
+                None
+            }
+            (None, Some((left, _)), Some((right, _)), Some(counting)) => {
+                let found = from_pitches(gear, left, right, counting.into(), rounding);
+                let said = |faults: RunoutFaults| {
+                    let why: Vec<String> = faults.list().iter().map(|fault| fault.reason.to_string()).collect();
+                    none(&why.join("; "));
+                };
+                found.map_err(said).ok()
+            }
             _ => None,
         };
+        let pair = left.as_ref().zip(right.as_ref()).map(|((left, _), (right, _))| (left, right));
+        let tooth_thickness_variation_um = pair.and_then(|(left, right)| thickness_variation(left, right));
         if self.left.is_none() && self.right.is_none() && self.readings_um.is_none() {
             faults.push_missing("/left", "missing; give `left`, `right` or `readings_um`");
         }
@@ -343,9 +345,10 @@ impl PitchRequestBody {
         // it is of both flanks alike
         let of_runout = |found: &Runout| limits.of(Side::Left).runout(found, all, rounding, uncertainty.runout);
         let answer = PitchEvaluationBody {
-            counting: named,
+            counting: self.counting,
             left: left.map(told),
             right: right.map(told),
+            tooth_thickness_variation_um,
             runout: runout.map(|found| RunoutBody::new(of_runout(&found).into(), found)),
             warnings,
         };
@@ -412,9 +415,12 @@ impl PitchBody {
             index_deviation_um: pitch.index,
             single_pitch_deviation_um: pitch.single,
             single_pitch: pitch.single_pitch.map(ExtremeBody::from),
+            single_pitch_range_um: pitch.single_range,
             cumulative_pitch_um: pitch.cumulative,
             k: pitch.sector,
-            sector_pitch: pitch.sector_pitch.map(ExtremeBody::from),
+            sector_pitch_2013: pitch.sector_pitch_2013.map(ExtremeBody::from),
+            sector_sum_2013: pitch.sector_sum_2013.map(ExtremeBody::from),
+            sector_pitch_1995: pitch.sector_pitch_1995.map(ExtremeBody::from),
             adjacent_pitch_difference: pitch.adjacent.map(ExtremeBody::from),
             closure_um: pitch.closure,
             missing: pitch.missing,
@@ -430,33 +436,6 @@ impl PitchBody {
                 .iter()
                 .map(|warning| NoticeBody::of_pitch(warning, |field| table::pitch(field, deviations)))
                 .collect(),
-        }
-    }
-}
-
-impl RunoutBody {
-    fn new(held: HeldBody, runout: Runout) -> Self {
-        let (class, beyond_classes) = match runout.class {
-            Some(Class::Within(class)) => (Some(class), false),
-            Some(Class::Beyond) => (None, true),
-            None => (None, false),
-        };
-        RunoutBody {
-            runout_um: runout.runout,
-            derived: runout.derived,
-            readings_um: runout.readings,
-            eccentricity: runout.eccentricity.map(|found| EccentricityBody {
-                amount_um: found.amount,
-                std_error_um: found.std_error,
-                angle_deg: found.angle.to_degrees(),
-            }),
-            missing: runout.missing,
-            class,
-            beyond_classes,
-            limits_um: held.limits,
-            within: held.within,
-            conformity: held.conformity,
-            warnings: runout.warnings.iter().map(NoticeBody::from).collect(),
         }
     }
 }

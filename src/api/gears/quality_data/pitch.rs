@@ -4,7 +4,7 @@ use super::list::{List, flank};
 use crate::api::gears::evaluation::pitch::{ExtremeBody, PitchEvaluationBody};
 use flankfit_engine::{formats::qdas::Characteristic, gear::tolerance};
 
-/// Of both flanks f_p, F_p, F_pk and f_u, and of the gear F_r and f_e.
+/// Returns f_p, F_p, F_pk, F_pSk, R_p and f_u of both flanks, and R_s, F_r and f_e of the gear.
 pub fn characteristics(found: &PitchEvaluationBody) -> Vec<Characteristic> {
     let mut list = List::default();
     for pitch in [&found.left, &found.right].into_iter().flatten() {
@@ -20,11 +20,17 @@ pub fn characteristics(found: &PitchEvaluationBody) -> Vec<Characteristic> {
                 pitch.cumulative_pitch_um,
                 pitch.cumulative_pitch_limits_um,
             ),
-            ("F_pk", "cumulative pitch deviation of a sector", value(pitch.sector_pitch), None),
+            ("F_pk", "sector pitch deviation of ISO 1328-1:2013", value(pitch.sector_pitch_2013), None),
+            ("F_pSk", "sum of a sector of ISO 1328-1:2013", value(pitch.sector_sum_2013), None),
+            ("F_pk_1995", "sector pitch deviation of ISO 1328-1:1995", value(pitch.sector_pitch_1995), None),
+            ("R_p", "range of single pitch deviations", pitch.single_pitch_range_um, None),
             ("f_u", "difference of neighbouring pitches", value(pitch.adjacent_pitch_difference), None),
         ] {
             list.push(&format!("{letter}-{symbol}"), format!("{symbol}, {words}, {side}"), value, ends(limits));
         }
+    }
+    if let Some(variation) = found.tooth_thickness_variation_um {
+        list.push("R_s", "R_s, variation of tooth thickness".to_owned(), Some(variation), [None; 2]);
     }
     if let Some(runout) = &found.runout {
         let symbol = tolerance::Characteristic::Runout.symbol();

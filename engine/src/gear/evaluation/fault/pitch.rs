@@ -17,7 +17,7 @@ pub enum PitchField {
     },
     /// The measuring circle.
     Diameter,
-    /// k of F_pk.
+    /// k of F_pk and F_pSk.
     Sector,
 }
 
