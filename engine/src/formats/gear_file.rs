@@ -1,6 +1,7 @@
 //! One door for every file of measurements and gears: the content says what it is.
 
 use super::{
+    archive,
     file_error::{FileError, shown},
     klingelnberg::{self, Curves, FileKind, Values},
     points::{self, ListedPoint},
@@ -15,7 +16,7 @@ pub enum GearFile {
     Curves(Box<Curves>),
     /// `.mew`
     Values(Box<Values>),
-    /// REXS 1.x
+    /// REXS 1.x and 2.x
     Model(RexsModel),
     /// CSV
     Points(Vec<ListedPoint>),
@@ -33,6 +34,11 @@ pub enum GearFile {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn read(bytes: &[u8], name: Option<&str>) -> Result<GearFile, FileError> {
+    let unpacked = bytes.starts_with(archive::MAGIC).then(|| archive::unpack(bytes)).transpose()?;
+    let (bytes, name) = match &unpacked {
+        Some((name, bytes)) => (bytes.as_slice(), Some(name.as_str())),
+        None => (bytes, name),
+    };
     let text = decode(bytes)?;
     let start = text.trim_start();
     let ending = name.and_then(|name| name.rsplit_once('.')).map(|(_, ending)| ending.to_lowercase());
@@ -42,7 +48,7 @@ pub fn read(bytes: &[u8], name: Option<&str>) -> Result<GearFile, FileError> {
         Some(FileKind::Values) => return Ok(GearFile::Values(Box::new(klingelnberg::parse_values(&text)?))),
         None => {}
     }
-    if start.starts_with('<') {
+    if start.starts_with(['<', '{']) {
         return rexs::parse(&text).map(GearFile::Model);
     }
     if points::looks_like_points(&text) {
@@ -54,15 +60,12 @@ pub fn read(bytes: &[u8], name: Option<&str>) -> Result<GearFile, FileError> {
     if meant(&["mew"]) {
         return klingelnberg::parse_values(&text).map(|file| GearFile::Values(Box::new(file)));
     }
-    if meant(&["rexs", "xml"]) {
+    if meant(&["rexs", "rexsj", "xml"]) {
         return rexs::parse(&text).map(GearFile::Model);
     }
     if meant(&["csv", "txt", "tsv"]) {
         return points::parse(&text).map(GearFile::Points);
     }
     let place = super::source::place_in(&text, text.len() - start.len());
-    if start.starts_with('{') {
-        return Err(FileError::Unsupported { place, what: "a JSON file; REXS is read as XML".into() });
-    }
     Err(FileError::Unrecognised { place, found: shown(start.lines().next().unwrap_or_default()) })
 }

@@ -9,6 +9,7 @@
 //! bring back its very bits, and a number that is not finite is never written. docs/export.md tells
 //! users what to expect of each format.
 
+mod archive;
 mod axis;
 pub mod cad;
 pub mod fault;
@@ -38,6 +39,7 @@ mod text;
 pub mod topography;
 pub mod vtk;
 
+pub use archive::MOST_UNPACKED;
 pub use cad::{CadShape, NamedShape};
 pub use fault::ExportFault;
 pub use file_error::{FileError, FilePosition};

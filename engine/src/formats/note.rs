@@ -2,6 +2,8 @@
 
 use thiserror::Error;
 
+use crate::fault::words::Shown;
+
 /// Why a note stands there.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum NoteCode {
@@ -15,6 +17,13 @@ pub enum NoteCode {
     AnglesNotDecimal,
     /// A setting with a value of no known meaning.
     UnknownSetting,
+    /// A header value that cannot be read as a number; it is not taken.
+    ValueNotRead,
+    /// A header value in a unit that is not known; it is not taken.
+    UnitNotKnown,
+    /// The profile shift of the header and a tooth thickness of the same file belong to different
+    /// gears.
+    ProfileShiftContradicted,
     /// A trace without its number of values: those up to the next text are taken.
     CountNotGiven,
     /// A label and its code say different sides; the code counts.
@@ -25,6 +34,10 @@ pub enum NoteCode {
     OrderAssumed,
     /// Data that have no place on a grid.
     NotAGrid,
+    /// A model without a gear that is read.
+    NoCylindricalGear,
+    /// A flank of a gear that is of no type that is read.
+    FlankNotRead,
 }
 
 impl NoteCode {
@@ -36,11 +49,16 @@ impl NoteCode {
             NoteCode::RepeatedResult => "repeated_result",
             NoteCode::AnglesNotDecimal => "angles_not_decimal",
             NoteCode::UnknownSetting => "unknown_setting",
+            NoteCode::ValueNotRead => "value_not_read",
+            NoteCode::UnitNotKnown => "unit_not_known",
+            NoteCode::ProfileShiftContradicted => "profile_shift_contradicted",
             NoteCode::CountNotGiven => "count_not_given",
             NoteCode::SideDisagrees => "side_disagrees",
             NoteCode::FlanksDiffer => "flanks_differ",
             NoteCode::OrderAssumed => "order_assumed",
             NoteCode::NotAGrid => "not_a_grid",
+            NoteCode::NoCylindricalGear => "no_cylindrical_gear",
+            NoteCode::FlankNotRead => "flank_not_read",
         }
     }
 }
@@ -83,6 +101,40 @@ pub enum Remark {
         /// The number that is taken.
         taken: f64,
     },
+    /// A header value that is no number.
+    #[error("header code {code}: “{found}” is not a number; it is not taken")]
+    ValueNotRead {
+        /// Code of the line.
+        code: u32,
+        /// As it stands there.
+        found: String,
+    },
+    /// A header value in another unit.
+    #[error("header code {code}: values in “{unit}” are not taken, only in {wanted}")]
+    UnitNotKnown {
+        /// Code of the line.
+        code: u32,
+        /// As its label says.
+        unit: String,
+        /// The unit that is read.
+        wanted: &'static str,
+    },
+    /// The profile shift and the tooth thickness contradict each other.
+    #[error(
+        "the profile shift coefficient {} (code 25) and {figure} = {} mm contradict each other: x_E = {given:.4} \
+         follows from {figure}",
+        Shown(*.header), Shown(*.value)
+    )]
+    ProfileShiftContradicted {
+        /// x of the header.
+        header: f64,
+        /// `W_k` or `M_dK`.
+        figure: &'static str,
+        /// The measured or prescribed figure, mm.
+        value: f64,
+        /// x_E that follows from it.
+        given: f64,
+    },
     /// A trace of this tooth without its number of values.
     #[error("the trace of tooth {0} does not say how many values it has")]
     CountNotGiven(String),
@@ -103,6 +155,19 @@ pub enum Remark {
     /// Points without a grid.
     #[error("the points of the topography fill no grid")]
     NotAGrid,
+    /// No gear.
+    #[error("the model has no cylindrical gear and no ring gear")]
+    NoCylindricalGear,
+    /// A flank that is left out.
+    #[error("the {side} flank of gear {gear}, component {flank}, is of no type that is read; it is left out")]
+    FlankNotRead {
+        /// Its role.
+        side: &'static str,
+        /// The gear's component, shortened.
+        gear: String,
+        /// The flank's component, shortened.
+        flank: String,
+    },
 }
 
 fn more(following: usize) -> String {
@@ -118,11 +183,16 @@ impl Remark {
             Remark::RepeatedResult(_) => NoteCode::RepeatedResult,
             Remark::AnglesNotDecimal(_) => NoteCode::AnglesNotDecimal,
             Remark::BeyondDouble(_) | Remark::Separator(_) | Remark::UndefinedMark { .. } => NoteCode::UnknownSetting,
+            Remark::ValueNotRead { .. } => NoteCode::ValueNotRead,
+            Remark::UnitNotKnown { .. } => NoteCode::UnitNotKnown,
+            Remark::ProfileShiftContradicted { .. } => NoteCode::ProfileShiftContradicted,
             Remark::CountNotGiven(_) => NoteCode::CountNotGiven,
             Remark::SideDisagrees(_) => NoteCode::SideDisagrees,
             Remark::FlanksDiffer { .. } => NoteCode::FlanksDiffer,
             Remark::OrderAssumed => NoteCode::OrderAssumed,
             Remark::NotAGrid => NoteCode::NotAGrid,
+            Remark::NoCylindricalGear => NoteCode::NoCylindricalGear,
+            Remark::FlankNotRead { .. } => NoteCode::FlankNotRead,
         }
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, FileError> {
             what: "UTF-16 text; save the file as UTF-8 or Latin-1".into(),
         });
     }
-    if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(&[0x1F, 0x8B]) {
+    if bytes.starts_with(super::archive::MAGIC) || bytes.starts_with(&[0x1F, 0x8B]) {
         return Err(FileError::Unsupported { place: start, what: "a compressed file; unpack it first".into() });
     }
     let marked = bytes.strip_prefix(b"\xEF\xBB\xBF");

@@ -100,9 +100,9 @@ fn the_content_says_what_a_file_is() {
         (b"hello", Some("x.mka"), "expected HEADER KS.MK.FILE, found “hello”"),
         (b"hello", Some("X.MEW"), "expected HEADER KS.MW.FILE"),
         (b"a,b,c,d", Some("x.csv"), "a number"),
-        (b"<a/>", None, "one element model"),
-        (b"{\"model\":{}}", Some("x.rexsj"), "a JSON file"),
-        (b"PK\x03\x04..", Some("x.rexsz"), "a compressed file"),
+        (b"<a/>", None, "a document of “a”"),
+        (b"{\"id\":1}", Some("x.rexsj"), "a JSON file without a `model`"),
+        (b"PK\x03\x04..", Some("x.rexsz"), "a ZIP archive without a list of its files"),
         (b"\xFF\xFEH\0", None, "UTF-16"),
     ] {
         let fault = read(bytes, name).unwrap_err();
@@ -281,4 +281,36 @@ fn promised_counts_take_no_memory() {
     let text = format!("HEADER KS.MK.FILE\n{}", head.repeat(1000));
     let fault = read(text.as_bytes(), None).unwrap_err();
     assert!(matches!(fault, FileError::ValueCount { announced: 4_000_000_000, found: 0, .. }), "{fault}");
+}
+
+/// The files of `examples/files` are read without a remark, and say all of their gear.
+#[test]
+fn the_example_files_are_read() {
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/files");
+    let mut seen = Vec::new();
+    for entry in std::fs::read_dir(folder).expect("the folder is there") {
+        let path = entry.expect("an entry").path();
+        let name = path.file_name().and_then(|name| name.to_str()).expect("a name").to_owned();
+        if ![".mka", ".rexs"].iter().any(|end| name.ends_with(end)) {
+            continue;
+        }
+        match read(&std::fs::read(&path).expect("a file"), Some(&name)).expect(&name) {
+            GearFile::Curves(file) => {
+                let mut notes = file.notes.clone();
+                assert_eq!(file.gear(&mut notes).missing(), []);
+                assert_eq!((file.curves.len(), file.pitch.len(), notes.list()), (12, 2, &[][..]), "{name}");
+            }
+            GearFile::Model(model) => {
+                assert_eq!((model.gears.len(), model.notes.list()), (1, &[][..]), "{name}");
+                let gear = &model.gears[0];
+                assert_eq!(gear.facts.missing(), []);
+                let measured = usize::from(gear.flanks[0].topography.is_some()) + gear.flanks[0].traces.len();
+                assert_eq!(measured, if model.version == "1.4" { 1 } else { 2 }, "{name}");
+            }
+            other => panic!("{name}: {other:?}"),
+        }
+        seen.push(name);
+    }
+    seen.sort();
+    assert_eq!(seen, ["curves.mka", "rexs_1.2.rexs", "rexs_1.4.rexs", "rexs_2.0.rexs"]);
 }

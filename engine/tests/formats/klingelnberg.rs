@@ -354,3 +354,34 @@ fn repeated_codes_and_missing_counts_are_noted() {
     assert_eq!((file.curves[0].values.len(), file.curves[0].kind), (4, Kind::Profile));
     assert_eq!(Shown(file.curves[0].values[3]).to_string(), "-0.25");
 }
+
+/// Code 25 is x or x m_n, and its label says which; what cannot be read is noted.
+#[test]
+fn values_have_the_unit_of_their_label() {
+    let lines = "  21 :Normalmodul mn..[mm]....: 3\n  22 :Zähnezahl z....: 52\n  23 :Schrägungswinkel [Grad]: 0\n  \
+        24 :Eingriffswinkel [Grad]: 20\n  25 :Profilverschiebung xm.........  [mm]....:   .6\n  \
+        27 :Kopfkreisdurchmesser da [mm]: 162\n";
+    let facts = |from: &str, to: &str| {
+        assert!(lines.contains(from), "{from}");
+        let file = small("  22 :Zähnezahl z....: 52\n", &lines.replacen(from, to, 1)).unwrap();
+        let mut notes = Default::default();
+        let facts = file.gear(&mut notes);
+        (facts, notes.list().iter().map(|note| (note.remark.code(), note.line)).collect::<Vec<_>>())
+    };
+    let (found, notes) = facts("xm", "xm");
+    assert!((found.profile_shift.unwrap() - 0.2).abs() < 1e-15 && notes.is_empty());
+    let (found, notes) = facts("Profilverschiebung xm.........  [mm]", "Profilverschiebungsfaktor x ....");
+    assert_eq!((found.profile_shift, notes), (Some(0.6), vec![]));
+    let (found, notes) = facts("  .6", "0,203");
+    assert_eq!((found.profile_shift, notes), (None, vec![(NoteCode::ValueNotRead, 7)]));
+    let (found, notes) = facts("da [mm]: 162", "da [inch]: 6.38");
+    assert_eq!((found.tip_diameter, notes), (None, vec![(NoteCode::UnitNotKnown, 8)]));
+    let (found, notes) = facts("winkel [Grad]: 20", "winkel [rad]: .349");
+    assert_eq!((found.pressure_angle, notes), (None, vec![(NoteCode::UnitNotKnown, 6)]));
+    // W_6 of this gear is 51.23 mm with x = 0.2, and 53.02 with 1.07
+    let span = |w: &str| format!("[mm]: 162\n  281 :Messzähnezahl: 6\n  115 :Zahnweitenmaß: WKT:{w} : 0 : 0");
+    let (_, notes) = facts("[mm]: 162", &span("51.23"));
+    assert_eq!(notes, []);
+    let (_, notes) = facts("[mm]: 162", &span("53.02"));
+    assert_eq!(notes, [(NoteCode::ProfileShiftContradicted, 7)]);
+}

@@ -4,9 +4,10 @@
 use flankfit_engine::{
     formats::{
         Datum, FileError, FilePosition, NoteCode,
-        rexs::{RexsModel, read},
+        gear_file::{self, GearFile},
+        rexs::{RexsModel, TracePlaces, read},
     },
-    gear::{Hand, Side},
+    gear::{Hand, Kind, Side},
 };
 
 use super::rexs_file::{Attribute, Model, array, coded, matrix};
@@ -157,12 +158,14 @@ fn faults_have_places() {
         (of(">4.5<", ">vier<"), at(module, 7), "expected a number, found “vier”"),
         (of("\"mm\">4.5", "\"furlong\">4.5"), at(module, 7), "the unit “furlong” of normal_module"),
         (of(">27</attribute>", ">27.5</attribute>"), at(line("number_of_teeth"), 7), "a whole number of teeth"),
-        (of("version=\"1.4\"", "version=\"2.0\""), at(3, 1), "REXS version “2.0”"),
+        (of("version=\"1.4\"", "version=\"3.0\""), at(3, 1), "REXS version “3.0”"),
         (of("<model", "<!DOCTYPE model [<!ENTITY a \"b\">]>\n<model"), at(3, 1), "a document type definition"),
         (of(">4.5<", ">&lol;<"), at(module, 47), "the entity “lol”"),
         (of("  </components>", "  </component>"), None, ""),
         (of("</model>", ""), at(text.lines().count() + 1, 1), "the end of the element model"),
-        (of("<model", "<modell"), at(3, 1), "one element model"),
+        (of("<model", "<modell"), at(3, 1), "a document of “modell”"),
+        (of("<model", "<QIFDocument"), at(3, 1), "a QIF document, which is not read"),
+        (of("<model", "<GearDataExchange"), at(3, 1), "a GDE document (VDI/VDE 2610), which is not read"),
         (of("</model>", "</model><model version=\"1.0\"/>"), None, "one element model"),
     ] {
         if place.is_some() {
@@ -178,4 +181,233 @@ fn faults_have_places() {
     let ragged = topography("<matrix><r><c>1</c><c>2</c></r><r><c>3</c></r></matrix>".into(), &DIAMETERS, &COORDINATES);
     let fault = read(model(flank(0.0, ragged), flank(0.0, vec![])).text("1.4").as_bytes()).unwrap_err();
     assert!(fault.to_string().contains("rows of the same number of columns"), "{fault}");
+}
+
+/// A gear whose left flank has a measured profile and a measured helix.
+fn measured(flank_kind: &'static str) -> Model {
+    let mut model = Model::default();
+    model.component(15, "cylindrical_gear", "Gear [27]", &gear("deg"));
+    model.component(48, flank_kind, "left", &flank(0.25, vec![]));
+    model.component(49, flank_kind, "right", &flank(0.25, vec![])).flanks(15, 48, 49);
+    let profile = [
+        attribute("profile_deviation_amounts", "mm", array(&[0.001, -0.002, 0.003])),
+        attribute("diameters_of_profile_deviation", "mm", array(&[122.0, 126.0, 130.0])),
+        attribute("position_of_profile_deviation", "mm", 25),
+    ];
+    let helix = [
+        attribute("helix_deviation_amounts", "mum", array(&[4.0, f64::NAN])),
+        attribute("coordinates_of_helix_deviation", "mm", array(&[5.0, 45.0])),
+        attribute("diameter_of_helix_deviation", "mm", 127.5),
+    ];
+    model.component(60, "profile_deviation", "", &profile).reference(48, 60);
+    model.component(61, "helix_deviation", "", &helix).reference(48, 61);
+    model
+}
+
+#[test]
+fn flanks_and_traces_of_every_version() {
+    for (version, flank_kind) in [
+        ("1.0", "flank_geometry"),
+        ("1.1", "flank_geometry"),
+        ("1.2", "flank_geometry"),
+        ("1.3", "cylindrical_gear_flank"),
+        ("1.4", "cylindrical_gear_flank"),
+        ("1.5", "cylindrical_gear_flank"),
+        ("1.6", "cylindrical_gear_flank"),
+        ("1.7", "cylindrical_gear_flank"),
+        ("2.0.0", "cylindrical_gear_flank"),
+    ] {
+        let model = read(measured(flank_kind).text(version).as_bytes()).unwrap();
+        assert_eq!((model.version.as_str(), model.notes.count()), (version, 0));
+        let gear = model.gear(None).unwrap();
+        assert_eq!((gear.facts.profile_shift, gear.facts.teeth, gear.flanks.len()), (Some(0.25), Some(27), 2));
+        assert!((gear.facts.pressure_angle.unwrap().to_degrees() - 20.0).abs() < 1e-12);
+        let [profile, helix] = &gear.flanks[0].traces[..] else { panic!("{:?}", gear.flanks[0].traces) };
+        assert_eq!((profile.kind(), profile.section, &profile.id[..]), (Kind::Profile, Some(25.0), "60"));
+        assert_eq!(profile.places, TracePlaces::Diameters(vec![122.0, 126.0, 130.0]));
+        assert_eq!(profile.deviation, [1.0, -2.0, 3.0]);
+        assert_eq!((helix.kind(), helix.section, helix.deviation[0]), (Kind::Helix, Some(127.5), 4.0));
+        assert!(helix.deviation[1].is_nan() && helix.places == TracePlaces::Z(vec![5.0, 45.0]));
+        assert!(gear.flanks[1].traces.is_empty());
+    }
+}
+
+#[test]
+fn what_is_left_out_has_a_note() {
+    let unknown = read(measured("gear_flank_of_tomorrow").text("2.1").as_bytes()).unwrap();
+    let codes: Vec<NoteCode> = unknown.notes.list().iter().map(|note| note.remark.code()).collect();
+    assert_eq!(codes, [NoteCode::FlankNotRead, NoteCode::FlankNotRead]);
+    assert_eq!(unknown.gear(None).unwrap().facts.teeth, Some(27));
+    let mut bare = Model::default();
+    bare.component(1, "bevel_gear", "bevel", &[]);
+    let none = read(bare.text("1.4").as_bytes()).unwrap();
+    assert_eq!((none.gears.len(), none.notes.list()[0].remark.code()), (0, NoteCode::NoCylindricalGear));
+}
+
+#[test]
+fn json_and_archives_hold_the_same_model() {
+    let xml = measured("cylindrical_gear_flank").text("1.4");
+    let same = |model: RexsModel| {
+        let of_xml = read(xml.as_bytes()).unwrap();
+        assert_eq!((&model.version, model.notes.count()), (&of_xml.version, 0));
+        let [gear, wanted] = [&model.gears[0], &of_xml.gears[0]];
+        assert_eq!((&gear.id, &gear.name, &gear.facts), (&wanted.id, &wanted.name, &wanted.facts));
+        for (flank, wanted) in gear.flanks.iter().zip(&wanted.flanks) {
+            assert_eq!((&flank.id, flank.side, flank.traces.len()), (&wanted.id, wanted.side, wanted.traces.len()));
+            for (trace, wanted) in flank.traces.iter().zip(&wanted.traces) {
+                assert_eq!((&trace.places, trace.section), (&wanted.places, wanted.section));
+                assert_eq!(format!("{:?}", trace.deviation), format!("{:?}", wanted.deviation));
+            }
+        }
+    };
+    same(read(json().as_bytes()).unwrap());
+    for (name, text) in [("model.rexs", xml.as_bytes()), ("model.rexsj", json().as_bytes())] {
+        for deflated in [false, true] {
+            match gear_file::read(&packed(name, text, deflated), Some("a.rexsz")).unwrap() {
+                GearFile::Model(model) => same(model),
+                other => panic!("{other:?}"),
+            }
+        }
+    }
+    // cut off, of something else, and one that would fill the memory
+    let whole = packed("model.rexs", xml.as_bytes(), true);
+    for cut in [5, whole.len() / 2, whole.len() - 1] {
+        let fault = gear_file::read(&whole[..cut], None).unwrap_err();
+        assert!(matches!(fault, FileError::Unsupported { .. }), "{fault}");
+    }
+    assert!(gear_file::read(&packed("hello.txt", b"hello", false), None).is_err());
+    let bomb = packed("model.rexs", &vec![b' '; 80 << 20], true);
+    assert!(bomb.len() < 1 << 20);
+    assert!(matches!(gear_file::read(&bomb, None), Err(FileError::TooLarge { .. })));
+    // a size that lies
+    let mut lies = bomb;
+    let end = lies.len() - 22;
+    let entry = lies[..end].windows(4).rposition(|four| four == b"PK\x01\x02").unwrap();
+    lies[entry + 24..entry + 28].copy_from_slice(&1000u32.to_le_bytes());
+    assert!(matches!(gear_file::read(&lies, None), Err(FileError::TooLarge { .. })));
+}
+
+#[test]
+fn faults_of_json_have_places() {
+    let text = json();
+    for (from, to, wanted) in [
+        ("4.5", "4.5.1", "a value"),
+        ("\"refs\"", "refs", "a name in quotes"),
+        ("20.0}", "20.0", "a comma or the end of the object"),
+        ("[122.0", "[\"a\"", "a list of numbers"),
+        ("\"version\": \"1.4\"", "\"version\": \"4.0\"", "REXS version “4.0”"),
+    ] {
+        assert!(text.contains(from), "{from}");
+        let fault = read(text.replacen(from, to, 1).as_bytes()).expect_err(to);
+        assert!(fault.to_string().contains(wanted) && fault.place().is_some(), "{from}: {fault}");
+    }
+    let deep = format!("{{\"model\": {}1{}}}", "[".repeat(1000), "]".repeat(1000));
+    assert!(matches!(read(deep.as_bytes()), Err(FileError::TooMany { .. })));
+    for end in 1..text.len() - 3 {
+        if text.is_char_boundary(end) && end % 37 == 0 {
+            assert!(read(text[..end].as_bytes()).is_err());
+        }
+    }
+    let escaped = text.replacen("Gear [27]", "Zahn\\u00e4 \\ud83d\\ude00 \\\"x\\\"", 1);
+    assert_eq!(read(escaped.as_bytes()).unwrap().gears[0].name.as_deref(), Some("Zahnä 😀 \"x\""));
+}
+
+/// A model of a gear of 27 teeth with measured traces of its left flank, as JSON.
+fn json() -> String {
+    let component = |id: u32, kind: &str, name: &str, attributes: &str| {
+        format!("{{\"id\": {id}, \"type\": \"{kind}\"{name}, \"attributes\": [{attributes}]}}")
+    };
+    let attribute = |id: &str, unit: &str, kind: &str, value: &str| {
+        format!("{{\"id\": \"{id}\", \"unit\": \"{unit}\", \"{kind}\": {value}}}")
+    };
+    let number = |id: &str, unit: &str, value: &str| attribute(id, unit, "floating_point", value);
+    let list = |id: &str, unit: &str, values: &str| attribute(id, unit, "floating_point_array", values);
+    let gear = [
+        attribute("number_of_teeth", "none", "integer", "27"),
+        number("normal_module", "mm", "4.5"),
+        number("helix_angle_reference_diameter", "deg", "-21"),
+        number("face_width", "mm", "50"),
+        number("tip_diameter", "m", "0.1415"),
+        number("root_diameter", "", "120.25"),
+        attribute("u_axis_vector", "mm", "boolean", "false"),
+    ]
+    .join(", ");
+    let flank = format!(
+        "{}, {}",
+        number("addendum_modification_coefficient", "none", "0.25"),
+        number("normal_pressure_angle", "deg", "20.0")
+    );
+    // 4.0 and NaN as little-endian doubles in base64
+    let coded = "{\"code\": \"float64\", \"value\": \"AAAAAAAAEEAAAAAAAAD4fw==\"}";
+    let profile = [
+        list("profile_deviation_amounts", "mm", "[0.001, -0.002, 0.003]"),
+        list("diameters_of_profile_deviation", "mm", "[122.0, 126.0, 130.0]"),
+        number("position_of_profile_deviation", "mm", "25"),
+    ]
+    .join(", ");
+    let helix = [
+        attribute("helix_deviation_amounts", "mum", "floating_point_array_coded", coded),
+        list("coordinates_of_helix_deviation", "mm", "[5.0, 45.0]"),
+        number("diameter_of_helix_deviation", "mm", "127.5"),
+    ]
+    .join(", ");
+    let components = [
+        component(15, "cylindrical_gear", ", \"name\": \"Gear [27]\"", &gear),
+        component(48, "cylindrical_gear_flank", "", &flank),
+        component(49, "cylindrical_gear_flank", "", &flank),
+        component(60, "profile_deviation", "", &profile),
+        component(61, "helix_deviation", "", &helix),
+    ]
+    .join(",\n    ");
+    let relation = |kind: &str, refs: &str| format!("{{\"id\": 1, \"type\": \"{kind}\", \"refs\": [{refs}]}}");
+    let part = |id: u32, role: &str| format!("{{\"id\": {id}, \"role\": \"{role}\"}}");
+    let relations = [
+        relation("flank", &[part(15, "gear"), part(48, "left"), part(49, "right")].join(", ")),
+        relation("reference", &[part(48, "origin"), part(60, "referenced")].join(", ")),
+        relation("reference", &[part(48, "origin"), part(61, "referenced")].join(", ")),
+    ]
+    .join(",\n    ");
+    format!(
+        "{{\"model\": {{\"version\": \"1.4\", \"applicationId\": \"test\",\n  \"relations\": [{relations}],\n  \
+         \"components\": [{components}]}}}}\n"
+    )
+}
+
+/// A ZIP archive of one file.
+fn packed(name: &str, text: &[u8], deflated: bool) -> Vec<u8> {
+    let body = if deflated { miniz_oxide::deflate::compress_to_vec(text, 6) } else { text.to_vec() };
+    let short = |out: &mut Vec<u8>, value: usize| out.extend((value as u16).to_le_bytes());
+    let long = |out: &mut Vec<u8>, value: usize| out.extend((value as u32).to_le_bytes());
+    // from the version on, as far as the lengths of name and extra field
+    let common = |out: &mut Vec<u8>| {
+        short(out, 20);
+        short(out, 0);
+        short(out, if deflated { 8 } else { 0 });
+        long(out, 0);
+        long(out, 0);
+        long(out, body.len());
+        long(out, text.len());
+        short(out, name.len());
+        short(out, 0);
+    };
+    let mut out = b"PK\x03\x04".to_vec();
+    common(&mut out);
+    out.extend(name.as_bytes());
+    out.extend(&body);
+    let directory = out.len();
+    out.extend(b"PK\x01\x02");
+    short(&mut out, 20);
+    common(&mut out);
+    for _ in 0..3 {
+        short(&mut out, 0);
+    }
+    long(&mut out, 0);
+    long(&mut out, 0);
+    out.extend(name.as_bytes());
+    let size = out.len() - directory;
+    out.extend(b"PK\x05\x06\0\0\0\0\x01\0\x01\0");
+    long(&mut out, size);
+    long(&mut out, directory);
+    short(&mut out, 0);
+    out
 }

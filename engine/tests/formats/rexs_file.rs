@@ -34,6 +34,16 @@ impl Model {
         self
     }
 
+    /// Ties a measured trace to its flank.
+    pub fn reference(&mut self, flank: u32, trace: u32) -> &mut Self {
+        let _ = writeln!(
+            self.relations,
+            "    <relation id=\"{trace}\" type=\"reference\">\n      <ref id=\"{flank}\" role=\"origin\"/>\n      \
+             <ref id=\"{trace}\" role=\"referenced\"/>\n    </relation>"
+        );
+        self
+    }
+
     pub fn text(&self, version: &str) -> String {
         let prefix = if self.namespace { "r:" } else { "" };
         let space = if self.namespace { " xmlns:r=\"https://schemas.example/rexs\"" } else { "" };

@@ -14,6 +14,7 @@ mod errors;
 mod filip;
 mod folder;
 mod gear_p40;
+mod gear_p40_curves;
 mod influence;
 mod near;
 mod nist;

@@ -20,6 +20,7 @@ mod results;
 mod settings;
 mod sign;
 mod tables;
+mod thickness;
 mod trace_head;
 mod values;
 
@@ -32,6 +33,7 @@ pub use settings::{
 };
 pub use sign::{SignConvention, Signs};
 pub use tables::{Contact, Diameters, PitchRow, PitchTable, WhichDiameter};
+pub use thickness::{Spread, Thickness};
 pub use values::{ResultLine, ResultValue, Values};
 
 use super::{file_error::FileError, source::decode};

@@ -3,12 +3,17 @@
 
 use super::{
     super::{
+        file_error::shown,
         gear_facts::{GearFacts, radians, teeth},
         note::{Notes, Remark},
     },
     Header, HeaderLine,
 };
-use crate::gear::{Hand, Side};
+use crate::gear::{Hand, Side, evaluation::runout::Counting};
+
+/// Codes whose fields are numbers.
+const NUMBERS: [u32; 25] =
+    [21, 22, 23, 24, 25, 26, 27, 272, 28, 281, 41, 42, 43, 44, 45, 46, 48, 49, 61, 62, 63, 64, 65, 68, 69];
 
 /// One of something for each flank.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -142,6 +147,10 @@ pub enum SectionPlane {
 /// Signs, reference lengths and plus material: how the instrument evaluates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rules {
+    /// Code 161: the direction in which teeth are counted.
+    pub counting: Option<Counting>,
+    /// Code 163: 0 where tables are by teeth, −1 by spaces.
+    pub by_spaces: Option<i64>,
     /// Code 164: which flank is the left one, 0 by VDI and DIN, 1 by US custom.
     pub flank_names: Option<i64>,
     /// Code 165: 0 VDI, 1 DIN, others.
@@ -166,14 +175,25 @@ impl Header {
     /// The gear as far as the header describes it (codes 21 to 27 and 272). Hand and kind of teeth
     /// are words; German and English ones are known, and a negative helix angle is a left-hand one.
     pub fn gear(&self, notes: &mut Notes) -> GearFacts {
+        for line in self.lines.iter().filter(|line| NUMBERS.contains(&line.code)) {
+            if let Some(found) = line.unreadable() {
+                notes.push(line.line, Remark::ValueNotRead { code: line.code, found: shown(found) });
+            }
+        }
+        let mut length = |code| self.in_unit(code, &["mm"], notes);
+        let normal_module = length(21);
         let mut facts = GearFacts {
             teeth: self.number(22).and_then(teeth),
-            normal_module: self.number(21),
-            profile_shift: self.number(25),
-            face_width: self.number(26),
-            tip_diameter: self.number(27),
-            root_diameter: self.number(272),
+            normal_module,
+            face_width: length(26),
+            tip_diameter: length(27),
+            root_diameter: length(272),
             ..GearFacts::default()
+        };
+        // x, or x m_n where the label says that it is a length
+        facts.profile_shift = match self.get(25).and_then(HeaderLine::unit) {
+            Some(_) => length(25).zip(normal_module).map(|(shift, module)| shift / module),
+            None => self.number(25),
         };
         if let Some(line) = self.get(22) {
             let words = line.words();
@@ -190,14 +210,28 @@ impl Header {
             notes.push(setting.line, Remark::AnglesNotDecimal(setting.value.clone()));
             return facts;
         }
-        facts.pressure_angle = self.number(24).map(radians);
+        const DEGREES: [&str; 5] = ["grad", "deg", "degree", "degrees", "°"];
+        facts.pressure_angle = self.in_unit(24, &DEGREES, notes).map(radians);
         if let Some(line) = self.get(23) {
             facts.hand = line.words().split_whitespace().find_map(hand);
-            if let Some(angle) = line.numbers().next() {
+            if let Some(angle) = self.in_unit(23, &DEGREES, notes) {
                 facts.set_helix_angle(radians(angle));
             }
         }
         facts
+    }
+
+    /// The first number of a code whose label has one of these units, or none.
+    fn in_unit(&self, code: u32, units: &[&'static str], notes: &mut Notes) -> Option<f64> {
+        let line = self.get(code)?;
+        let value = line.numbers().next()?;
+        match line.unit().filter(|unit| !units.contains(&unit.to_lowercase().as_str())) {
+            None => Some(value),
+            Some(unit) => {
+                notes.push(line.line, Remark::UnitNotKnown { code, unit: shown(unit), wanted: units[0] });
+                None
+            }
+        }
     }
 
     /// The values of a code for left and right; a single one holds for both.
@@ -283,6 +317,12 @@ impl Header {
             PlusMaterial { rule: value(0), total: value(1), form: value(2) }
         };
         Rules {
+            counting: whole(161).and_then(|counting| match counting {
+                0 => Some(Counting::Clockwise),
+                1 => Some(Counting::Counterclockwise),
+                _ => None,
+            }),
+            by_spaces: whole(163),
             flank_names: whole(164),
             helix_slope_reference: whole(165),
             helix_slope_signs: self.get(165).map(signs).unwrap_or_default(),

@@ -16,13 +16,19 @@ use super::{
 use crate::numerics::cancel;
 
 /// Elements within one another; REXS has seven.
-const DEEPEST: usize = 32;
+pub(super) const DEEPEST: usize = 32;
 
-/// Components that are kept.
-const COMPONENTS: [&str; 3] = ["cylindrical_gear", "ring_gear", "cylindrical_gear_flank"];
+/// Gears that are read.
+pub(super) const GEARS: [&str; 2] = ["cylindrical_gear", "ring_gear"];
+
+/// Other components that are kept: flanks (`flank_geometry` up to REXS 1.2) and their measured traces.
+const PARTS: [&str; 4] = ["cylindrical_gear_flank", "flank_geometry", "profile_deviation", "helix_deviation"];
+
+/// Relations that are kept: of a gear with its flanks, and of a flank with its traces.
+const RELATIONS: [&str; 2] = ["flank", "reference"];
 
 /// Attributes that are kept, with other spellings of versions and tools.
-pub(super) const ATTRIBUTES: [&str; 16] = [
+const ATTRIBUTES: [&str; 23] = [
     "number_of_teeth",
     "normal_module",
     "normal_pressure_angle",
@@ -39,6 +45,13 @@ pub(super) const ATTRIBUTES: [&str; 16] = [
     "diameters_of_topographical_deviations",
     "coordinates_of_topographical_deviation",
     "coordinates_of_topographical_deviations",
+    "profile_deviation_amounts",
+    "diameters_of_profile_deviation",
+    "length_of_profile_deviation",
+    "position_of_profile_deviation",
+    "helix_deviation_amounts",
+    "coordinates_of_helix_deviation",
+    "diameter_of_helix_deviation",
 ];
 
 #[derive(Clone, Debug, PartialEq)]
@@ -66,24 +79,68 @@ pub(super) struct Component {
     pub offset: usize,
 }
 
+impl Attribute {
+    /// Whether an attribute of this id is read.
+    pub(crate) fn is_kept(id: &str) -> bool {
+        ATTRIBUTES.contains(&id)
+    }
+}
+
 impl Component {
+    /// Whether a component of this type is read.
+    pub(crate) fn is_kept(kind: &str) -> bool {
+        GEARS.contains(&kind) || PARTS.contains(&kind)
+    }
+
     /// The first attribute that has one of these names.
     pub(crate) fn attribute(&self, names: &[&str]) -> Option<&Attribute> {
         names.iter().find_map(|name| self.attributes.iter().find(|attribute| attribute.id == *name))
     }
 }
 
-/// A relation of type `flank`: role and component of each part.
-pub(super) type FlankRelation = Vec<(String, String)>;
+/// A relation: role and component of each part.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Relation {
+    pub kind: String,
+    pub parts: Vec<(String, String)>,
+}
+
+impl Relation {
+    /// The component in a role.
+    pub(crate) fn part(&self, role: &str) -> Option<&str> {
+        self.parts.iter().find(|(name, _)| name == role).map(|(_, id)| id.as_str())
+    }
+}
 
 #[derive(Clone, Debug, Default)]
 pub(super) struct Document {
     pub version: String,
     pub components: Vec<Component>,
-    pub flanks: Vec<FlankRelation>,
+    pub relations: Vec<Relation>,
 }
 
 impl Document {
+    /// Takes the version of the model, if it is one that is read.
+    pub(crate) fn set_version(&mut self, version: &str, place: FilePosition) -> Result<(), FileError> {
+        if version.is_empty() {
+            let (expected, found) = ("a model with its version", "nothing".into());
+            return Err(FileError::Expected { place, expected, found });
+        }
+        if !["1", "2"].contains(&version.split('.').next().unwrap_or_default()) {
+            let what = format!("REXS version {}; versions 1.x and 2.x are read", shown(version));
+            return Err(FileError::Unsupported { place, what });
+        }
+        self.version = version.to_owned();
+        Ok(())
+    }
+
+    /// Takes a relation of a kind that is read.
+    pub(crate) fn push(&mut self, relation: Relation) {
+        if RELATIONS.contains(&relation.kind.as_str()) {
+            self.relations.push(relation);
+        }
+    }
+
     pub(crate) fn parse(text: &str) -> Result<Self, FileError> {
         let mut parser = Parser {
             text,
@@ -164,7 +221,7 @@ struct Parser<'a> {
     document: Document,
     depth: usize,
     in_components: bool,
-    relation: Option<FlankRelation>,
+    relation: Option<Relation>,
     component: Option<Component>,
     attribute: Option<Open>,
 }
@@ -204,24 +261,32 @@ impl Parser<'_> {
         };
         match (self.depth, name.as_ref()) {
             (0, "model") if self.document.version.is_empty() => {
-                self.document.version = get("version")?
-                    .filter(|version| !version.is_empty())
-                    .ok_or_else(|| self.expected(offset, "a model with its version", ""))?;
-                if !self.document.version.starts_with("1.") && self.document.version != "1" {
-                    let what = format!("REXS version {}; versions 1.x are read", shown(&self.document.version));
-                    return Err(FileError::Unsupported { place: self.place(offset), what });
-                }
+                let (version, place) = (get("version")?.unwrap_or_default(), self.place(offset));
+                self.document.set_version(&version, place)?;
             }
-            (0, other) => return Err(self.expected(offset, "one element model", other)),
+            (0, "model") => return Err(self.expected(offset, "one element model", "another one")),
+            (0, other) => {
+                let small = other.to_lowercase();
+                let what = match () {
+                    () if small.starts_with("qif") => "a QIF document, which is not read".into(),
+                    () if small.starts_with("gde") || small.contains("geardataexchange") => {
+                        "a GDE document (VDI/VDE 2610), which is not read".into()
+                    }
+                    () => format!("a document of {}; of XML files only REXS (`model`) is read", shown(other)),
+                };
+                return Err(FileError::Unsupported { place: self.place(offset), what });
+            }
             (1, "components") => self.in_components = true,
-            (2, "relation") => self.relation = (get("type")?.as_deref() == Some("flank")).then(Vec::new),
+            (2, "relation") => {
+                self.relation = Some(Relation { kind: get("type")?.unwrap_or_default(), parts: Vec::new() });
+            }
             (3, "ref") if self.relation.is_some() => {
                 let part = (get("role")?.unwrap_or_default(), get("id")?.unwrap_or_default());
-                self.relation.iter_mut().for_each(|relation| relation.push(part.clone()));
+                self.relation.iter_mut().for_each(|relation| relation.parts.push(part.clone()));
             }
             (2, "component") if self.in_components => {
                 let kind = get("type")?.unwrap_or_default();
-                if COMPONENTS.contains(&kind.as_str()) {
+                if Component::is_kept(&kind) {
                     let id = get("id")?.ok_or_else(|| self.expected(offset, "a component with an id", &kind))?;
                     let name = get("name")?;
                     self.component = Some(Component { id, kind, name, attributes: Vec::new(), offset });
@@ -229,7 +294,7 @@ impl Parser<'_> {
             }
             (3, "attribute") if self.component.is_some() => {
                 let id = get("id")?.unwrap_or_default();
-                if ATTRIBUTES.contains(&id.as_str()) {
+                if Attribute::is_kept(&id) {
                     let unit = get("unit")?.unwrap_or_default();
                     self.attribute = Some(Open {
                         id,
@@ -282,7 +347,7 @@ impl Parser<'_> {
     fn close(&mut self, name: &str, offset: usize) -> Result<(), FileError> {
         match (self.depth, name) {
             (1, "components") => self.in_components = false,
-            (2, "relation") => self.document.flanks.extend(self.relation.take()),
+            (2, "relation") => self.relation.take().into_iter().for_each(|relation| self.document.push(relation)),
             (2, "component") => self.document.components.extend(self.component.take()),
             (3, "attribute") => {
                 if let (Some(open), Some(component)) = (self.attribute.take(), &mut self.component) {

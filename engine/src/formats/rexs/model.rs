@@ -1,5 +1,7 @@
 //! Gears of a document.
 
+use std::collections::HashMap;
+
 use super::{
     super::{
         file_error::{FileError, shown},
@@ -8,10 +10,10 @@ use super::{
         source::{number, place_in},
         topography::Topography,
     },
-    document::{Attribute, Component, Document, Value},
+    document::{Attribute, Component, Document, GEARS, Value},
     topography::{Shape, shape},
 };
-use crate::gear::Side;
+use crate::gear::{Kind, Side};
 
 /// A deviation somewhere on a flank.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +24,42 @@ pub struct ScatteredDeviation {
     pub z: f64,
     /// µm with the sign stored.
     pub deviation: f64,
+}
+
+/// Places along a trace, mm.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TracePlaces {
+    /// Diameters of a profile.
+    Diameters(Vec<f64>),
+    /// Roll lengths of a profile.
+    RollLengths(Vec<f64>),
+    /// Coordinates of a helix on the face width.
+    Z(Vec<f64>),
+}
+
+/// A measured trace of a flank.
+#[derive(Clone, Debug, PartialEq)]
+pub struct RexsTrace {
+    /// Of its component.
+    pub id: String,
+    /// Where its deviations are.
+    pub places: TracePlaces,
+    /// z of a profile, diameter of a helix, mm.
+    pub section: Option<f64>,
+    /// µm with the sign stored.
+    pub deviation: Vec<f64>,
+    /// Line in the file, from 1.
+    pub line: usize,
+}
+
+impl RexsTrace {
+    /// Profile or helix.
+    pub fn kind(&self) -> Kind {
+        match self.places {
+            TracePlaces::Diameters(_) | TracePlaces::RollLengths(_) => Kind::Profile,
+            TracePlaces::Z(_) => Kind::Helix,
+        }
+    }
 }
 
 /// A flank of a gear.
@@ -39,6 +77,8 @@ pub struct RexsFlank {
     pub topography: Option<Topography>,
     /// Deviations that fill no grid.
     pub scattered: Vec<ScatteredDeviation>,
+    /// Measured profiles and helices.
+    pub traces: Vec<RexsTrace>,
 }
 
 /// A gear of a model.
@@ -79,20 +119,33 @@ impl RexsModel {
     pub(super) fn of(text: &str, document: Document) -> Result<Self, FileError> {
         let mut reader = Reader { text, notes: Notes::default() };
         let by_id = document.components.iter().rev().map(|component| (component.id.as_str(), component)).collect();
-        let mut sides: std::collections::HashMap<&str, [Option<&Component>; 2]> = Default::default();
-        let by_id: std::collections::HashMap<&str, &Component> = by_id;
-        for relation in &document.flanks {
-            let part = |role: &str| {
-                relation.iter().find(|(name, _)| name == role).and_then(|(_, id)| by_id.get(id.as_str())).copied()
-            };
-            if let Some(gear) = part("gear") {
-                sides.insert(&gear.id, [part("left"), part("right")]);
+        let mut sides: HashMap<&str, [Option<&Component>; 2]> = HashMap::new();
+        let by_id: HashMap<&str, &Component> = by_id;
+        let mut measured: HashMap<&str, Vec<&Component>> = HashMap::new();
+        for relation in &document.relations {
+            let part = |role: &str| relation.part(role).and_then(|id| by_id.get(id)).copied();
+            match (relation.kind.as_str(), part("gear"), part("origin"), part("referenced")) {
+                ("flank", Some(gear), ..) if GEARS.contains(&gear.kind.as_str()) => {
+                    for side in ["left", "right"] {
+                        if let Some(id) = relation.part(side).filter(|id| !by_id.contains_key(id)) {
+                            let line = place_in(text, gear.offset).line;
+                            let (gear, flank) = (shown(&gear.id), shown(id));
+                            reader.notes.push(line, Remark::FlankNotRead { side, gear, flank });
+                        }
+                    }
+                    sides.insert(&gear.id, [part("left"), part("right")]);
+                }
+                ("reference", _, Some(flank), Some(trace)) => measured.entry(&flank.id).or_default().push(trace),
+                _ => {}
             }
         }
         let mut gears = Vec::new();
-        for component in document.components.iter().filter(|component| component.kind != "cylindrical_gear_flank") {
+        for component in document.components.iter().filter(|component| GEARS.contains(&component.kind.as_str())) {
             let flanks = sides.get(component.id.as_str()).copied().unwrap_or_default();
-            gears.push(reader.gear(component, flanks)?);
+            gears.push(reader.gear(component, flanks, &measured)?);
+        }
+        if gears.is_empty() {
+            reader.notes.push(1, Remark::NoCylindricalGear);
         }
         Ok(RexsModel { version: document.version, gears, notes: reader.notes })
     }
@@ -118,12 +171,18 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    fn gear(&mut self, component: &Component, flanks: [Option<&Component>; 2]) -> Result<RexsGear, FileError> {
+    fn gear(
+        &mut self,
+        component: &Component,
+        flanks: [Option<&Component>; 2],
+        measured: &HashMap<&str, Vec<&Component>>,
+    ) -> Result<RexsGear, FileError> {
         let line = place_in(self.text, component.offset).line;
         let mut read = Vec::new();
         for (flank, side) in flanks.into_iter().zip([Side::Left, Side::Right]) {
             if let Some(flank) = flank {
-                read.push(self.flank(flank, side)?);
+                let traces = measured.get(flank.id.as_str()).map(Vec::as_slice).unwrap_or_default();
+                read.push(self.flank(flank, side, traces)?);
             }
         }
         let number = |names: &[&str], quantity| self.value(component, names, quantity);
@@ -173,8 +232,9 @@ impl Reader<'_> {
         Ok(RexsGear { id: component.id.clone(), name: component.name.clone(), facts, flanks: read, line })
     }
 
-    fn flank(&mut self, component: &Component, side: Side) -> Result<RexsFlank, FileError> {
+    fn flank(&mut self, component: &Component, side: Side, traces: &[&Component]) -> Result<RexsFlank, FileError> {
         let (topography, scattered) = self.topography(component, side)?;
+        let each = traces.iter().map(|trace| self.trace(trace)).collect::<Result<Vec<_>, _>>()?;
         const SHIFTS: [&str; 2] = ["profile_shift_coefficient", "addendum_modification_coefficient"];
         Ok(RexsFlank {
             id: component.id.clone(),
@@ -183,7 +243,37 @@ impl Reader<'_> {
             profile_shift: self.value(component, &SHIFTS, Quantity::Number)?,
             topography,
             scattered,
+            traces: each.into_iter().flatten().collect(),
         })
+    }
+
+    /// A measured profile or helix; `None` for a component without amounts.
+    fn trace(&self, component: &Component) -> Result<Option<RexsTrace>, FileError> {
+        let profile = component.kind == "profile_deviation";
+        let name = if profile { "profile_deviation_amounts" } else { "helix_deviation_amounts" };
+        let Some(amounts) = component.attribute(&[name]) else { return Ok(None) };
+        let (diameters, lengths) = (["diameters_of_profile_deviation"], ["length_of_profile_deviation"]);
+        let places = if !profile {
+            TracePlaces::Z(self.list(component, &["coordinates_of_helix_deviation"], amounts)?)
+        } else if component.attribute(&lengths).is_some() {
+            TracePlaces::RollLengths(self.list(component, &lengths, amounts)?)
+        } else {
+            TracePlaces::Diameters(self.list(component, &diameters, amounts)?)
+        };
+        let section = if profile { "position_of_profile_deviation" } else { "diameter_of_helix_deviation" };
+        let scale = 1000.0 * self.scale(amounts, Quantity::Length)?;
+        let (TracePlaces::Z(at) | TracePlaces::RollLengths(at) | TracePlaces::Diameters(at)) = &places;
+        let deviation: Vec<f64> = match &amounts.value {
+            Value::Array(values) if values.len() == at.len() => values.iter().map(|amount| scale * amount).collect(),
+            _ => return Err(self.fault(amounts.offset, "one amount for each place of the trace", &amounts.id)),
+        };
+        Ok(Some(RexsTrace {
+            id: component.id.clone(),
+            places,
+            section: self.value(component, &[section], Quantity::Length)?,
+            deviation,
+            line: place_in(self.text, component.offset).line,
+        }))
     }
 
     fn topography(
@@ -222,9 +312,9 @@ impl Reader<'_> {
 
     /// A list of lengths that a topography cannot be without, mm.
     fn list(&self, component: &Component, names: &[&str], amounts: &Attribute) -> Result<Vec<f64>, FileError> {
-        let attribute = component.attribute(names).ok_or_else(|| {
-            self.fault(amounts.offset, "diameters and coordinates of the topography's amounts", "amounts alone")
-        })?;
+        let attribute = component
+            .attribute(names)
+            .ok_or_else(|| self.fault(amounts.offset, "the places of these amounts", "amounts alone"))?;
         let scale = self.scale(attribute, Quantity::Length)?;
         match &attribute.value {
             Value::Array(values) | Value::Matrix { values, .. } if values.iter().all(|x| x.is_finite()) => {

@@ -1,0 +1,293 @@
+//! Files of curves of five pinions and three wheels, evaluated and compared with all that the
+//! instrument printed for them.
+
+use std::{collections::BTreeMap, path::Path};
+
+use flankfit_engine::{
+    formats::{
+        NoteCode,
+        klingelnberg::{Curves, SignConvention, Spread, read_curves},
+    },
+    gear::{
+        Gear, Kind, Side, Trace,
+        evaluation::{
+            Evaluated, Posted, evaluate,
+            pitch::{self, PitchMeasured, PitchSettings, pitch, thickness_variation},
+            runout::{Counting, agreement, from_readings},
+            settings::{
+                DeviationSign, HelixReference, HelixSettings, ProfileReference, ProfileSettings, Settings, SlopeSign,
+            },
+        },
+        tolerance::Rounding,
+    },
+};
+use serde_json::Value;
+
+const FILES: [&str; 8] =
+    ["95911-neu", "95911-neu2", "95912-neu", "95915-neu", "95915-neu2", "97355-neu", "97360-neu", "97360"];
+
+/// Half of the last printed digit, µm.
+const DIGIT: f64 = 0.05 + 1e-6;
+
+fn path(name: &str) -> std::path::PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/p40/curves").join(name)
+}
+
+struct File {
+    curves: Curves,
+    gear: Gear,
+    traces: Vec<Trace>,
+    found: Vec<Evaluated>,
+    printed: Vec<Value>,
+}
+
+/// A file, evaluated by its own ranges and reference lengths.
+fn file(name: &str) -> File {
+    let bytes = std::fs::read(path(&format!("{name}.mka"))).expect("the file is there");
+    let curves = read_curves(&bytes).expect("a file of curves");
+    assert_eq!(curves.notes.list(), [], "{name}");
+    let facts = curves.header.gear(&mut Default::default());
+    let gear = Gear::new(facts.gear_data().expect("the header says all")).expect("a gear");
+    let placed = curves.place(&gear).with_sense(curves.signs(), SignConvention::Din);
+    assert_eq!(placed.unplaced, []);
+    let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
+    let (profile, helix, rules) = (curves.header.profile_setup(), curves.header.helix_setup(), curves.header.rules());
+    let of = |range: Option<flankfit_engine::formats::klingelnberg::Range>| range.map(|r| [r.start, r.end]).unwrap();
+    let length = |length: &flankfit_engine::formats::klingelnberg::Length| length.length.left.unwrap();
+    let settings = Settings {
+        profile: Some(ProfileSettings {
+            reference: ProfileReference::Given(length(&rules.profile_length)),
+            ..ProfileSettings::on(of(profile.evaluated.left))
+        }),
+        helix: Some(HelixSettings {
+            reference: HelixReference::Given(length(&rules.helix_length)),
+            ..HelixSettings::on(of(helix.evaluated.left))
+        }),
+        given: DeviationSign::Din,
+        sign: SlopeSign::Din,
+        ..Settings::default()
+    };
+    let posted: Vec<Posted> = traces.iter().map(|trace| Posted { trace, design: None }).collect();
+    let found = evaluate(&gear, &posted, &settings).expect("the traces are sound").traces;
+    let printed = std::fs::read_to_string(path(&format!("{name}_printed.json"))).expect("the file is there");
+    let printed: Value = serde_json::from_str(&printed).expect("JSON");
+    File { curves, gear, traces, found, printed: printed["values"].as_array().expect("a list").clone() }
+}
+
+fn side(value: &Value) -> Option<Side> {
+    match value["flank"].as_str()? {
+        "left" => Some(Side::Left),
+        _ => Some(Side::Right),
+    }
+}
+
+/// A figure of traces: slope, form or total.
+fn figure(quantity: &str) -> Option<(Kind, fn(&Evaluated) -> f64)> {
+    let slope: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").slope;
+    let form: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").form;
+    let total: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").total;
+    Some(match quantity {
+        "f_Halpha" => (Kind::Profile, slope),
+        "f_falpha" => (Kind::Profile, form),
+        "F_alpha" => (Kind::Profile, total),
+        "f_Hbeta" => (Kind::Helix, slope),
+        "f_fbeta" => (Kind::Helix, form),
+        "F_beta" => (Kind::Helix, total),
+        _ => return None,
+    })
+}
+
+/// What the engine has for a printed value of the traces.
+fn of_traces(file: &File, value: &Value) -> Option<f64> {
+    let (kind, figure) = figure(value["quantity"].as_str()?)?;
+    let on = |trace: &&Evaluated| trace.kind == kind && Some(trace.side) == side(value);
+    let of_flank = || file.found.iter().filter(on);
+    if value["statistic"] == "tooth" {
+        let number = value["tooth"].as_u64().expect("a tooth").to_string();
+        let tooth = value["position"].as_str().unwrap_or(&number);
+        return of_flank().find(|trace| trace.tooth == tooth).map(figure);
+    }
+    // over the teeth, at the middle
+    let middle: Vec<f64> = of_flank().filter(|trace| trace.tooth.parse::<u32>().is_ok()).map(figure).collect();
+    let (least, most) = middle.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
+    Some(match value["statistic"].as_str()? {
+        "mean" => middle.iter().sum::<f64>() / middle.len() as f64,
+        "variation" => most - least,
+        "max" => most,
+        _ => least,
+    })
+}
+
+fn index(file: &File, side: Side) -> Vec<f64> {
+    let table = file.curves.pitch.iter().find(|table| table.side == Some(side)).expect("a table of each flank");
+    table.rows.iter().map(|row| row.cumulative).collect()
+}
+
+fn readings(file: &File) -> Vec<f64> {
+    file.curves.pitch[0].rows.iter().map(|row| row.runout).collect()
+}
+
+fn pitches(file: &File, side: Side) -> pitch::Pitch {
+    let settings = PitchSettings { side, diameter: None, sector: None, rounding: Rounding::Rounded };
+    pitch(&file.gear, &PitchMeasured::Index(index(file, side)), &settings).expect("a table of all teeth")
+}
+
+fn of_pitches(file: &File, value: &Value) -> Option<f64> {
+    let flank = || pitches(file, side(value).expect("of a flank"));
+    let amount = |extreme: Option<pitch::Extreme>| extreme.map(|extreme| extreme.value.abs());
+    match value["quantity"].as_str()? {
+        "f_p" => amount(flank().single_pitch),
+        "f_u" => amount(flank().adjacent),
+        "F_p" => flank().cumulative,
+        "F_pz/8" => amount(flank().sector_pitch_1995),
+        "R_p" => flank().single_range,
+        "R_s" => thickness_variation(&pitches(file, Side::Left), &pitches(file, Side::Right)),
+        "F_r" => Some(from_readings(&file.gear, &readings(file), Rounding::Rounded).expect("readings").runout),
+        _ => None,
+    }
+}
+
+/// Values within the printed digit and beyond it, and the greatest difference, µm.
+#[derive(Clone, Copy, Debug, Default)]
+struct Tally {
+    within: usize,
+    beyond: usize,
+    worst: f64,
+}
+
+impl Tally {
+    fn add(&mut self, difference: f64) {
+        if difference <= DIGIT {
+            self.within += 1;
+        } else {
+            self.beyond += 1;
+        }
+        self.worst = self.worst.max(difference);
+    }
+}
+
+/// The table of docs/gear-files.md.
+#[test]
+fn every_printed_deviation_comes_back() {
+    let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
+    for name in FILES {
+        let file = file(name);
+        for value in &file.printed {
+            let (Some(printed), Some("um")) = (value["value"].as_f64(), value["unit"].as_str()) else { continue };
+            let quantity = value["quantity"].as_str().expect("a quantity");
+            let Some(found) = of_traces(&file, value).or_else(|| of_pitches(&file, value)) else {
+                assert_eq!(quantity, "f_Ko", "{value}");
+                continue;
+            };
+            let group = match (figure(quantity).is_some(), value["statistic"].as_str()) {
+                (true, Some("tooth" | "max" | "min")) => format!("{quantity}, of a tooth"),
+                (true, Some(statistic)) => format!("{quantity}, {statistic}"),
+                _ => quantity.to_owned(),
+            };
+            tallies.entry(group).or_default().add((found - printed).abs());
+        }
+    }
+    for (group, tally) in &tallies {
+        println!("{group:24} {:4} {:3} {:.3}", tally.within, tally.beyond, tally.worst);
+    }
+    let of = |group: &str| (tallies[group].within, tallies[group].beyond);
+    for group in ["F_alpha", "f_falpha", "f_Hbeta", "F_beta", "f_fbeta"] {
+        assert_eq!(of(&format!("{group}, of a tooth")), (104, 0), "{group}");
+    }
+    // over L_α, as the standard has it; see the rule of the instrument below
+    assert_eq!(of("f_Halpha, of a tooth"), (85, 19));
+    for (group, count) in [("f_p", 16), ("f_u", 16), ("F_p", 16), ("F_pz/8", 16), ("F_r", 8), ("R_s", 8)] {
+        assert_eq!(of(group), (count, 0), "{group}");
+    }
+    // formed of rounded values by the instrument: two of them are off by a digit at most
+    let derived = |group: &&String| group.ends_with("mean") || group.ends_with("variation") || *group == "R_p";
+    for group in tallies.keys().filter(derived) {
+        assert!(tallies[group].worst <= 0.105, "{group} {:?}", tallies[group]);
+    }
+}
+
+/// ISO 1328-1 extends the mean profile line to the ends of the evaluation range: L_α. The instrument
+/// takes another length. The distance from the first to the last sample within the range explains all
+/// but one value; the number of samples in the range times the 480th part of the measuring range
+/// explains them all.
+#[test]
+fn the_length_that_profile_slopes_of_the_instrument_are_taken_over() {
+    let mut tallies = [Tally::default(); 3];
+    for name in FILES {
+        let file = file(name);
+        let of_teeth = |value: &&Value| value["quantity"] == "f_Halpha" && value["statistic"] == "tooth";
+        for value in file.printed.iter().filter(of_teeth) {
+            let printed = value["value"].as_f64().expect("measured");
+            let number = value["tooth"].as_u64().expect("a tooth").to_string();
+            let tooth = value["position"].as_str().unwrap_or(&number);
+            let is = |trace: &Evaluated| {
+                trace.kind == Kind::Profile && Some(trace.side) == side(value) && trace.tooth == tooth
+            };
+            let at = file.found.iter().position(is).expect("a trace");
+            let (found, trace) = (&file.found[at], &file.traces[at]);
+            let length = file.curves.header.rules().profile_length.length.left.expect("code 82");
+            let slope = found.values.expect("evaluated").slope / length;
+            let measured = trace.at[trace.at.len() - 1] - trace.at[0];
+            let used = found.samples.used as f64;
+            let step = measured / (trace.at.len() - 1) as f64;
+            for (tally, length) in
+                tallies.iter_mut().zip([length, (used - 1.0) * step, used * measured / trace.at.len() as f64])
+            {
+                tally.add((slope * length - printed).abs());
+            }
+        }
+    }
+    println!("{tallies:?}");
+    assert_eq!(tallies.map(|tally| tally.beyond), [14, 1, 0]);
+    assert_eq!(tallies.map(|tally| tally.within), [58, 71, 72]);
+    assert!((tallies[1].worst - 0.0537).abs() < 1e-3);
+}
+
+/// Teeth are counted counterclockwise by code 161, and the readings of the ball say so too.
+#[test]
+fn run_out_says_which_way_teeth_are_counted() {
+    for name in FILES {
+        let file = file(name);
+        let rules = file.curves.header.rules();
+        assert_eq!((rules.counting, rules.by_spaces), (Some(Counting::Counterclockwise), Some(0)), "{name}");
+        let known = |values: Vec<f64>| values.into_iter().map(Some).collect::<Vec<_>>();
+        let [left, right] = [Side::Left, Side::Right].map(|side| known(index(&file, side)));
+        let of = |counting| agreement(&left, &right, &known(readings(&file)), counting).expect("they vary");
+        assert!(of(Counting::Counterclockwise) > 0.999, "{name}");
+        assert!(of(Counting::Clockwise) < 0.9, "{name}: {}", of(Counting::Clockwise));
+    }
+}
+
+/// W_k and M_dK from the places of contact. The instrument prints up to 2.1 µm and 4.8 µm more: as
+/// much for all teeth of a file, which a correction of its probe would explain.
+#[test]
+fn tooth_thickness_comes_from_the_places_of_contact() {
+    for name in FILES {
+        let file = file(name);
+        let found = file.curves.thickness(&file.gear).expect("places of both flanks of all teeth");
+        assert_eq!(found.teeth, 6);
+        let printed = |quantity: &str, statistic: &str| {
+            let is = |value: &&Value| value["quantity"] == quantity && value["statistic"] == statistic;
+            file.printed.iter().find(is).and_then(|value| value["value"].as_f64()).expect("printed")
+        };
+        let near = |found: Spread, quantity: &str, within: f64| {
+            for (value, statistic) in [(found.mean, "mean"), (found.least, "min"), (found.greatest, "max")] {
+                let off = printed(quantity, statistic) - value;
+                assert!(off > -0.0006 && off < within, "{name} {quantity} {statistic}: {value}, {off} below");
+            }
+        };
+        near(found.span, "W_k", 0.0022);
+        near(found.over_balls.expect("code 28"), "M_dK", 0.0049);
+        // the header of the pinions has the opposite sign of x
+        let mut notes = Default::default();
+        file.curves.gear(&mut notes);
+        let codes: Vec<NoteCode> = notes.list().iter().map(|note| note.remark.code()).collect();
+        if name.starts_with("95") {
+            assert_eq!(codes, [NoteCode::ProfileShiftContradicted], "{name}");
+            assert!((-0.27..-0.18).contains(&found.profile_shift), "{name}: {}", found.profile_shift);
+        } else {
+            assert_eq!(codes, [], "{name}");
+            assert!((found.profile_shift - 0.011).abs() < 0.02, "{name}: {}", found.profile_shift);
+        }
+    }
+}
