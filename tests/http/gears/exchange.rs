@@ -234,3 +234,44 @@ fn the_program_reads_models_and_points() {
     let (done, text) = run(&[&csv]);
     assert!(!done && text.contains("gear"), "{text}");
 }
+
+/// A helix of a model that rises by 2 µm for each mm of z becomes nodes and an evaluation.
+#[tokio::test]
+async fn measured_traces_of_a_model_are_imported() {
+    let app = TestApp::start().await;
+    let z: Vec<f64> = (0..30).map(|k| 0.5 * f64::from(k)).collect();
+    let amounts: Vec<f64> = z.iter().map(|z| 2e-3 * z).collect();
+    let mut model = Model::default();
+    let gear: [Attribute; 6] = [
+        ("number_of_teeth", "none", "52".into()),
+        ("normal_module", "mm", "1.0".into()),
+        ("normal_pressure_angle", "deg", "20".into()),
+        ("helix_angle_reference_diameter", "deg", "0".into()),
+        ("addendum_modification_coefficient", "none", "0.011".into()),
+        ("face_width", "mm", "15".into()),
+    ];
+    let helix: [Attribute; 3] = [
+        ("helix_deviation_amounts", "mm", array(&amounts)),
+        ("coordinates_of_helix_deviation", "mm", array(&z)),
+        ("diameter_of_helix_deviation", "mm", "51.898".into()),
+    ];
+    model.component(7, "cylindrical_gear", "wheel", &gear);
+    model.component(8, "cylindrical_gear_flank", "left", &[]);
+    model.component(9, "cylindrical_gear_flank", "right", &[]).flanks(7, 8, 9);
+    model.component(11, "helix_deviation", "", &helix).reference(8, 11);
+    let text = model.text("2.0.0").into_bytes();
+    let part = reqwest::multipart::Part::bytes(text.clone()).file_name("m.rexs");
+    let form = reqwest::multipart::Form::new().part("file", part);
+    let read = send(app.client.post(app.url("/v1/gears/read")).multipart(form)).await.json();
+    assert_eq!((&read["traces"][0]["kind"], &read["traces"][0]["samples"]), (&json!("helix"), &json!(30)));
+    let place = job(&app, Some(read["gears"][0]["gear"].clone())).await;
+    let spec = json!({"evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference": "evaluation_range"}});
+    let made = import(&app, &place, text, "m.rexs", Some(spec)).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let records = send(app.get(&format!("{place}/iterations/1/records"))).await.json();
+    let kept = records["items"].as_array().unwrap().iter().find(|item| item["kind"] == "evaluation").unwrap();
+    let kept = send(app.get(&format!("{place}/iterations/1/records/{}", kept["id"].as_str().unwrap()))).await.json();
+    let slope = kept["result"]["traces"][0]["slope_um"].as_f64().unwrap();
+    assert!((slope.abs() - 26.0).abs() < 1e-9, "{slope}");
+    app.stop().await;
+}

@@ -12,7 +12,9 @@ use crate::api::{
     gears::{
         evaluation::{
             answer::EvaluationBody,
-            request::{DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, SignName},
+            request::{
+                DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, PlusMaterialName, SignName,
+            },
         },
         gear::GearBody,
         notice::NoticeBody,
@@ -43,7 +45,7 @@ pub(in crate::api) fn read(
         return Err(Problem::invalid(Faults::one("/spec/evaluation/direction", detail)));
     }
     let mut notes = curves.notes.clone();
-    let facts = curves.header.gear(&mut notes);
+    let facts = curves.gear(&mut notes);
     let mut warnings = Vec::new();
     let gear = gears::chosen(&facts, own, spec.gear.is_some(), &mut warnings)?;
     warnings.extend(notices(&notes));
@@ -70,13 +72,23 @@ pub(in crate::api) fn read(
     }
     let traces: Vec<Trace> = placed.traces.into_iter().map(|placed| placed.trace).collect();
     let pitch = pitch::read(curves, &gear, required.as_ref(), &mut warnings);
-    let mut settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default());
+    let mut settings = settings(curves, &gear, spec.evaluation.clone().unwrap_or_default(), &mut warnings);
     if let Some(required) = required {
         let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);
         warnings.extend(required.fill(&mut settings, &gear, helix));
     }
-    let evaluation = evaluated(&gear, &traces, &settings, &mut warnings);
-    let nodes = nodes_of(&gear, &traces, &settings);
+    Ok(FileRead { pitch, ..of_traces(gear, traces, &settings, warnings) })
+}
+
+/// Traces of a file with what they are evaluated with.
+pub(super) fn of_traces(
+    gear: Gear,
+    traces: Vec<Trace>,
+    settings: &EvaluationSettingsBody,
+    mut warnings: Vec<NoticeBody>,
+) -> FileRead {
+    let evaluation = evaluated(&gear, &traces, settings, &mut warnings);
+    let nodes = nodes_of(&gear, &traces, settings);
     let evaluation = evaluation.map(|mut found| {
         found.warnings.splice(0..0, warnings.iter().cloned());
         found
@@ -88,11 +100,16 @@ pub(in crate::api) fn read(
         modification_range: None,
         evaluation: found.evaluation.clone(),
     });
-    Ok(FileRead { gear, traces, evaluation, request, pitch, deviations: None, nodes, warnings })
+    FileRead { gear, traces, evaluation, request, pitch: None, deviations: None, nodes, warnings }
 }
 
 /// Ranges and lengths of the file where the caller left them out; deviations have the sign of DIN.
-fn settings(curves: &Curves, gear: &Gear, mut asked: EvaluationSettingsBody) -> EvaluationSettingsBody {
+fn settings(
+    curves: &Curves,
+    gear: &Gear,
+    mut asked: EvaluationSettingsBody,
+    warnings: &mut Vec<NoticeBody>,
+) -> EvaluationSettingsBody {
     let (profile, helix) = (curves.header.profile_setup(), curves.header.helix_setup());
     let rules = curves.header.rules();
     let diameter = |x: f64| match profile.axis {
@@ -120,6 +137,26 @@ fn settings(curves: &Curves, gear: &Gear, mut asked: EvaluationSettingsBody) -> 
     if asked.helix_reference_length_mm.is_none() && asked.helix_reference.is_none() {
         let length = rules.helix_length.length;
         asked.helix_reference_length_mm = length.left.or(length.right).filter(|length| *length > 0.0);
+    }
+    for (code, of_file, place) in [
+        (181, rules.helix_plus_material, &mut asked.helix_plus_material),
+        (182, rules.profile_plus_material, &mut asked.profile_plus_material),
+    ] {
+        // files with 0 print figures that leave plus material out, whatever stands behind the 0
+        let Some(rule) = of_file.rule.filter(|rule| *rule != 0 && place.is_none()) else { continue };
+        let counts = |setting: Option<i64>| setting.is_some_and(|setting| setting != 0);
+        let taken = match [of_file.total, of_file.form].map(counts) {
+            [true, true] => PlusMaterialName::FormAndTotal,
+            [true, false] => PlusMaterialName::Total,
+            [false, true] => PlusMaterialName::Form,
+            [false, false] => PlusMaterialName::Ignored,
+        };
+        *place = Some(taken);
+        let message = format!(
+            "code {code} has the rule {rule} for plus material, which no known file has; it is taken to count as its \
+             settings for total and form say"
+        );
+        warnings.push(NoticeBody::new("plus_material_assumed", &message));
     }
     if rules.section == Some(SectionPlane::Normal) {
         asked.direction = asked.direction.or(Some(DirectionName::Normal));

@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use super::{
     content::{notices, unreadable},
-    listed::{FileTraceBody, FileValueBody},
+    listed::{FileTraceBody, FileValueBody, of_model},
 };
 use crate::api::{
     faults::Faults,
@@ -19,9 +19,8 @@ use crate::api::{
 };
 use flankfit_engine::{
     formats::{
-        Datum, Difference, GearFacts,
+        Datum, Difference, GearFacts, Notes,
         gear_file::{self, GearFile},
-        klingelnberg::Header,
     },
     gear::{Gear, GearData, Hand},
 };
@@ -33,7 +32,7 @@ pub struct GearsOfFileBody {
     pub format: FileFormatName,
     /// In the order of the file.
     pub gears: Vec<GearOfFileBody>,
-    /// Of curves: every trace, in the order of the file.
+    /// Of curves and models: every trace, in the order of the file.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub traces: Vec<FileTraceBody>,
     /// Flanks with a table of pitches that an import keeps.
@@ -55,7 +54,7 @@ pub enum FileFormatName {
     Curves,
     /// Klingelnberg `.mew`.
     Values,
-    /// REXS 1.x.
+    /// REXS 1.x or 2.x, as XML, JSON or ZIP archive.
     Rexs,
 }
 
@@ -72,12 +71,75 @@ pub struct GearOfFileBody {
     /// As a job takes it; left out where the file does not say enough, or says what cannot be.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
+    /// What the file says of it, where that is no gear yet.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub known: Option<GearFactsBody>,
     /// The data without which it is no gear, by their names there.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub missing: Vec<String>,
     /// Flanks with a topography that can be imported.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub topographies: Vec<SideName>,
+}
+
+/// Data of a gear, as far as a file gives them.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = GearFacts)]
+pub struct GearFactsBody {
+    /// Number of teeth z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub teeth: Option<u32>,
+    /// Normal module m_n.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_module_mm: Option<f64>,
+    /// Normal pressure angle α_n.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub normal_pressure_angle_deg: Option<f64>,
+    /// Helix angle β, without its sign.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_angle_deg: Option<f64>,
+    /// Hand of a helical gear.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub hand: Option<HandName>,
+    /// Profile shift coefficient x.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_shift_coefficient: Option<f64>,
+    /// Face width b.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face_width_mm: Option<f64>,
+    /// Tip diameter d_a.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub tip_diameter_mm: Option<f64>,
+    /// Root diameter d_f.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub root_diameter_mm: Option<f64>,
+    /// Whether teeth point inwards.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub internal: Option<bool>,
+}
+
+impl From<&GearFacts> for GearFactsBody {
+    fn from(facts: &GearFacts) -> Self {
+        GearFactsBody {
+            teeth: facts.teeth,
+            normal_module_mm: facts.normal_module,
+            normal_pressure_angle_deg: facts.pressure_angle.map(degrees),
+            helix_angle_deg: facts.helix_angle.map(degrees),
+            hand: facts.hand.map(hand),
+            profile_shift_coefficient: facts.profile_shift,
+            face_width_mm: facts.face_width,
+            tip_diameter_mm: facts.tip_diameter,
+            root_diameter_mm: facts.root_diameter,
+            internal: facts.internal,
+        }
+    }
+}
+
+fn hand(hand: Hand) -> HandName {
+    match hand {
+        Hand::Right => HandName::Right,
+        Hand::Left => HandName::Left,
+    }
 }
 
 /// Answers the gears of a file. Processor work.
@@ -92,14 +154,16 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
         GearFile::Curves(curves) => {
             traces = curves.curves.iter().map(FileTraceBody::from).collect();
             pitches = curves.pitch.iter().filter_map(|table| table.side.map(SideName::from)).collect();
-            (FileFormatName::Curves, vec![of_header(&curves.header, &mut warnings)])
+            (FileFormatName::Curves, vec![of_header(|notes| curves.gear(notes), &mut warnings)])
         }
         GearFile::Values(file) => {
             values = file.results.iter().map(FileValueBody::from).collect();
-            (FileFormatName::Values, vec![of_header(&file.header, &mut warnings)])
+            (FileFormatName::Values, vec![of_header(|notes| file.gear(notes), &mut warnings)])
         }
         GearFile::Model(model) => {
             warnings.extend(notices(&model.notes));
+            let flanks = model.gears.iter().flat_map(|found| &found.flanks);
+            traces = flanks.flat_map(|flank| flank.traces.iter().map(|trace| of_model(trace, flank.side))).collect();
             let each = model.gears.iter().map(|found| GearOfFileBody {
                 id: Some(found.id.clone()),
                 name: found.name.clone(),
@@ -136,9 +200,9 @@ fn name(datum: Datum) -> &'static str {
     }
 }
 
-fn of_header(header: &Header, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
-    let mut notes = Default::default();
-    let facts = header.gear(&mut notes);
+fn of_header(gear: impl FnOnce(&mut Notes) -> GearFacts, warnings: &mut Vec<NoticeBody>) -> GearOfFileBody {
+    let mut notes = Notes::default();
+    let facts = gear(&mut notes);
     warnings.extend(notices(&notes));
     of_facts(&facts, "the file", warnings)
 }
@@ -157,7 +221,8 @@ fn of_facts(facts: &GearFacts, called: &str, warnings: &mut Vec<NoticeBody>) -> 
             }
         },
     }
-    GearOfFileBody { id: None, name: None, gear, missing, topographies: Vec::new() }
+    let known = gear.is_none().then(|| GearFactsBody::from(facts)).filter(|known| *known != GearFactsBody::default());
+    GearOfFileBody { id: None, name: None, gear, known, missing, topographies: Vec::new() }
 }
 
 impl From<&GearData> for GearBody {
@@ -167,10 +232,7 @@ impl From<&GearData> for GearBody {
             normal_module_mm: data.normal_module,
             normal_pressure_angle_deg: Some(degrees(data.pressure_angle)),
             helix_angle_deg: Some(degrees(data.helix_angle)),
-            hand: (data.helix_angle > 0.0).then_some(match data.hand {
-                Hand::Right => HandName::Right,
-                Hand::Left => HandName::Left,
-            }),
+            hand: (data.helix_angle > 0.0).then_some(hand(data.hand)),
             profile_shift_coefficient: Some(data.profile_shift + 0.0),
             face_width_mm: data.face_width,
             tip_diameter_mm: data.tip_diameter,

@@ -4,8 +4,12 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use crate::api::{gears::trace::KindName, measurand::side::SideName};
-use flankfit_engine::formats::klingelnberg::{
-    Characteristic, Curve, MeasuringPosition, ResultLine, ResultValue, Section, Statistic,
+use flankfit_engine::{
+    formats::{
+        klingelnberg::{Characteristic, Curve, MeasuringPosition, ResultLine, ResultValue, Section, Statistic},
+        rexs::RexsTrace,
+    },
+    gear::{Kind, Side},
 };
 
 /// A trace of a file. An import makes nodes of those of one flank of one tooth (without the letter
@@ -126,6 +130,22 @@ impl From<&Curve> for FileTraceBody {
             Section::NotGiven => {}
         }
         body
+    }
+}
+
+/// A measured trace of a model, which has one tooth for all.
+pub(super) fn of_model(trace: &RexsTrace, side: Side) -> FileTraceBody {
+    let kind = trace.kind();
+    FileTraceBody {
+        tooth: "1".to_owned(),
+        flank: side.into(),
+        kind: kind.into(),
+        samples: trace.deviation.len(),
+        undefined: trace.deviation.iter().filter(|deviation| deviation.is_nan()).count(),
+        section_z_mm: trace.section.filter(|_| kind == Kind::Profile),
+        section_diameter_mm: trace.section.filter(|_| kind == Kind::Helix),
+        section_roll_length_mm: None,
+        line: trace.line,
     }
 }
 

@@ -1,14 +1,14 @@
 //! Tables of pitches of a gear tester, evaluated.
 
 use crate::api::gears::{
-    evaluation::pitch::{PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
+    evaluation::pitch::{CountingName, PitchEvaluationBody, PitchMeasuredBody, PitchRequestBody},
     gear::GearBody,
     notice::NoticeBody,
     requirements::RequirementsBody,
 };
 use flankfit_engine::{
     formats::klingelnberg::{Curves, PitchRow, PitchTable},
-    gear::{Gear, Side},
+    gear::{Gear, Side, evaluation::runout},
 };
 
 /// Pitches of a file.
@@ -54,19 +54,71 @@ pub(super) fn read(
     if request.left.is_none() && request.right.is_none() {
         return None;
     }
-    let notice = required.and_then(|required| required.fill_pitch(&mut request.pitch_limits, gear));
+    let mut notices: Vec<NoticeBody> = Vec::new();
+    request.counting = counting(curves, &request, &mut notices);
+    notices.extend(required.and_then(|required| required.fill_pitch(&mut request.pitch_limits, gear)));
     match request.evaluated(gear) {
         Ok(mut found) => {
-            found.warnings.extend(notice);
-            let message = "the file does not say which way its pitches count: amounts and classes do not depend on \
-                it, signs and the direction of the eccentricity do";
-            found.warnings.push(NoticeBody::new("pitch_sign_assumed", &message));
+            found.warnings.extend(notices);
             Some(FilePitch { request, found })
         }
         Err(faults) => {
             let why: Vec<&str> = faults.list().iter().map(|fault| fault.detail.as_str()).collect();
             warn("pitch_not_evaluated", format!("pitches are not evaluated: {}", why.join("; ")));
             None
+        }
+    }
+}
+
+/// Correlation of pitches and run-out that decides.
+const DECIDES: f64 = 0.9;
+
+/// Which way the teeth of a file are counted: by its code 161, or by its own run-out.
+fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<NoticeBody>) -> Option<CountingName> {
+    let index = |flank: &Option<PitchMeasuredBody>| flank.as_ref()?.index_deviation_um.clone();
+    let both = index(&request.left).zip(index(&request.right)).zip(request.readings_um.clone());
+    let agreement = |counting: CountingName| {
+        let ((left, right), readings) = both.as_ref()?;
+        runout::agreement(left, right, readings, counting.into())
+    };
+    let mut notice = |code: &str, message: String| notices.push(NoticeBody::new(code, &message));
+    if let Some(setting) = curves.header.rules().by_spaces.filter(|setting| *setting != 0) {
+        let message = format!(
+            "code 163 is {setting}: how the flanks of a tooth number belong together is not known then; the pitches of \
+             each flank do not depend on it, a run-out from both does"
+        );
+        notice("pitch_sign_assumed", message);
+        return None;
+    }
+    match curves.header.rules().counting.map(CountingName::from) {
+        Some(said) => {
+            if let Some(found) = agreement(said).filter(|found| *found < -DECIDES) {
+                let message = format!(
+                    "code 161 says that teeth are counted {}, and the file's run-out goes against its pitches then \
+                     (correlation {found:.2}): the direction or the sign of the pitches is another",
+                    said.word()
+                );
+                notice("counting_contradicted", message);
+            }
+            Some(said)
+        }
+        None => {
+            let each = [CountingName::Clockwise, CountingName::Counterclockwise];
+            let best = each.into_iter().filter_map(|counting| Some((counting, agreement(counting)?)));
+            let told = best.max_by(|a, b| a.1.total_cmp(&b.1)).filter(|(_, found)| *found >= DECIDES);
+            let message = match told {
+                Some((counting, found)) => format!(
+                    "the file does not say which way its teeth are counted (code 161); its run-out says {} \
+                     (correlation {found:.2})",
+                    counting.word()
+                ),
+                None => "the file does not say which way its teeth are counted (code 161): amounts and classes of \
+                    each flank's pitches do not depend on it; their signs, the direction of the eccentricity and a \
+                    run-out from pitches do"
+                    .to_owned(),
+            };
+            notice("pitch_sign_assumed", message);
+            told.map(|(counting, _)| counting)
         }
     }
 }

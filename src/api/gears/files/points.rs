@@ -2,22 +2,26 @@
 
 use super::{
     content::{FileRead, FlankNodes, nothing_measured, notices},
-    gears,
+    curves, gears,
     spec::ImportSpecBody,
 };
 use crate::api::{
     faults::{Faults, Field},
-    gears::notice::NoticeBody,
+    gears::{
+        evaluation::request::{DeviationSignName, DirectionName},
+        notice::NoticeBody,
+        requirements::RequirementsBody,
+    },
     problem::Problem,
 };
 use flankfit_engine::{
     fault::words::counted,
     formats::{
         points::ListedPoint,
-        rexs::{RexsFlank, RexsModel},
+        rexs::{RexsFlank, RexsGear, RexsModel, TracePlaces},
     },
     gear::{
-        Gear,
+        Gear, Kind, Trace,
         deviation::{
             self, Deviations, FootlessPoints, MeasuredPoint, Measurement, Node, Reference, fault::MeasureField,
         },
@@ -58,18 +62,20 @@ pub(in crate::api) fn of_list(
     of_deviations(gear.clone(), deviations, warnings)
 }
 
-/// Reads the topographies of one gear of a model: deviations along the normal, the sign as it is
-/// stored.
+/// Reads what was measured of one gear of a model: topographies, or else traces. Deviations are along
+/// the normal, the sign as it is stored.
 pub(in crate::api) fn of_model(
     model: &RexsModel,
     spec: &ImportSpecBody,
     own: Option<&Gear>,
+    required: Option<RequirementsBody>,
 ) -> Result<FileRead, Problem> {
     let of_gear = model
         .gear(spec.component.as_deref())
         .map_err(|error| Problem::invalid(Faults::one("/spec/component", error.to_string())))?;
-    if of_gear.flanks.iter().all(|flank| flank.topography.is_none() && flank.scattered.is_empty()) {
-        let what = format!("the flanks of gear {} of this REXS model have no topography", of_gear.id);
+    let topographies = of_gear.flanks.iter().any(|flank| flank.topography.is_some() || !flank.scattered.is_empty());
+    if !topographies && of_gear.flanks.iter().all(|flank| flank.traces.is_empty()) {
+        let what = format!("the flanks of gear {} of this REXS model have no topography and no traces", of_gear.id);
         return Err(nothing_measured(&what));
     }
     let mut warnings = Vec::new();
@@ -77,7 +83,18 @@ pub(in crate::api) fn of_model(
     warnings.extend(notices(&model.notes));
     let message = "a model does not say what its amounts count from; they are taken for positive where material stands \
         out, along the normal";
-    warnings.push(NoticeBody::new("sign_assumed", &message));
+    warnings.push(NoticeBody::new("sign_assumed", message));
+    if !topographies {
+        let traces = traces(of_gear, &gear, &mut warnings);
+        let mut settings = spec.evaluation.clone().unwrap_or_default();
+        settings.direction = settings.direction.or(Some(DirectionName::Normal));
+        settings.deviation_sign = settings.deviation_sign.or(Some(DeviationSignName::Material));
+        if let Some(required) = required {
+            let helix = traces.iter().any(|trace| trace.kind == Kind::Helix);
+            warnings.extend(required.fill(&mut settings, &gear, helix));
+        }
+        return Ok(curves::of_traces(gear, traces, &settings, warnings));
+    }
     let mut nodes = Vec::new();
     for flank in &of_gear.flanks {
         let before = nodes.len();
@@ -100,6 +117,33 @@ pub(in crate::api) fn of_model(
     }
     let deviations = Deviations { direction: Direction::Normal, ball_radius: 0.0, nodes, strays: Vec::new() };
     of_deviations(gear, deviations, warnings)
+}
+
+/// The traces of a gear, on the one tooth that a model has.
+fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Vec<Trace> {
+    let mut traces = Vec::new();
+    for flank in &of_gear.flanks {
+        for measured in &flank.traces {
+            let at: Option<Vec<f64>> = match &measured.places {
+                TracePlaces::Z(at) | TracePlaces::RollLengths(at) => Some(at.clone()),
+                TracePlaces::Diameters(diameters) => diameters.iter().map(|d| gear.roll_length(*d)).collect(),
+            };
+            let Some(at) = at else {
+                let message = format!("trace {} reaches below the base circle; it is left out", measured.id);
+                warnings.push(NoticeBody::new("trace_without_positions", &message));
+                continue;
+            };
+            traces.push(Trace {
+                tooth: "1".to_owned(),
+                side: flank.side,
+                kind: measured.kind(),
+                at,
+                section: measured.section,
+                deviation: measured.deviation.clone(),
+            });
+        }
+    }
+    traces
 }
 
 fn of_deviations(gear: Gear, deviations: Deviations, warnings: Vec<NoticeBody>) -> Result<FileRead, Problem> {

@@ -31,6 +31,6 @@ pub fn read(
             "a file of {} results; import the file of curves (.mka) that they were made of",
             values.results.len()
         ))),
-        GearFile::Model(model) => points::of_model(&model, spec, own),
+        GearFile::Model(model) => points::of_model(&model, spec, own, required),
     }
 }

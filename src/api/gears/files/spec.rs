@@ -57,7 +57,7 @@ impl ImportSpecBody {
         };
         let mut faults = Faults::default();
         for (name, given, known, of) in [
-            ("evaluation", self.evaluation.is_some(), curves, "curves"),
+            ("evaluation", self.evaluation.is_some(), curves || model, "curves or models"),
             ("component", self.component.is_some(), model, "REXS models"),
             ("probe_radius_mm", self.probe_radius_mm.is_some(), points, "points"),
         ] {
@@ -66,7 +66,7 @@ impl ImportSpecBody {
             }
         }
         let sign = self.evaluation.as_ref().and_then(|evaluation| evaluation.deviation_sign);
-        if sign.is_some_and(|sign| sign != DeviationSignName::Din) {
+        if curves && sign.is_some_and(|sign| sign != DeviationSignName::Din) {
             let detail = "the file says what its deviations count; they are turned into DIN's";
             faults.push("/spec/evaluation/deviation_sign", detail);
         }
