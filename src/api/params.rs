@@ -6,8 +6,10 @@
 mod fits;
 mod flanks;
 mod gears;
+mod outliers;
 
 pub use gears::quantity;
+pub use outliers::MovedFigure;
 
 use std::{borrow::Cow, collections::BTreeMap};
 

@@ -249,6 +249,10 @@ pub enum Field {
     FilterWindow(usize),
     /// Its cut-off.
     FilterCutoff(usize),
+    /// The nodes that are left out.
+    Exclude,
+    /// One of them.
+    Excluded(usize),
     /// The forgetting factor of a stream.
     ForgettingFactor,
 }

@@ -65,6 +65,7 @@ mod near_smoothing;
 mod near_surface;
 mod nodes;
 mod opening;
+mod outliers;
 mod penalised;
 mod perturbation;
 mod pitch_limits;

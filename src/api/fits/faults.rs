@@ -344,6 +344,8 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::FilterAxis(index) => return format!("/filters/{index}/axis"),
         Field::FilterWindow(index) => return format!("/filters/{index}/window"),
         Field::FilterCutoff(index) => return format!("/filters/{index}/cutoff"),
+        Field::Exclude => "/exclude",
+        Field::Excluded(entry) => return format!("/exclude/{entry}"),
         Field::ForgettingFactor => "/forgetting_factor",
         _ => "",
     };

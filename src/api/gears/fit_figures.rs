@@ -12,7 +12,11 @@ use super::{
     requirements::{RequirementsBody, class_left_aside},
 };
 use crate::{
-    api::{json::writer, measurand::axes::AxesBody},
+    api::{
+        json::writer,
+        measurand::axes::AxesBody,
+        params::{MovedFigure, Params},
+    },
     jobs::{Job, Measurand},
 };
 use flankfit_engine::{
@@ -23,7 +27,10 @@ use flankfit_engine::{
     },
     gear::{
         Gear, ProfileAxis, Side,
-        evaluation::{ToleranceLimits, flank_surface::FittedFlank},
+        evaluation::{
+            ToleranceLimits,
+            flank_surface::{Figure, FittedFlank, FlankFigures},
+        },
     },
 };
 
@@ -218,10 +225,12 @@ pub struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The document that is answered and kept, of what the fit says.
+    /// Returns the document that is answered and kept, from the figures of the fit and from those
+    /// without the nodes that are suspected of gross errors.
     pub fn answer(self, result: &FitResult) -> String {
         let Asked { of, nodes, flank, mut warnings } = self;
         let sums = result.sums.as_deref();
+        let without_suspected = result.without_suspected.as_ref().and_then(|without| without.sums.as_deref());
         let implausible = implausible(nodes, &of.axes, of.gear.as_ref(), noise(result));
         let implausible = implausible.filter(|_| !of.units_accepted);
         // nothing conforms in a unit that may be another
@@ -230,7 +239,10 @@ impl Asked<'_> {
         let mut body = FitFiguresBody { warnings, ..FitFiguresBody::default() };
         match (flank, sums) {
             (Some(flank), Some(sums)) => {
-                let found = flank.figures(sums, &limits).map(FigureBody::from);
+                let found = flank.figures(sums, &limits);
+                let without = without_suspected.map(|sums| flank.figures(sums, &limits));
+                body.warnings.extend(without.map(|without| outliers_suspected(found, without)));
+                let found = found.map(FigureBody::from);
                 body.profile_slope_um = found.profile_slope;
                 body.helix_slope_um = found.helix_slope;
                 body.profile_crowning_um = found.profile_crowning;
@@ -260,6 +272,32 @@ fn noise(result: &FitResult) -> Option<Noise> {
     let exact = result.warnings.iter().any(|warning| matches!(warning, Warning::ExactFit { .. }));
     let sigma = result.residuals.sigma.filter(|_| !exact)?;
     Some(Noise { sigma, degrees_of_freedom: result.residuals.degrees_of_freedom })
+}
+
+/// What nodes that are suspected of gross errors do to the figures.
+fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>) -> NoticeBody {
+    let all = with.zip(without);
+    let named = [
+        ("profile_slope_um", all.profile_slope),
+        ("helix_slope_um", all.helix_slope),
+        ("profile_crowning_um", all.profile_crowning),
+        ("helix_crowning_um", all.helix_crowning),
+        ("twist_um", all.twist),
+    ];
+    let moved: Vec<MovedFigure> = named
+        .into_iter()
+        .filter_map(|(name, both)| both.map(|(with, without)| MovedFigure::new(name, &with, &without)))
+        .collect();
+    let said = |one: &MovedFigure| format!("{} {:.2} instead of {:.2}", one.name, one.without, one.value);
+    let said: Vec<String> = moved.iter().filter(|one| one.moves_beyond_interval()).map(said).collect();
+    let message = match said.is_empty() {
+        true => "without the nodes that are suspected of gross errors every figure stays within its interval".into(),
+        false => format!(
+            "nodes are suspected of gross errors; without them figures are others by more than their intervals: {}",
+            said.join(", ")
+        ),
+    };
+    NoticeBody { params: Params::from(&moved[..]).some(), ..notice("outliers_suspected", &message) }
 }
 
 fn notice(code: &str, message: &str) -> NoticeBody {

@@ -72,6 +72,7 @@ impl From<&Warning> for Params {
             Warning::CorrelatedResiduals { along, correlation, p, factor } => {
                 none.with("along", along.name()).with("correlation", *correlation).with("p", *p).with("factor", *factor)
             }
+            Warning::OutliersSuspected(found) => found.into(),
             Warning::PriorConflict(conflict) => none.with("statistic", conflict.statistic).with("p", conflict.p),
             Warning::UnequalNoise(noise) => {
                 none.with("now", noise.now).with("earlier", noise.earlier).with("p", noise.p)

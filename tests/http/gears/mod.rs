@@ -14,6 +14,7 @@ mod kept_traces;
 mod klingelnberg_file;
 mod measurands;
 mod nominal;
+mod outliers;
 mod pitch_kept;
 mod points;
 #[path = "../../../engine/tests/formats/qdas_file.rs"]

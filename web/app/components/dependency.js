@@ -19,7 +19,7 @@ export function Dependency({ of }) {
     rSquared: digits(of.r_squared, 6),
     index: digits(of.condition_index, 4),
   };
-  return html`<span translate="no">${german(of.terms.map(termSign), figures)}</span>`;
+  return html`<span translate="no">${german(of.terms.map(termSign), figures, of.cause)}</span>`;
 }
 
 /** Those that are named rather than counted. */

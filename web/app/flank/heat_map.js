@@ -43,6 +43,7 @@ const MOST_LINES = 60;
  * @property {boolean} [lines] the tooth grid
  * @property {boolean} [contours]
  * @property {number} [density] pixels of the image for one of the page; 3 for print
+ * @property {readonly import("../lib/exclude.js").NodeMark[]} [marks] nodes that are suspected or left out
  * @property {{ u: number, v: number } | undefined} [at] the crosshair
  * @property {((node: FlankNode) => void) | undefined} [onAt] pointer and arrows choose a node
  * @property {((box: Box) => void) | undefined} [onWindow] a rectangle was drawn
@@ -111,12 +112,21 @@ function Overlay(props) {
         })
       : null,
     small ? null : h(MapAxesDrawn, props),
+    (props.marks ?? []).map(({ index, kind }) => {
+      const place = nodeOf(surface, index);
+      if (!inside(place)) return null;
+      const at = `translate(${toX(view, place.v)} ${toY(view, place.u)})`;
+      return html`<g key=${`${kind}${index}`} class=${`map-mark ${kind}`} data-node=${index} transform=${at}>${kind === "excluded" ? html`<circle class="halo" r="6" /><circle r="6" />` : html`<path class="halo" d=${CROSS} /><path d=${CROSS} />`}</g>`;
+    }),
     props.at && inside(props.at) ? h(Crosshair, { at: props.at, view }) : null,
   );
 }
 
 /** Triangles: up for the greatest, down for the least. */
 const EXTREME = { least: "M-6 -5h12L0 6z", greatest: "M-6 5h12L0 -6z" };
+
+/** A suspected node is crossed; one that is left out is a hollow circle. */
+const CROSS = "M-6 -6L6 6M-6 6L6 -6";
 
 /** @param {{ surface: import("./surface.js").Grid, view: import("./raster.js").View }} props */
 function ToothGrid({ surface, view }) {

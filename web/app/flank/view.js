@@ -34,24 +34,29 @@ import { boxOf, countsOf, extremesOf, nearestNode, nodeOf, sectionOf } from "./s
  * @property {import("../api/client.js").Schema<"Axes"> | null | undefined} axes
  * @property {{ u?: unknown, v?: unknown } | null | undefined} [range] evaluation range
  * @property {boolean} [flipU]
+ * @property {readonly import("../lib/exclude.js").NodeMark[]} [marks]
+ * @property {((index: number) => import("../../vendor/ui.js").ComponentChildren) | undefined} [action] what can be done with the node that is read out
  * @property {string} file name of what is saved, without its end
  * @property {string} [about] whose flank it is, for a picture that is kept
  * @property {number} [atLeast] an automatic scale goes at least so far, for other maps to be compared
  */
 
 /** @param {FlankViewProps} props */
-export function FlankView({
-  surface,
-  title,
-  name,
-  unit,
-  axes: told,
-  range: asked,
-  flipU = false,
-  file,
-  about = "",
-  atLeast = 0,
-}) {
+export function FlankView(props) {
+  const {
+    surface,
+    title,
+    name,
+    unit,
+    axes: told,
+    range: asked,
+    flipU = false,
+    marks,
+    action,
+    file,
+    about = "",
+    atLeast = 0,
+  } = props;
   const axes = mapAxes(told);
   const whole = useMemo(() => boxOf(surface), [surface.u, surface.v]);
   const automatic = Math.max(scaleFor(surface).limit, atLeast);
@@ -154,6 +159,7 @@ export function FlankView({
                   window,
                   lines: flag("lines"),
                   contours: flag("contours"),
+                  ...(marks ? { marks } : {}),
                   at: given ? node : undefined,
                   onAt: (one) => setQuery({ at: `${one.u},${one.v}` }),
                   onWindow: (box) => setWindow(box, whole),
@@ -161,6 +167,7 @@ export function FlankView({
         }
         ${inSpace && !drawable && html`<p class="hint" role="status">${t.noWebgl}</p>`}
         ${!drawable && html`<p class="chart-readout" aria-hidden="true" translate="no">${given ? says(node) : "\u00a0"}</p>`}
+        ${given && action && html`<div class="actions node-action">${action(node.index)}</div>`}
         <div class="flank-scale">
           ${h(Legend, { limit, unit, clipped, missing: counts.missing })}
           ${h(SelectField, {

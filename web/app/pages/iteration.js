@@ -12,10 +12,12 @@ import { PitchInShort, usePitch } from "../components/pitch_in_short.js";
 import { Empty, loaded } from "../components/states.js";
 import { AllTeeth } from "../flank/all_teeth.js";
 import { FlankCurve } from "../flank/curve.js";
+import { columnsOf, NodeAction, Suspects, useExclusion } from "../flank/exclude.js";
 import { FitCoefficients, FitFigures, Warnings } from "../flank/figures.js";
 import { hasDatum } from "../flank/layers.js";
 import { FlankView } from "../flank/view.js";
-import { LAYERS, useFit, useJobLimit, useLayer } from "../flank/use_layers.js";
+import { LAYERS, useFit, useJobLimit, useLayer, useNodes } from "../flank/use_layers.js";
+import { marksOf } from "../lib/exclude.js";
 import { heightUnit } from "../lib/units.js";
 import { t as common } from "../i18n/common.js";
 import { t as correctionText } from "../i18n/correction.js";
@@ -80,26 +82,35 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
   const pitch = usePitch(job.id, iteration.number, own?.records ?? []);
   const [mapped, setMapped] = useState(false);
   const onMapped = useCallback(() => setMapped(true), []);
+  const put = (/** @type {Iteration} */ data, /** @type {string | undefined} */ etag) => {
+    resource.put(data, etag);
+    reread();
+  };
+  const columns = columnsOf(useNodes(job.id, iteration.number).data);
+  const exclusion = useExclusion({ iteration, fit: standing.data, columns, onChosen: put });
   return html`<div class="flank-page">
-    <div class="flank-main">${h(FigureTiles, { figures: fit?.figures })}${h(Layers, { job, iteration, traced, told, fitId: fit?.id, domain: standing.data?.result.domain, onMapped })}</div>
+    <div class="flank-main">${h(FigureTiles, { figures: fit?.figures })}${h(Layers, { job, iteration, traced, told, fitId: fit?.id, standing: standing.data, exclusion, onMapped })}</div>
     <div class="flank-beside">
       ${h(Decision, {
         iteration,
         etag: resource.etag,
         reason: decided?.decision === iteration.decision ? decided?.reason : undefined,
         reload: resource.reload,
-        put: (data, etag) => {
-          resource.put(data, etag);
-          reread();
-        },
+        put,
       })}
       ${
         told
           ? loaded({
               resource: standing,
               lines: 8,
-              children: ({ result }) =>
-                h(Fragment, null, h(FitFigures, { result, axes: iteration.axes }), h(Warnings, { result })),
+              children: (data) =>
+                h(
+                  Fragment,
+                  null,
+                  h(FitFigures, { result: data.result, axes: iteration.axes }),
+                  h(Suspects, { exclusion, fit: data, unit: heightUnit(iteration.axes) }),
+                  h(Warnings, { result: data.result }),
+                ),
             })
           : h(Skeleton, { lines: 8 })
       }
@@ -176,10 +187,11 @@ function Measured({ iteration, etag, put }) {
 
 /**
  * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], told: boolean, fitId: string | undefined,
- *   domain: import("../api/client.js").Schema<"Domain"> | null | undefined, onMapped: () => void }} props
+ *   standing: import("../api/client.js").Schema<"IterationFit"> | undefined, exclusion: import("../flank/exclude.js").Exclusion,
+ *   onMapped: () => void }} props
  *   `onMapped`: the map is as high as it will be
  */
-function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
+function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMapped }) {
   const others = traced.filter(({ number }) => number !== iteration.number).map(({ number }) => number);
   const corrected = traced.some(
     ({ number, records }) => number === iteration.number && records?.some(({ kind }) => kind === "correction"),
@@ -268,7 +280,9 @@ function Layers({ job, iteration, traced, told, fitId, domain, onMapped }) {
       name: `${common.iteration(iteration.number)}: ${layer === "difference" && other !== undefined ? t.lessIteration(other) : t[layer]}`,
       unit,
       axes: iteration.axes,
-      range: domain,
+      range: standing?.result.domain,
+      ...(layer === "teeth" || !standing ? {} : { marks: marksOf(standing.result.warnings, exclusion.excluded) }),
+      action: exclusion.allowed ? (/** @type {number} */ index) => h(NodeAction, { exclusion, index }) : undefined,
       flipU: job.gear?.internal === true,
       file: `${job.name}-${iteration.number}-${layer}`,
       atLeast: compared ? scale.limit : 0,

@@ -89,4 +89,9 @@ test("what cannot be told apart is said in German by its data", () => {
     dependency(["v", "v²"], { cosine: "-0,98" }),
     "v und v² verlaufen über diesen Knoten fast gleich (Kosinus -0,98). Deren Koeffizienten sind nicht zu unterscheiden.",
   );
+  assert.equal(
+    dependency(["v", "v²"], { cosine: "-0,98" }, "basis"),
+    "v und v² verlaufen in dieser Basis fast gleich (Kosinus -0,98). In der Basis von Legendre entfällt das: Die Fläche " +
+      "und Größen aus ihr sind nicht betroffen.",
+  );
 });

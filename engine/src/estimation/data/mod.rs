@@ -1,6 +1,7 @@
 //! Checked nodes, and how a fit sees them: counted, weighted, in blocks, summed.
 
 mod blocks;
+mod excluded;
 pub(super) mod folds;
 mod heights;
 mod nodes;
@@ -9,6 +10,7 @@ mod sample;
 mod white_rows;
 
 pub use blocks::{Form, join};
+pub(crate) use excluded::{masked, without};
 pub(crate) use folds::Partition;
 pub(crate) use heights::Heights;
 pub use nodes::{Curve, Grid, Matrix, Nodes, Scattered};

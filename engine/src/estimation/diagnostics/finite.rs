@@ -57,6 +57,9 @@ pub fn checked_collinearity(
     for column in &mut report.columns {
         dropped.look_at("vif", &mut column.vif);
     }
+    if let Some(basis) = &mut report.basis {
+        dropped.look_at("basis.condition", &mut basis.condition);
+    }
     for near in &mut report.near_dependencies {
         dropped.look_at("condition_index", &mut near.condition_index);
         dropped.look_at("cosine", &mut near.cosine);

@@ -5,9 +5,11 @@ pub(crate) mod collinearity;
 pub(crate) mod correct_digits;
 mod dependence;
 pub mod finite;
+mod outliers;
 pub(crate) mod perturbation;
 mod range;
 pub(super) mod reason;
 
 pub(crate) use dependence::{constant_in_span, dependence, refuse_dependence};
+pub(crate) use outliers::outliers;
 pub(crate) use range::{columns_within_range, within_range};

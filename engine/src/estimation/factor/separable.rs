@@ -43,6 +43,8 @@ pub(crate) struct Separable {
     pub qty: Vec<Dd>,
     pub rss: f64,
     pub max_abs: f64,
+    /// `Σ |r|`.
+    pub sum_abs: f64,
     /// `Σ r r′` over neighbours along u and along v.
     pub neighbours: [f64; 2],
     pub relative_error: f64,
@@ -96,6 +98,11 @@ impl AxisFactor {
         self.q.shape()
     }
 
+    /// The greatest leverage of a position in a fit of this axis alone.
+    pub(crate) fn greatest_leverage(&self) -> f64 {
+        self.q.row_iter().map(|row| row.iter().map(|x| x.hi * x.hi).sum()).fold(0.0, f64::max)
+    }
+
     /// Rows of the orthonormal factor, a column of this for each position.
     pub(crate) fn orthonormal(&self) -> DMatrix<f64> {
         self.q.map(|x| x.to_f64()).transpose()
@@ -120,13 +127,13 @@ impl Separable {
     pub(crate) fn new(axes: Arc<Axes>, grid: &Grid) -> Self {
         let qty = contract(&axes.u.q, &axes.v.q, &grid.z);
         let mut separable =
-            Separable { axes, qty, rss: 0.0, max_abs: 0.0, neighbours: [0.0; 2], relative_error: 1e-28 };
+            Separable { axes, qty, rss: 0.0, max_abs: 0.0, sum_abs: 0.0, neighbours: [0.0; 2], relative_error: 1e-28 };
         let mut found = separable.pass(grid, &separable.qty, Precision::Double, Output::Neighbours);
         let fitted: f64 = separable.qty.iter().map(|b| b.to_f64() * b.to_f64()).sum();
         if found.rss.to_f64() <= SMALL * SMALL * fitted || grid.z.len() <= 256 {
             found = separable.pass(grid, &separable.qty, Precision::DoubleDouble, Output::Neighbours);
         }
-        (separable.rss, separable.max_abs) = (found.rss.to_f64(), found.max_abs);
+        (separable.rss, separable.max_abs, separable.sum_abs) = (found.rss.to_f64(), found.max_abs, found.sum_abs);
         separable.neighbours = found.neighbours;
         separable
     }
@@ -157,6 +164,7 @@ enum Output {
 struct Pass {
     rss: Dd,
     max_abs: f64,
+    sum_abs: f64,
     values: Vec<f64>,
     neighbours: [f64; 2],
     /// The first row, where others are before it, and the last.
@@ -253,6 +261,7 @@ fn residuals<L: Lanes>(qu: &DMatrix<Dd>, qv: &DMatrix<Dd>, b: &[Dd], grid: &Grid
     for part in parts {
         whole.rss += part.rss;
         whole.max_abs = whole.max_abs.max(part.max_abs);
+        whole.sum_abs += part.sum_abs;
         whole.values.extend(part.values);
         whole.neighbours[0] += part.neighbours[0] + products(&whole.ends[1], &part.ends[0]);
         whole.neighbours[1] += part.neighbours[1];
@@ -292,7 +301,8 @@ with_fma! {
         output: Output,
     ) -> Pass {
         let (p, q, nv) = (qu.ncols(), columns.len(), z.len() / qu.nrows());
-        let (mut rss, mut max_abs, mut values) = (L::ZERO, F64x4::ZERO, Vec::new());
+        let (mut rss, mut max_abs, mut sum_abs) = (L::ZERO, F64x4::ZERO, F64x4::ZERO);
+        let mut values = Vec::new();
         let (mut neighbours, mut first, mut before) = ([0.0; 2], Vec::new(), Vec::new());
         let start = rows.start;
         let room = if output == Output::Sums { 0 } else { nv };
@@ -322,6 +332,7 @@ with_fma! {
                 rss = residual.fma(residual, rss);
                 let plain = residual.to_doubles();
                 max_abs = plain.abs().larger(max_abs);
+                sum_abs = sum_abs.add(plain.abs());
                 if output != Output::Sums {
                     values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
                 }
@@ -335,8 +346,9 @@ with_fma! {
                 }
             }
         }
+        let sum_abs = sum_abs.to_array().into_iter().sum();
         let max_abs = max_abs.to_array().into_iter().fold(0.0, f64::max);
         let last = if output == Output::Neighbours { std::mem::take(&mut values) } else { Vec::new() };
-        Pass { rss: rss.sum_of_pairs().to_dd(), max_abs, values, neighbours, ends: [first, last] }
+        Pass { rss: rss.sum_of_pairs().to_dd(), max_abs, sum_abs, values, neighbours, ends: [first, last] }
     }
 }

@@ -23,14 +23,15 @@ mod steps;
 mod windows;
 
 use super::{
-    data::Nodes,
+    data::{Nodes, masked, without},
     diagnostics::finite,
     error::FitError,
+    fault::{Faults, Field, ModelReason, NodesReason, Reason},
     fit::{Plans, fit_remembering as fit_nodes},
     prior::with_earlier,
-    result::{FilteringReport, FitResult, Warning},
+    result::{Coefficient, FilteringReport, FitResult, MovedCoefficient, Warning},
     select::choose,
-    spec::{Filter, FitSpec},
+    spec::{Estimator, Filter, FitSpec, Include, Regularization},
 };
 
 /// Filters the nodes as `spec` asks and fits the rest of `spec` to what comes out. Pure, as the fit
@@ -93,6 +94,73 @@ pub fn fit(nodes: &Nodes, spec: &FitSpec) -> Result<FitResult, FitError> {
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
+    if spec.exclude.is_empty() {
+        return with_and_without(nodes, spec, plans);
+    }
+    with_and_without(&without(nodes, &spec.exclude)?, spec, plans).map_err(too_few_left)
+}
+
+/// The fit, and where nodes are suspected of gross errors the fit without them.
+fn with_and_without(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
+    let mut result = fit_selected(nodes, spec, plans)?;
+    let suspected = result.warnings.iter_mut().find_map(|warning| match warning {
+        Warning::OutliersSuspected(found) => Some(found),
+        _ => None,
+    });
+    let Some(found) = suspected else { return Ok(result) };
+    let left_out: Vec<usize> = found.nodes.iter().map(|node| node.index).collect();
+    let spec = FitSpec { include: Include::default(), predict: None, ..spec.clone() };
+    // where the others do not determine a fit there is none without
+    if let Ok(other) = fit_selected(&masked(nodes, &left_out), &spec, plans) {
+        found.coefficients = result.coefficients.iter().filter_map(|one| moved(one, &other)).collect();
+        result.without_suspected = Some(Box::new(other));
+    }
+    Ok(result)
+}
+
+fn finds_peaks(filter: &Filter) -> bool {
+    matches!(filter, Filter::Hampel(_))
+}
+
+/// The nodes that are suspected of gross errors in a fit of heights that no filter smoothed: a
+/// low-pass filter spreads a gross error over its neighbours, and leaves their noise correlated.
+fn outliers_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Option<Warning>, FitError> {
+    if spec.estimator != Estimator::LeastSquares {
+        return Ok(None);
+    }
+    let peaks: Vec<Filter> = spec.filters.iter().copied().filter(finds_peaks).collect();
+    let plain = FitSpec {
+        scaling: spec.scaling,
+        domain: spec.domain,
+        regularization: Regularization::None,
+        ..FitSpec::new(spec.model.clone())
+    };
+    let found = fit_nodes(&steps::apply(nodes, &peaks)?.nodes, &plain, plans)?;
+    Ok(found.warnings.into_iter().find(|warning| matches!(warning, Warning::OutliersSuspected(_))))
+}
+
+/// A coefficient beside the one of the same term in another fit.
+fn moved(one: &Coefficient, other: &FitResult) -> Option<MovedCoefficient> {
+    let without = other.coefficients.iter().find(|other| other.key == one.key)?;
+    let half_width = without.interval.as_ref().map(|interval| 0.5 * (interval.ends[1] - interval.ends[0]));
+    Some(MovedCoefficient { term: one.term.clone(), value: one.value, without: without.value, half_width })
+}
+
+/// A refusal because of too few nodes where some were left out.
+fn too_few_left(error: FitError) -> FitError {
+    let FitError::Invalid(faults) = &error else { return error };
+    let few = faults.list().iter().find_map(|fault| match &fault.reason {
+        Reason::Model(ModelReason::TooFewNodes { coefficients, nodes }) => {
+            Some(NodesReason::TooFewLeft { left: *nodes, coefficients: *coefficients })
+        }
+        Reason::Nodes(NodesReason::NoneCounts) => Some(NodesReason::NoneLeft),
+        _ => None,
+    });
+    few.map_or(error, |reason| Faults::one(Field::Exclude, reason).into())
+}
+
+/// The fit of the model that is asked for, or of the one that is chosen.
+fn fit_selected(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if let Some(asked) = &spec.select {
         let chosen = match spec.filters.is_empty() {
             true => choose(nodes, spec, asked)?,
@@ -114,8 +182,10 @@ fn fit_model(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, 
     let spec_of_filtered = filtered.as_ref().unwrap_or(spec);
     let mut result =
         fitted::telling(&applied.nodes, spec_of_filtered, true, |spec| fit_nodes(&applied.nodes, spec, plans))?;
-    if spec.filters.iter().any(|filter| !matches!(filter, Filter::Hampel(_))) {
+    if spec.filters.iter().any(|filter| !finds_peaks(filter)) {
         applied.warnings.push(Warning::FilteredNoise);
+        result.warnings.retain(|warning| !matches!(warning, Warning::OutliersSuspected(_)));
+        result.warnings.extend(outliers_before_smoothing(nodes, spec, plans)?);
     }
     let [before, after] = columns::compare(nodes, &applied.nodes, &applied.steps, spec, &mut applied.warnings)?;
     let report = FilteringReport { filters: applied.reports, before, after };

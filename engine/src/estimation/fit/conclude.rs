@@ -6,7 +6,7 @@ use super::predict::check;
 use crate::{
     estimation::{
         data::{Heights, Nodes, Sample},
-        diagnostics::{constant_in_span, correct_digits, finite, perturbation, refuse_dependence},
+        diagnostics::{constant_in_span, correct_digits, finite, outliers, perturbation, refuse_dependence},
         error::FitError,
         error_model::spread::ErrorSpread,
         estimate::{Frame, LeastSquares, PlainEstimate},
@@ -81,6 +81,7 @@ pub(super) fn conclude_with(
     check(linear.design, spec)?;
     let mut warnings = robust.map_or_else(Vec::new, |robust| robust.estimate.warnings.clone());
     let solved = Solved { errors, ..Solved::new(linear, heights, spec, frame, robust, &mut warnings)? };
+    warnings.extend(solved.outliers());
     warnings.extend(solved.correlated_residuals());
     let mut applied = solved.regularized(&mut warnings)?;
     solved.norm_limit(&mut applied, &mut warnings);
@@ -123,6 +124,7 @@ pub(super) fn conclude_with(
         errors: None,
         variance: None,
         positions: None,
+        without_suspected: None,
         lambda_curve: applied.curve,
         ridge_trace: applied.trace,
         matrix_b: applied.matrix_b,
@@ -201,6 +203,16 @@ impl<'a> Solved<'a> {
             sigma,
             noise,
         })
+    }
+
+    /// The nodes that are suspected of gross errors. Robust estimates are made for such, and of
+    /// correlated errors the posted heights are tested, not those made white.
+    fn outliers(&self) -> Option<Warning> {
+        let white = matches!(self.linear.evidence, Evidence::Posted { sample, .. } if sample.is_white());
+        if self.robust.is_some() || white || !self.spectrum.full_rank() {
+            return None;
+        }
+        outliers(self.linear, self.heights.largest).map(Warning::OutliersSuspected)
     }
 
     /// The regularisation that was asked for.

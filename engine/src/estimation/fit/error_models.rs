@@ -11,7 +11,7 @@ use crate::{
     estimation::{
         data::{Heights, Nodes, Sample},
         design::Design,
-        diagnostics::{dependence, within_range},
+        diagnostics::{dependence, outliers, within_range},
         error::FitError,
         error_model::{
             lines::{Lines, Measure},
@@ -210,6 +210,7 @@ impl Plain<'_> {
         let frame = Frame::new(self.design, &factor, &spec, heights.weight)?;
         let mut result = conclude_with(&linear, &heights, &spec, &frame, None, spread.as_ref())?;
         result.warnings.extend(at_end.map(Warning::CorrelationAtBound));
+        result.warnings.extend(outliers(&self.linear(), self.heights.largest).map(Warning::OutliersSuspected));
         let left = result.residuals.values.take().unwrap_or_default();
         // as many coefficients as nodes leave rounding
         let lags = if left.len() > self.design.size() { Whiteness::lags(&lines) } else { 0 };

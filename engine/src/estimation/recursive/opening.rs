@@ -27,6 +27,9 @@ pub(super) fn check(spec: &FitSpec, forgetting: f64) -> Result<(), Faults> {
     if !spec.filters.is_empty() {
         faults.push(Field::Filters, StreamReason::NoFilters);
     }
+    if !spec.exclude.is_empty() {
+        faults.push(Field::Exclude, StreamReason::NoExclusion);
+    }
     if let Some(criterion) = spec.regularization.criterion().filter(|criterion| criterion.is_nodewise()) {
         faults.push(criterion_field(spec), RegularizationReason::NodesNotKept(criterion));
     } else if spec.folds.is_some() {

@@ -27,6 +27,9 @@ pub enum StreamReason {
     /// Filters of heights.
     #[error("a stream has no neighbours to filter by; refit its iteration with filters")]
     NoFilters,
+    /// Nodes to be left out.
+    #[error("a stream takes every node; leave nodes out by a refit of its iteration")]
+    NoExclusion,
     /// A block of another model.
     #[error("model and domain of the stream are those of {}", if *.surface { "a surface" } else { "a curve" })]
     Model {

@@ -22,6 +22,9 @@
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct CollinearityReport {
+    /// The same columns in Legendre's basis over the domain; `None` for models that are not made of
+    /// polynomials.
+    pub basis: Option<OrthonormalBasis>,
     /// One entry for each column, in the order of the coefficients.
     pub columns: Vec<ColumnCollinearity>,
     /// Pearson correlation of the columns, in coefficient order; `None` beyond the size limit
@@ -32,6 +35,23 @@ pub struct CollinearityReport {
     /// Directions with a condition index above 30 (Belsley's rule), the smallest eigenvalue first;
     /// at most 100.
     pub near_dependencies: Vec<NearDependency>,
+}
+
+/// The space of the columns in a basis that is orthonormal over the domain.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct OrthonormalBasis {
+    /// λₙ/λ₁ of the Fisher information matrix of unit-length columns; `None` where they depend on
+    /// each other.
+    pub condition: Option<f64>,
+}
+
+/// Why columns nearly depend on each other.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Cause {
+    /// The basis: in Legendre's over the domain they do not.
+    Basis,
+    /// The nodes: they do not tell some function of the model from 0, in whatever basis.
+    Nodes,
 }
 
 /// How far one column is explained by the others.
@@ -60,6 +80,8 @@ pub struct NearDependency {
     pub weight_ratio: Option<f64>,
     /// R² of the leading term on the others, where there are more than two.
     pub r_squared: Option<f64>,
+    /// Whether another basis would do without it.
+    pub cause: Cause,
     /// The same in words, with the figures that it rests on.
     pub sentence: String,
 }

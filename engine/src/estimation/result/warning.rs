@@ -1,6 +1,7 @@
 //! What must be known of an answer: as data, with a stable code and a sentence.
 
 use super::{
+    outliers::Outliers,
     positions::HOLDING,
     prior::{PriorConflict, UnequalNoise},
     warning_parts::{Contradiction, ExactWithout, NeedsSigma, Probability, Regularized, ShapeBound, Times},
@@ -449,6 +450,9 @@ pub enum Warning {
         /// What the standard errors are too small by.
         factor: f64,
     },
+    /// Nodes that are suspected of gross errors.
+    #[error("{0}")]
+    OutliersSuspected(Outliers),
     /// Nodes that contradict the prior.
     #[error(
         "the nodes contradict the prior: e'S⁻¹e/n is {}, which has a probability of {} where it holds; it was \

@@ -62,6 +62,7 @@ impl Warning {
             NoShapeOfMatrix | NoShapeOfDegree { .. } | NoShapeOfPoint => "no_shape",
             OutsideDomain(_) => "outside_domain",
             CorrelatedResiduals { .. } => "correlated_residuals",
+            OutliersSuspected(_) => "outliers_suspected",
             PriorConflict(_) => "prior_conflict",
             UnequalNoise(_) => "prior_noise_differs",
             PostSelection(_) => "post_selection",

@@ -10,6 +10,7 @@ use super::{
     filter::Filter,
     folds::Folds,
     model::{Domain, Model, Scaling},
+    node_at::NodeAt,
     predict::Predict,
     prior::{Earlier, Prior},
     regularization::Regularization,
@@ -86,6 +87,8 @@ pub struct FitSpec {
     pub include: Include,
     /// What is done to the nodes before, in this order.
     pub filters: Vec<Filter>,
+    /// Nodes that are left out, as if they were missing.
+    pub exclude: Vec<NodeAt>,
 }
 
 impl FitSpec {
@@ -113,6 +116,7 @@ impl FitSpec {
             folds: None,
             include: Include::default(),
             filters: Vec::new(),
+            exclude: Vec::new(),
         }
     }
 

@@ -5,13 +5,13 @@ use std::borrow::Cow;
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::declare::{FieldsAs, ListAs, Symmetric, WriteAs, answer, names};
-use crate::api::{ENGINE, json::writer::Object};
+use super::declare::{FieldsAs, ListAs, Name, Symmetric, WriteAs, answer, names};
+use crate::api::{ENGINE, fits::spec::model::BasisName, json::writer::Object};
 use flankfit_engine::estimation::{
     result::{
-        self, Arithmetic, BiasReport, Coefficient, CollinearityReport, ColumnCollinearity, IntervalKind,
-        LambdaCurvePoint, NearDependency, Numerics, PerturbationBounds, PerturbationReport, RegularizedSpectrum,
-        ResidualReport, SpectrumReport, TermKey,
+        self, Arithmetic, BiasReport, Cause, Coefficient, CollinearityReport, ColumnCollinearity, IntervalKind,
+        LambdaCurvePoint, NearDependency, Numerics, OrthonormalBasis, PerturbationBounds, PerturbationReport,
+        RegularizedSpectrum, ResidualReport, SpectrumReport, TermKey,
     },
     spec::Include,
 };
@@ -190,7 +190,7 @@ answer! {
     /// How the columns depend on each other.
     #[schema(as = Collinearity)]
     pub struct CollinearityBody from CollinearityReport {
-        columns, correlation, variance_proportions, near_dependencies,
+        basis, columns, correlation, variance_proportions, near_dependencies,
     } with include {
         /// Each column against all others, in the order of the coefficients.
         columns: Vec<ColumnBody> = columns,
@@ -200,8 +200,34 @@ answer! {
         /// Per term, the share of its variance that belongs to each eigenvalue (ascending). Present
         /// when `collinearity` was included.
         variance_proportions?: Vec<Vec<f64>> = variance_proportions.as_ref().filter(|_| include.collinearity),
+        /// The same columns in an orthonormal polynomial basis: whether a dependency is the nodes'
+        /// or the basis's. Absent for models that are not made of polynomials.
+        basis?: CollinearityBasisBody = basis,
         /// One for each small eigenvalue, the smallest first.
         near_dependencies: Vec<NearDependencyBody> = near_dependencies,
+    }
+}
+
+answer! {
+    /// The space of the columns in Legendre's basis over the domain, which is orthonormal there.
+    #[schema(as = CollinearityBasis)]
+    pub struct CollinearityBasisBody from OrthonormalBasis { condition } {
+        /// `legendre`.
+        kind as "type": BasisName = Name("legendre"),
+        /// Condition of the Fisher information matrix of these columns at unit length, as
+        /// `spectrum.condition` is of those asked for; left out where the nodes leave some function
+        /// undetermined.
+        condition?: f64 = condition,
+    }
+}
+
+names! {
+    /// Why columns nearly depend on each other: `basis`, in Legendre's over the domain they do not;
+    /// `nodes`, the nodes do not tell them apart in whatever basis, or there is no other.
+    #[schema(as = DependencyCause)]
+    pub enum CauseName from Cause {
+        Basis = "basis",
+        Nodes = "nodes",
     }
 }
 
@@ -220,7 +246,7 @@ answer! {
     /// Columns that nearly depend on each other.
     #[schema(as = NearDependency)]
     pub struct NearDependencyBody from NearDependency {
-        eigenvalue, condition_index, weights, terms, cosine, weight_ratio, r_squared, sentence,
+        eigenvalue, condition_index, weights, terms, cosine, weight_ratio, r_squared, cause, sentence,
     } with include {
         /// Of the scaled Fisher information matrix.
         eigenvalue: f64 = eigenvalue,
@@ -238,6 +264,7 @@ answer! {
         weight_ratio?: f64 = weight_ratio,
         /// R² of the leading term on the others, where there are more than two.
         r_squared?: f64 = r_squared,
+        cause: CauseName = cause,
         /// The same in words.
         sentence: String = sentence,
     }

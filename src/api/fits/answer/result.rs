@@ -51,7 +51,7 @@ answer! {
             coefficients, domain, spectrum, regularization, bias, collinearity, perturbation, residuals, robust,
             lambda_curve, ridge_trace, matrix_b, matrix_b_factors, representative, estimable, filtering, prior,
             constraints, covariance, predictions, sums: _, influence, selection, shape: _, errors,
-            variance, positions, numerics, warnings,
+            variance, positions, without_suspected: _, numerics, warnings,
         },
         shape, input_sha256, spec,
     } {

@@ -17,8 +17,9 @@ use flankfit_engine::estimation::{
         Arithmetic, BiasReport, Choice, Coefficient, CollinearityReport, ColumnCollinearity, ColumnFigures, Covariance,
         EstimableSum, FilterReport, FilteringReport, Interval, IntervalKind as Kind, IterationReport, LambdaCurvePoint,
         LikelihoodReport, LocalSolution, MinimaxReport, NearDependency, NormLimitSource as Limit, Numerics,
-        PerturbationBounds, PerturbationReport, Predictions, RegularizationKind, RegularizationReport,
-        RegularizedSpectrum, RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport, TermKey, Warning,
+        OrthonormalBasis, PerturbationBounds, PerturbationReport, Predictions, RegularizationKind,
+        RegularizationReport, RegularizedSpectrum, RidgeTracePoint, RobustReport, Simultaneous, Slopes, SpectrumReport,
+        TermKey, Warning,
     },
     spec::{
         Action, Count, Criterion, Degree, Distribution, Domain, Filter, Hampel, Model, NodeUncertainty, Parameter,
@@ -348,6 +349,7 @@ impl Maker {
             },
             bias: self.bias(),
             collinearity: Arc::new(CollinearityReport {
+                basis: self.there().then(|| OrthonormalBasis { condition: self.maybe() }),
                 columns: self.list(|m| ColumnCollinearity { term: m.text(), vif: m.maybe() }),
                 correlation: self.there().then(|| self.rows()),
                 variance_proportions: self.there().then(|| self.rows()),
@@ -359,6 +361,7 @@ impl Maker {
                     cosine: m.maybe(),
                     weight_ratio: m.maybe(),
                     r_squared: m.maybe(),
+                    cause: [Cause::Basis, Cause::Nodes][m.below(2)],
                     sentence: m.text(),
                 }),
             }),
@@ -415,6 +418,7 @@ impl Maker {
             predictions: self.there().then(|| self.predictions()),
             sums: None,
             shape: None,
+            without_suspected: None,
             numerics: Numerics {
                 arithmetic: [Arithmetic::Double, Arithmetic::DoubleDouble][self.below(2)],
                 correct_digits: self.number(),

@@ -13,6 +13,7 @@ mod constraints;
 mod csv;
 mod errors;
 mod estimator;
+mod exclude;
 pub mod fields;
 mod filters;
 mod folds;

@@ -23,6 +23,7 @@ pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec
     let predict = members.predict.text().and_then(|slice| super::predict::read(slice, faults));
     let select = members.select.text().and_then(|slice| super::select::read(slice, faults));
     let folds = members.folds.text().and_then(|slice| super::folds::read(slice, faults));
+    let exclude = members.exclude.text().and_then(|slice| super::exclude::read(slice, faults)).unwrap_or_default();
     // nothing is regularised beside a prior, nor beside constraints
     let regularization = match (&prior, constraints.as_deref()) {
         (None, None | Some([])) => spec::Regularization::default(),
@@ -30,7 +31,7 @@ pub fn read(members: &FitSpecMembers<'_>, faults: &mut Faults) -> Option<FitSpec
     };
     let constraints = constraints.unwrap_or_default();
     let fit = fields::of_model(&members.fit, model.unwrap_or(spec::Model::Linear), regularization, faults);
-    let whole = |fit| FitSpec { domain, prior, constraints, predict, select, folds, ..fit };
+    let whole = |fit| FitSpec { domain, prior, constraints, predict, select, folds, exclude, ..fit };
     fit.filter(|_| faults.count() == before).map(whole)
 }
 

@@ -1,7 +1,7 @@
 //! A spec as JSON with every default filled in, for storing and for the digest.
 
 use super::{
-    constraint::ConstraintBody, filters::FilterBody, include::named, model_json::model,
+    constraint::ConstraintBody, exclude::NodeAtBody, filters::FilterBody, include::named, model_json::model,
     regularization_json::regularization, request::*, zeros::unsigned_zero,
 };
 use crate::api::json::writer::text_of;
@@ -48,6 +48,7 @@ impl From<&FitSpec> for FitSpecBody {
             predict: spec.predict.as_ref().map(PredictBody::from),
             select: spec.select.as_ref().map(SelectBody::from),
             folds: spec.folds.as_ref().map(FoldsBody::from),
+            exclude: (!spec.exclude.is_empty()).then(|| spec.exclude.iter().copied().map(NodeAtBody::from).collect()),
         }
     }
 }

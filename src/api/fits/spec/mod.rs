@@ -11,6 +11,7 @@ pub mod count;
 pub mod criteria;
 pub mod errors;
 pub mod estimator;
+pub mod exclude;
 pub mod filters;
 pub mod folds;
 pub mod include;

@@ -8,7 +8,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::{constraint::ConstraintBody, filters::FilterBody, nodes::PostedNodes};
+use super::{constraint::ConstraintBody, exclude::NodeAtBody, filters::FilterBody, nodes::PostedNodes};
 pub use super::{
     count::CountBody,
     knots::{KnotsBody, WeightsBody},
@@ -85,6 +85,10 @@ request! {
         optional predict: PredictBody,
         optional select: SelectBody,
         optional folds: FoldsBody,
+        /// Nodes that are left out of the fit, as if they were missing; each is named once. They
+        /// stay in what is stored, and `spec` says that they were left out.
+        #[schema(example = json!([{"row": 4, "column": 7}]))]
+        optional exclude: Vec<NodeAtBody>,
     }
 }
 

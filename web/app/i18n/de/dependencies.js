@@ -6,8 +6,9 @@ const NAMED = 4;
 /**
  * @param {readonly string[]} terms as they are written
  * @param {{ cosine?: string | undefined, rSquared?: string | undefined, index?: string | undefined }} figures
+ * @param {"basis" | "nodes"} [cause]
  */
-export default function sentence(terms, { cosine, rSquared, index }) {
+export default function sentence(terms, { cosine, rSquared, index }, cause = "nodes") {
   const of = [
     cosine && `Kosinus ${cosine}`,
     rSquared && `R² = ${rSquared}`,
@@ -15,10 +16,14 @@ export default function sentence(terms, { cosine, rSquared, index }) {
   ].filter(Boolean);
   const told = of.length > 0 ? ` (${of.join(", ")})` : "";
   const [first = "", ...others] = terms;
-  const end = "Deren Koeffizienten sind nicht zu unterscheiden.";
-  if (others.length === 1) return `${first} und ${others[0]} verlaufen über diesen Knoten fast gleich${told}. ${end}`;
+  const where = cause === "basis" ? "in dieser Basis" : "über diesen Knoten";
+  const end =
+    cause === "basis"
+      ? "In der Basis von Legendre entfällt das: Die Fläche und Größen aus ihr sind nicht betroffen."
+      : "Deren Koeffizienten sind nicht zu unterscheiden.";
+  if (others.length === 1) return `${first} und ${others[0]} verlaufen ${where} fast gleich${told}. ${end}`;
   const named = others.slice(0, NAMED - 1).join(", ");
   const more = others.length - (NAMED - 1);
   const rest = more > 0 ? ` und ${more === 1 ? "einem weiteren Term" : `${more} weiteren Termen`}` : "";
-  return `${first} ist über diesen Knoten fast eine Mischung aus ${named}${rest}${told}. ${end}`;
+  return `${first} ist ${where} fast eine Mischung aus ${named}${rest}${told}. ${end}`;
 }

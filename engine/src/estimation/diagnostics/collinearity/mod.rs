@@ -5,6 +5,7 @@
 //! `√(λₙ/λᵢ)` and variance decomposition proportions (Belsley, Kuh and Welsch); on centred columns:
 //! correlations and variance inflation.
 
+mod basis;
 mod centred;
 mod explained;
 mod near_dependency;
@@ -24,6 +25,7 @@ use crate::{
     },
     numerics::Dd,
 };
+use basis::Legendre;
 use centred::{centred, correlations, lengths};
 use near_dependency::near_dependencies;
 use proportions::Shares;
@@ -71,10 +73,12 @@ pub(crate) fn report(
     if !infinite.is_empty() {
         warnings.push(Warning::InfiniteInflation(infinite));
     }
+    let legendre = Legendre::new(design, factor);
     CollinearityReport {
+        basis: legendre.as_ref().map(Legendre::told),
         columns,
         correlation,
         variance_proportions: matrices.then(|| shares.proportions(unit)),
-        near_dependencies: near_dependencies(design, &plain, &length, unit, &shares),
+        near_dependencies: near_dependencies(design, &plain, &length, unit, &shares, legendre.as_ref()),
     }
 }

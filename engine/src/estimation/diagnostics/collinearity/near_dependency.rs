@@ -5,14 +5,19 @@ use std::cmp::Reverse;
 use nalgebra::DMatrix;
 
 use super::{
+    basis::Legendre,
     explained::{explained, pair_index, unit_columns},
     proportions::{NUMERICALLY_ZERO, Shares},
     sentence::sentence,
 };
-use crate::estimation::{design::Design, result::NearDependency, spectrum::Directions};
+use crate::estimation::{
+    design::Design,
+    result::{Cause, NearDependency},
+    spectrum::Directions,
+};
 
 /// Condition index beyond which a dependency is called near (Belsley's rule).
-const NEAR: f64 = 30.0;
+pub(super) const NEAR: f64 = 30.0;
 /// A weight this large against the largest one takes part in a dependency.
 const LARGE: f64 = 0.3;
 /// How many near dependencies are told at most.
@@ -45,6 +50,7 @@ pub(super) fn near_dependencies(
     length: &[f64],
     unit: &Directions,
     shares: &Shares,
+    legendre: Option<&Legendre>,
 ) -> Vec<NearDependency> {
     let largest = unit.largest();
     let (mut found, mut room) = (Vec::new(), Vec::new());
@@ -68,8 +74,11 @@ pub(super) fn near_dependencies(
             pair = Some(between(a, b)).filter(|cosine| pair_index(*cosine) > NEAR);
             r_squared = Some(explained(&columns, stride, &terms, &mut room));
         }
+        let cause = legendre.map_or(Cause::Nodes, |legendre| legendre.cause(unit.image.column(i).as_slice()));
+        let consolation = legendre.filter(|_| cause == Cause::Basis).map(Legendre::consolation);
         found.push(NearDependency {
-            sentence: sentence(&names, cosine, r_squared, index, pair),
+            sentence: sentence(&names, cosine, r_squared, index, pair, consolation),
+            cause,
             eigenvalue: lambda,
             condition_index: index,
             weights,

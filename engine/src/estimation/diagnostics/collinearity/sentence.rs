@@ -8,7 +8,8 @@ use super::explained::pair_index;
 const NAMED: usize = 4;
 
 /// What a person reads. `pair` is the cosine of the two leading terms, where they are nearly
-/// parallel without the others.
+/// parallel without the others; `consolation` says where and what follows where
+/// the basis is the cause.
 #[inline(never)]
 pub(super) fn sentence(
     names: &[String],
@@ -16,6 +17,7 @@ pub(super) fn sentence(
     r_squared: Option<f64>,
     index: Option<f64>,
     pair: Option<f64>,
+    consolation: Option<(&str, String)>,
 ) -> String {
     // as many digits as it takes to see the difference from 1
     let near_one = |x: f64| {
@@ -24,10 +26,11 @@ pub(super) fn sentence(
         (x * unit).round() / unit
     };
     let mut text = String::with_capacity(192);
+    let place = consolation.as_ref().map_or(" over these nodes", |(place, _)| place);
     let ends = match (names, cosine, r_squared) {
         ([a, b], Some(cosine), _) => {
             let parallel = if cosine < 0.0 { "opposite" } else { "parallel" };
-            for part in [a, " and ", b, " are nearly ", parallel, " over these nodes (cos = "] {
+            for part in [a, " and ", b, " are nearly ", parallel, place, " (cos = "] {
                 text.push_str(part);
             }
             append(&mut text, near_one(cosine));
@@ -46,13 +49,14 @@ pub(super) fn sentence(
                 append(&mut text, more.len());
                 text.push_str(" more");
             }
-            text.push_str(" over these nodes (R² = ");
+            text.push_str(place);
+            text.push_str(" (R² = ");
             append(&mut text, near_one(r_squared));
             text.push_str(", ");
             "): their coefficients cannot be told apart"
         }
         ([a, ..], _, _) => {
-            for part in ["the column ", a, " is nearly 0 over these nodes ("] {
+            for part in ["the column ", a, " is nearly 0", place, " ("] {
                 text.push_str(part);
             }
             ")"
@@ -60,7 +64,7 @@ pub(super) fn sentence(
         ([], _, _) => return text,
     };
     append_index(&mut text, index);
-    text.push_str(ends);
+    text.push_str(consolation.as_ref().map_or(ends, |(_, follows)| follows));
     if let (Some(cosine), [a, b, ..]) = (pair, names) {
         for part in ["; of them ", a, " and ", b, " alone have cos = "] {
             text.push_str(part);
