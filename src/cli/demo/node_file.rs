@@ -103,8 +103,8 @@ pub fn read(path: &Path) -> Result<Vec<NodeSet>, NodeFileError> {
 pub fn request_for(nodes: Value) -> Value {
     let model = match nodes.get("type").and_then(Value::as_str) {
         Some("matrix") => json!({"type": "linear"}),
-        Some("curve") => json!({"type": "polynomial", "degree": 3}),
-        _ => json!({"type": "polynomial", "degree": [2, 2]}),
+        Some("curve") => json!({"type": "polynomial", "degree": 3, "basis": "legendre"}),
+        _ => json!({"type": "polynomial", "degree": [2, 2], "basis": "legendre"}),
     };
     json!({"nodes": nodes, "model": model})
 }

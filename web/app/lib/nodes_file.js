@@ -90,7 +90,7 @@ export function specOf({ nodes, spec }, { degree, by }) {
   const n = Number(degree) || 2;
   const told = "model" in spec && !degree;
   const columns = nodes.type === "matrix" ? { type: "linear" } : undefined;
-  const polynomial = { type: "polynomial", degree: nodes.type === "curve" ? n : [n, n] };
+  const polynomial = { type: "polynomial", degree: nodes.type === "curve" ? n : [n, n], basis: "legendre" };
   /** @type {Fields} */
   const made = { ...spec, model: told ? spec["model"] : (columns ?? polynomial) };
   if (by === "none") made["regularization"] = { type: "none" };

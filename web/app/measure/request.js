@@ -73,7 +73,7 @@ export function specOf(typed, content) {
     typed[key] !== EMPTY[key] || !(name in file);
   if (own("model", "model")) {
     const [p, q] = typed.model === "other" ? [Number(typed.degreeU), Number(typed.degreeV)] : [2, 2];
-    spec["model"] = { type: "polynomial", degree: curve ? p : [p, q] };
+    spec["model"] = { type: "polynomial", degree: curve ? p : [p, q], basis: "legendre" };
   }
   if (own("estimator", "estimator")) spec["estimator"] = estimatorOf(typed.estimator);
   if (own("regularization", "regularization") || typed.conditionLimit.trim() !== "") {

@@ -89,7 +89,7 @@ browserTest(
     const result = await call("POST", "/v1/fits", {
       nodes,
       axes,
-      model: { type: "polynomial", degree: [3, 3] },
+      model: { type: "polynomial", degree: [3, 3], basis: "legendre" },
       regularization: { ...regularization, lambda_star: { criterion: "gcv" } },
     });
     assert.equal(await fact(page, "RMS of the residuals"), `${written(result.residuals.rms, 3)} µm`);

@@ -18,7 +18,7 @@ test("a request of examples/ is a grid with its counts, and keeps what it says o
   assert.equal(spec["operator"], "A. B.");
   assert.ok(!("nodes" in spec));
   const changed = specOf({ ...EMPTY, model: "other", degreeU: "3", degreeV: "1", regularization: "gcv" }, content);
-  assert.deepEqual(changed["model"], { type: "polynomial", degree: [3, 1] });
+  assert.deepEqual(changed["model"], { type: "polynomial", degree: [3, 1], basis: "legendre" });
   assert.deepEqual(changed["regularization"], { type: "spectral", lambda_star: { criterion: "gcv" } });
 });
 
@@ -29,7 +29,7 @@ test("tables are grids where every u meets every v; bad cells are named by line 
   assert.deepEqual([...(content.surface?.z ?? [])], [2, Number.NaN, Number.NaN, 4]);
   assert.equal(read("b.csv", "u,v,z\n1,1,2\n1,2,3\n2,1.5,3\n").form, "scattered");
   assert.equal(read("c.csv", "x,y\n1,2\n2,3\n").form, "curve");
-  assert.deepEqual(specOf(EMPTY, read("c.csv", "x,y\n1,2\n"))["model"], { type: "polynomial", degree: 2 });
+  assert.deepEqual(specOf(EMPTY, read("c.csv", "x,y\n1,2\n"))["model"], { type: "polynomial", degree: 2, basis: "legendre" });
 });
 
 test("other files are known by what is in them", () => {

@@ -60,10 +60,10 @@ test("the file's spec stands unless something else is chosen", () => {
   const file = read(JSON.stringify({ nodes, model: { type: "polynomial", degree: 3 }, regularization }));
   assert.deepEqual(specOf(file, {})["model"], { type: "polynomial", degree: 3 });
   const chosen = specOf(file, { degree: "1", by: "gcv" });
-  assert.deepEqual(chosen["model"], { type: "polynomial", degree: [1, 1] });
+  assert.deepEqual(chosen["model"], { type: "polynomial", degree: [1, 1], basis: "legendre" });
   assert.deepEqual(chosen["regularization"], { ...regularization, lambda_star: { criterion: "gcv" } });
   assert.deepEqual(specOf(read("x,y\n0,1"), { by: "none" }), {
-    model: { type: "polynomial", degree: 2 },
+    model: { type: "polynomial", degree: 2, basis: "legendre" },
     regularization: { type: "none" },
     include: ["residuals", "fitted", "intervals"],
   });
