@@ -1,6 +1,6 @@
-//! What standard errors and predicted errors are worth once λ* was chosen by the same nodes. They
-//! are not yet what they should be: these are the figures that README, docs/mathematics-notes.md
-//! and the contract quote, so that nobody takes them for more.
+//! What standard errors and predicted errors are worth once λ* was chosen by the same nodes: the
+//! figures that README, docs/mathematics-notes.md and the contract quote. `std_error` is that of
+//! least squares then, and holds; the conditional one does not.
 //!
 //! `cargo test --test laws chosen_errors -- --nocapture` prints them.
 
@@ -19,7 +19,7 @@ const TWIST: f64 = 0.75;
 const NOISE: f64 = 0.5;
 const U: [f64; 2] = [5.9665, 11.5183];
 const V: [f64; 2] = [0.75, 14.25];
-const RUNS: usize = 600;
+const RUNS: usize = 4_000;
 
 /// Coefficient of u^p v^q of the true surface, by hand.
 fn truth(p: usize, q: usize) -> f64 {
@@ -69,17 +69,32 @@ impl Places {
     }
 }
 
-/// Shares of coefficients within one standard error of the truth, least and most over the terms,
-/// and the mean of the predicted over the mean of the true squared error.
-fn measured(regularization: Option<Regularization>) -> ([f64; 2], f64) {
+/// Shares of draws in which the truth lies within an error, least and most over the terms.
+#[derive(Debug)]
+struct Shares {
+    /// Within `std_error` of least squares, and of the estimate.
+    least_squares: [f64; 2],
+    value: [f64; 2],
+    /// Within the error of the estimate for the λ* used.
+    conditional: [f64; 2],
+    /// The mean of the predicted over the mean of the true squared error.
+    predicted: f64,
+}
+
+fn measured(regularization: Option<Regularization>) -> Shares {
     let (places, mut random) = (Places::new(), Random::new(310));
-    let (mut hits, mut predicted, mut true_error) = ([0usize; 9], 0.0, 0.0);
+    let (mut hits, mut predicted, mut true_error) = ([[0usize; 9]; 3], 0.0, 0.0);
     for _ in 0..RUNS {
         let result = places.fitted(&mut random, regularization.clone());
         for (k, coefficient) in result.coefficients.iter().enumerate() {
             let TermKey::Powers(powers) = &coefficient.key else { panic!("a surface has powers") };
-            let error = coefficient.value - truth(powers[0], powers[1]);
-            hits[k] += usize::from(error.abs() <= coefficient.std_error.expect("degrees of freedom"));
+            let truth = truth(powers[0], powers[1]);
+            let error = coefficient.value - truth;
+            let told = coefficient.std_error.expect("degrees of freedom");
+            let conditional = coefficient.error_given_lambda().expect("degrees of freedom");
+            hits[0][k] += usize::from((coefficient.least_squares - truth).abs() <= told);
+            hits[1][k] += usize::from(error.abs() <= told);
+            hits[2][k] += usize::from(error.abs() <= conditional);
             true_error += (error * places.length(powers[0], powers[1])).powi(2);
         }
         let report = &result.regularization;
@@ -87,24 +102,32 @@ fn measured(regularization: Option<Regularization>) -> ([f64; 2], f64) {
         let chosen = chosen.and_then(|choice| choice.predicted_mse);
         predicted += chosen.unwrap_or(0.0);
     }
-    let shares = hits.map(|hits| hits as f64 / RUNS as f64);
-    let ends = shares.iter().fold([1.0, 0.0], |[least, most]: [f64; 2], s| [least.min(*s), most.max(*s)]);
-    (ends, predicted / true_error)
+    let ends = |hits: [usize; 9]| {
+        let shares = hits.map(|hits| hits as f64 / RUNS as f64);
+        shares.iter().fold([1.0, 0.0], |[least, most]: [f64; 2], s| [least.min(*s), most.max(*s)])
+    };
+    let [least_squares, value, conditional] = hits.map(ends);
+    Shares { least_squares, value, conditional, predicted: predicted / true_error }
+}
+
+fn holds([least, most]: [f64; 2]) -> bool {
+    least >= 0.66 && most <= 0.70
 }
 
 /// Plain least squares: 0.68 of every coefficient.
 #[test]
 fn errors_of_least_squares_hold() {
-    let (ends, _) = measured(Some(Regularization::None));
-    println!("least squares: {ends:?}");
-    assert!(ends[0] > 0.62 && ends[1] < 0.74, "{ends:?}");
+    let shares = measured(Some(Regularization::None));
+    println!("least squares: {shares:?}");
+    assert!(holds(shares.least_squares) && holds(shares.value) && holds(shares.conditional), "{shares:?}");
 }
 
-/// After a λ* chosen by the same nodes.
+/// After a λ* chosen by the same nodes: what is told holds, what takes λ* for given does not.
 #[test]
-fn errors_after_a_chosen_lambda_star_are_too_small() {
-    let (ends, ratio) = measured(None);
-    println!("min_mse: {ends:?}, predicted over true error {ratio}");
-    assert!(ends[0] > 0.2 && ends[1] < 0.5, "{ends:?}");
-    assert!((0.3..0.7).contains(&ratio), "{ratio}");
+fn errors_after_a_chosen_lambda_star() {
+    let shares = measured(None);
+    println!("min_mse: {shares:?}");
+    assert!(holds(shares.least_squares), "{shares:?}");
+    assert!(shares.conditional[0] > 0.2 && shares.conditional[1] < 0.5, "{shares:?}");
+    assert!((0.3..0.7).contains(&shares.predicted), "{shares:?}");
 }

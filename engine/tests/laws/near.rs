@@ -130,7 +130,7 @@ proptest! {
         prop_assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-10 * b), "{a:?} {b:?}");
         for (a, b) in result.coefficients.iter().zip(&posted.coefficients) {
             prop_assert!((a.value - b.value).abs() < 1e-10
-                && (a.std_error.unwrap() - b.std_error.unwrap()).abs() < 1e-10);
+                && (a.error_given_lambda().unwrap() - b.error_given_lambda().unwrap()).abs() < 1e-10);
         }
         // slopes of the columns move the bounds on perturbation: against differences
         let h = 1e-6;

@@ -76,7 +76,7 @@ proptest! {
         for ((c, got), k) in dense.coefficients.iter().zip(controls(&banded)).zip(0..) {
             prop_assert!((got - c.value).abs() < 1e-13 * size, "{} {got} {}", c.term, c.value);
             let errors = banded.coordinates[0].standard_errors.as_ref().unwrap();
-            prop_assert!(close(errors[k], c.std_error.unwrap(), 1e-9));
+            prop_assert!(close(errors[k], c.error_given_lambda().unwrap(), 1e-9));
         }
         let one = &banded.coordinates[0];
         prop_assert!(close(one.rss, dense.residuals.rss, 1e-12));
@@ -112,7 +112,7 @@ proptest! {
             // σ̂ of the service is that of least squares
             let error = banded.coordinates[0].standard_errors.as_ref().unwrap()[k]
                 / banded.coordinates[0].sigma.unwrap();
-            prop_assert!(close(error, c.std_error.unwrap() / dense.residuals.sigma.unwrap(), 1e-7));
+            prop_assert!(close(error, c.error_given_lambda().unwrap() / dense.residuals.sigma.unwrap(), 1e-7));
         }
         let factors: f64 = dense.regularization.filter_factors.iter().sum();
         prop_assert!((banded.effective_degrees_of_freedom - factors).abs() < 1e-7, "{factors}");

@@ -74,7 +74,13 @@ pub fn check(result: &FitResult, x: &Rows, y: &[f64], penalty: &Rows, unit: bool
     let rss = dot(&rest, &rest).to_f64();
     let variance = rss / (m - n) as f64;
     for (j, c) in result.coefficients.iter().enumerate() {
-        assert_close("standard error", c.std_error.unwrap(), (variance * spread[j][j].to_f64()).sqrt(), 1e-6, 0.0);
+        assert_close(
+            "standard error",
+            c.error_given_lambda().unwrap(),
+            (variance * spread[j][j].to_f64()).sqrt(),
+            1e-6,
+            0.0,
+        );
     }
     // the penalised matrix and the bias in the scaled columns
     let (eigenvalues, _) = eigen(&scaled(&plus(&fisher, penalty, lambda), &scales));

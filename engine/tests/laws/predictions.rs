@@ -57,7 +57,7 @@ fn covariances_are_those_of_the_normal_equations() {
             let Covariance { coefficients, least_squares } = result.covariance.as_ref().unwrap();
             assert_matrix("least squares", &full(least_squares), &(&inverse * variance), 1e-10);
             for (j, c) in result.coefficients.iter().enumerate() {
-                let own = c.std_error.unwrap();
+                let own = c.error_given_lambda().unwrap();
                 assert_close("std_error", coefficients[j][j].sqrt(), own, 1e-9, 1e-12 * variance.sqrt());
                 assert_close(
                     "least squares",
@@ -87,7 +87,7 @@ fn robust_covariances_have_the_standard_errors() {
         let result = fit(&problem.nodes(), &spec);
         let covariance = result.covariance.as_ref().unwrap();
         for (j, c) in result.coefficients.iter().enumerate() {
-            assert_close("std_error", covariance.coefficients[j][j].sqrt(), c.std_error.unwrap(), 1e-9, 0.0);
+            assert_close("std_error", covariance.coefficients[j][j].sqrt(), c.error_given_lambda().unwrap(), 1e-9, 0.0);
         }
     }
 }

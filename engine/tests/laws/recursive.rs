@@ -26,7 +26,7 @@ fn same(batch: &FitResult, stream: &FitResult, slack: f64) {
     };
     close("least squares", &of(batch, &|c| c.least_squares), &of(stream, &|c| c.least_squares), slack);
     close("values", &of(batch, &|c| c.value), &of(stream, &|c| c.value), slack);
-    let error = |c: &flankfit_engine::estimation::result::Coefficient| c.std_error.unwrap_or(0.0);
+    let error = |c: &flankfit_engine::estimation::result::Coefficient| c.error_given_lambda().unwrap_or(0.0);
     close("standard errors", &of(batch, &error), &of(stream, &error), slack);
     close("bounds", &of(batch, &|c| c.bias_bound), &of(stream, &|c| c.bias_bound), slack.max(1e-9));
     for (a, b) in batch.spectrum.eigenvalues.iter().zip(&stream.spectrum.eigenvalues) {

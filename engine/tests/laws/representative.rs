@@ -93,7 +93,7 @@ proptest! {
         let size = wanted.coefficients.iter().map(|c| c.value.abs()).fold(0.0, f64::max);
         for (a, b) in found.coefficients.iter().zip(&wanted.coefficients) {
             prop_assert!((a.value - b.value).abs() <= slack * size, "{} {} {slack}", a.value, b.value);
-            near("std_error", a.std_error.unwrap(), b.std_error.unwrap(), slack);
+            near("std_error", a.error_given_lambda().unwrap(), b.error_given_lambda().unwrap(), slack);
             near("bias", a.bias_bound, b.bias_bound, slack);
             prop_assert_eq!(a.least_squares, b.least_squares);
             near("interval", a.interval.unwrap().ends[1], b.interval.unwrap().ends[1], 1e-12);
@@ -155,7 +155,7 @@ proptest! {
         for j in 0..n {
             let c = &found.coefficients[j];
             prop_assert!((c.value - wanted[j]).abs() < 1e-7 * wanted.norm(), "{} {}", c.value, wanted[j]);
-            near("std_error", c.std_error.unwrap(), covariance[(j, j)].sqrt(), 1e-7);
+            near("std_error", c.error_given_lambda().unwrap(), covariance[(j, j)].sqrt(), 1e-7);
             // the bias is (solver X − 1) A: at most r where A has length r in the scaled columns
             let bias: Vec<f64> = (0..n)
                 .map(|k| ((&solver * &x)[(j, k)] - f64::from(u8::from(j == k))) / scale[k])
@@ -177,7 +177,7 @@ proptest! {
         let kept = stream.result().unwrap().unwrap();
         for (a, b) in kept.coefficients.iter().zip(&found.coefficients) {
             near("stream", a.value, b.value, 1e-7);
-            near("stream", a.std_error.unwrap(), b.std_error.unwrap(), 1e-7);
+            near("stream", a.error_given_lambda().unwrap(), b.error_given_lambda().unwrap(), 1e-7);
         }
     }
 }

@@ -102,7 +102,7 @@ fn every_estimator_goes_with_every_regularisation() {
             for (c, unfiltered) in result.coefficients.iter().zip(&plain.coefficients) {
                 assert_eq!(c.least_squares, unfiltered.least_squares);
                 assert_eq!(c.least_squares_std_error, unfiltered.least_squares_std_error);
-                let (error, whole) = (c.std_error.unwrap(), unfiltered.std_error.unwrap());
+                let (error, whole) = (c.error_given_lambda().unwrap(), unfiltered.error_given_lambda().unwrap());
                 assert!(error > 0.0 && error < 2.0 * whole, "{estimator:?} {regularization:?}: {error} {whole}");
             }
             assert!(result.residuals.values.is_none());

@@ -41,7 +41,7 @@ fn check(problem: &Problem, result: &FitResult, target: &[f64], scaling: Scaling
     for coefficient in &result.coefficients {
         let change = (coefficient.least_squares - coefficient.value).abs();
         assert!(change <= coefficient.bias_bound * (1.0 + 1e-7) + 1e-13 * norm);
-        let (own, whole) = (coefficient.std_error.unwrap(), coefficient.least_squares_std_error.unwrap());
+        let (own, whole) = (coefficient.error_given_lambda().unwrap(), coefficient.least_squares_std_error.unwrap());
         assert_close("standard error", own, c.abs() * whole, 1e-9, 0.0);
     }
     let residuals: f64 = problem
@@ -210,7 +210,7 @@ fn the_grand_mean_is_not_shrunk() {
         let other = fit(&nodes, &plain);
         for (a, b) in result.coefficients.iter().zip(&other.coefficients) {
             assert_close("value", a.value, b.value, 1e-9, 1e-12);
-            assert_close("standard error", a.std_error.unwrap(), b.std_error.unwrap(), 1e-8, 0.0);
+            assert_close("standard error", a.error_given_lambda().unwrap(), b.error_given_lambda().unwrap(), 1e-8, 0.0);
         }
         assert_close("rss", result.residuals.rss, other.residuals.rss, 1e-9, 0.0);
         assert!(result.bias.norm <= result.bias.sharp_bound * (1.0 + 1e-9));

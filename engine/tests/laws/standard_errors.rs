@@ -35,7 +35,7 @@ fn huber() -> Estimator {
 fn check_one_covariance(what: &str, result: &FitResult) {
     let covariance = result.covariance.as_ref().unwrap();
     for (j, c) in result.coefficients.iter().enumerate() {
-        let (found, want) = (c.std_error.unwrap(), covariance.coefficients[j][j].sqrt());
+        let (found, want) = (c.error_given_lambda().unwrap(), covariance.coefficients[j][j].sqrt());
         assert!((found / want - 1.0).abs() < 1e-9, "{what}: {found} {want}");
     }
 }

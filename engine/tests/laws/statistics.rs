@@ -62,7 +62,7 @@ proptest! {
                 let part = |i: usize| (f(i) * spectrum.vectors[i][j].to_f64()).powi(2) / sums.lambda[i];
                 sums.sigma() * (0..n).map(part).sum::<f64>().sqrt() / spectrum.scales[j].to_f64()
             };
-            assert_close("standard error", c.std_error.unwrap(), spread(&|i| factors[i]), 1e-6, 0.0);
+            assert_close("standard error", c.error_given_lambda().unwrap(), spread(&|i| factors[i]), 1e-6, 0.0);
             assert_close("least squares", c.least_squares_std_error.unwrap(), spread(&|_| 1.0), 1e-6, 0.0);
         }
     }

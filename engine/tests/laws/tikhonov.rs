@@ -244,7 +244,7 @@ fn a_heavy_penalty_leaves_what_is_free() {
         assert_eq!(factors.iter().filter(|f| **f == 1.0).count(), 2 - constant);
         let plain = fit(&nodes, &FitSpec { scaling: Scaling::UnitLength, ..spec });
         for (a, b) in heavy.coefficients.iter().zip(&plain.coefficients) {
-            assert_close("standard error", a.std_error.unwrap(), b.std_error.unwrap(), 1e-8, 0.0);
+            assert_close("standard error", a.error_given_lambda().unwrap(), b.error_given_lambda().unwrap(), 1e-8, 0.0);
         }
     }
 }

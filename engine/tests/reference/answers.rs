@@ -33,7 +33,7 @@ pub fn values(result: &FitResult) -> Vec<f64> {
 }
 
 pub fn std_errors(result: &FitResult) -> Vec<f64> {
-    result.coefficients.iter().map(|c| c.std_error.expect("a standard error")).collect()
+    result.coefficients.iter().map(|c| c.error_given_lambda().expect("a standard error")).collect()
 }
 
 /// Exact coefficients of the doubles of a measurement matrix.

@@ -128,6 +128,7 @@ pub fn checked(mut result: FitResult) -> Result<FitResult, FitError> {
     }
     for c in &mut result.coefficients {
         optional("std_error", &mut c.std_error);
+        optional("conditional_std_error", &mut c.conditional_std_error);
         optional("least_squares_std_error", &mut c.least_squares_std_error);
     }
     for choice in &mut result.regularization.choices {

@@ -317,35 +317,45 @@ impl<'a> Solved<'a> {
             Some(RobustSolution { plain, .. }) => (&plain.coefficients, &plain.leverage),
             None => (&self.least_squares.coefficients, &applied.estimate.leverage),
         };
+        let (spectrum, columns, factor) = (&self.spectrum, &self.frame.columns, self.linear.factor);
+        let freedom = self.degrees_of_freedom > 0;
         let robust_errors = self.robust.map(|robust| {
-            let (spectrum, columns, factor) = (&self.spectrum, &self.frame.columns, self.linear.factor);
-            robust.estimate.spread.standard_errors(
-                &applied.estimate,
-                spectrum,
-                columns,
-                factor,
-                &applied.regularization,
-            )
+            let (estimate, regularization) = (&applied.estimate, &applied.regularization);
+            robust.estimate.spread.standard_errors(estimate, spectrum, columns, factor, regularization)
         });
+        let conditional = self.is_conditional(applied);
+        let unregularized = self
+            .robust
+            .filter(|_| conditional)
+            .map(|robust| robust.estimate.spread.of_unregularized(design.size(), spectrum, columns, factor));
         (0..design.size())
-            .map(|j| Coefficient {
-                term: design.labels[j].clone(),
-                key: design.keys[j].clone(),
-                value: applied.estimate.coefficients[j],
-                std_error: match (&own, &robust_errors) {
-                    (Some(own), _) => own[j].std_error,
-                    (None, Some(errors)) => errors[j].filter(|_| self.degrees_of_freedom > 0),
+            .map(|j| {
+                let for_lambda = match (&own, &robust_errors) {
+                    (Some(own), _) => own[j].conditional_error,
+                    (None, Some(errors)) => errors[j].filter(|_| freedom),
                     (None, None) if self.errors.is_some() => None,
                     (None, None) => sigma.map(|s| s * applied.estimate.spread[j]),
-                },
-                least_squares: plain[j],
-                least_squares_std_error: match &own {
+                };
+                let least_squares_std_error = match &own {
                     Some(own) if self.errors.is_some() => own[j].least_squares_error,
                     _ if self.errors.is_some() => None,
                     _ => alone.map(|s| s * leverage[j]),
-                },
-                bias_bound: applied.bounds[j],
-                interval: intervals.next().flatten(),
+                };
+                let without = match &unregularized {
+                    Some(errors) => errors[j].filter(|_| freedom),
+                    None => least_squares_std_error,
+                };
+                Coefficient {
+                    term: design.labels[j].clone(),
+                    key: design.keys[j].clone(),
+                    value: applied.estimate.coefficients[j],
+                    std_error: if conditional { without } else { for_lambda },
+                    conditional_std_error: for_lambda.filter(|_| conditional),
+                    least_squares: plain[j],
+                    least_squares_std_error,
+                    bias_bound: applied.bounds[j],
+                    interval: intervals.next().flatten(),
+                }
             })
             .collect()
     }

@@ -44,14 +44,16 @@ pub(super) struct Forms<'a> {
     pub norm_limit: f64,
     /// Whether the filter follows from the heights.
     pub chosen_by_heights: bool,
+    /// Whether standard errors of the estimate take a λ* for given that the heights chose.
+    pub conditional: bool,
 }
 
 /// A linear form with everything that bands are made of.
 pub(super) struct Estimated {
     pub form: Form,
     pub value: f64,
-    /// Standard errors of the estimate and of least squares.
-    pub std_error: Option<f64>,
+    /// Standard errors of the estimate for the λ* used, and of least squares.
+    pub conditional_error: Option<f64>,
     pub least_squares_error: Option<f64>,
     pub bias_bound: f64,
     /// σ times its length is the standard error.
@@ -112,6 +114,16 @@ impl Forms<'_> {
         Some(Covariance { coefficients: of(|one| &one.row)?, least_squares: of(|one| &one.form.q)? })
     }
 
+    /// The standard error that holds: of least squares where the heights chose λ*.
+    pub(super) fn std_error(&self, one: &Estimated) -> Option<f64> {
+        if self.conditional { one.least_squares_error } else { one.conditional_error }
+    }
+
+    /// The standard error for the λ* used, where that is another one.
+    pub(super) fn conditional_std_error(&self, one: &Estimated) -> Option<f64> {
+        one.conditional_error.filter(|_| self.conditional)
+    }
+
     fn estimated(&self, form: Form, value: f64) -> Estimated {
         let row = self.map.spread(&form, self.spectrum);
         let error = |row: &[f64]| match (self.robust, self.errors) {
@@ -121,7 +133,7 @@ impl Forms<'_> {
         };
         Estimated {
             value,
-            std_error: error(&row),
+            conditional_error: error(&row),
             least_squares_error: error(&form.q),
             bias_bound: self.map.bias(&form, self.columns, self.norm_limit),
             row,
@@ -184,7 +196,7 @@ impl Forms<'_> {
     pub(super) fn of_posterior(&self, estimated: &Estimated, noise: &Noise, own: f64) -> Option<[f64; 2]> {
         let quantile = noise.quantile();
         let Some(intervals) = self.posterior_intervals else {
-            let half = quantile * estimated.std_error?.hypot(own);
+            let half = quantile * estimated.conditional_error?.hypot(own);
             return Some([estimated.value - half, estimated.value + half]);
         };
         let middle = self.least_squares(&estimated.form);
@@ -200,7 +212,7 @@ impl Forms<'_> {
         let student = noise.student;
         let known = |value, std_error| Some(Inferred { value, std_error, bias_bound: 0.0, student });
         if self.posterior_intervals.is_none() {
-            return known(estimated.value, estimated.std_error?);
+            return known(estimated.value, estimated.conditional_error?);
         }
         let miss = 1.0 - CONFORMANCE_PROBABILITY;
         let [low, high] = self.of_posterior(estimated, &Noise { miss, ..*noise }, 0.0)?;

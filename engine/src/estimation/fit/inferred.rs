@@ -78,7 +78,17 @@ impl Solved<'_> {
             given_limit: intervals::given_limit(&applied.bias).filter(|_| plain),
             norm_limit: applied.bias.coefficient_norm_limit,
             chosen_by_heights: !regularization.fixed && regularization.criterion != Some(Criterion::MinCondition),
+            conditional: self.is_conditional(applied),
         }
+    }
+
+    /// Whether standard errors of the estimate take a λ* for given that the heights chose.
+    pub(super) fn is_conditional(&self, applied: &Applied) -> bool {
+        let regularization = &applied.regularization;
+        !regularization.fixed
+            && regularization.criterion != Some(Criterion::MinCondition)
+            && regularization.kind != RegularizationKind::None
+            && applied.prior.is_none()
     }
 
     /// Standard deviation of a further measurement of weight 1, by which its band is as wide as it

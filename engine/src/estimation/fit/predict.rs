@@ -107,7 +107,7 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
         place_indices: (!all).then_some(kept),
         level,
         value: values(&heights),
-        std_error: errors(&heights),
+        std_error: errors(forms, &heights),
         bias_bound: heights.iter().map(|h| h.bias_bound).collect(),
         confidence: if asked.kinds.confidence { intervals(forms, &heights, 0.0) } else { None },
         prediction: forms
@@ -122,7 +122,7 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
             .iter()
             .map(|found| Slopes {
                 value: values(found),
-                std_error: errors(found),
+                std_error: errors(forms, found),
                 confidence: intervals(forms, found, 0.0),
             })
             .collect(),
@@ -132,7 +132,7 @@ pub(super) fn predictions(forms: &Forms, asked: &Predict, level: f64) -> Predict
 }
 
 fn is_finite(one: &Estimated) -> bool {
-    let errors = [one.std_error, one.least_squares_error].into_iter().flatten();
+    let errors = [one.conditional_error, one.least_squares_error].into_iter().flatten();
     errors.chain([one.value, one.bias_bound]).all(f64::is_finite)
 }
 
@@ -145,8 +145,8 @@ fn values(found: &[Estimated]) -> Vec<f64> {
     found.iter().map(|one| one.value).collect()
 }
 
-fn errors(found: &[Estimated]) -> Option<Vec<f64>> {
-    found.iter().map(|one| one.std_error).collect()
+fn errors(forms: &Forms, found: &[Estimated]) -> Option<Vec<f64>> {
+    found.iter().map(|one| forms.std_error(one)).collect()
 }
 
 fn intervals(forms: &Forms, found: &[Estimated], own: f64) -> Option<Vec<[f64; 2]>> {
@@ -192,7 +192,7 @@ fn band(
                     let miss = 2.0 * noise.student.upper_tail(factor);
                     return forms.of_posterior(one, &Noise { miss, ..*noise }, 0.0);
                 }
-                let half = factor * one.std_error? + one.bias_bound;
+                let half = factor * one.conditional_error? + one.bias_bound;
                 return Some([one.value - half, one.value + half]);
             }
             let own = forms.noise_of(&one.form)?;

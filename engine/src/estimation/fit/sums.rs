@@ -36,7 +36,8 @@ impl Solved<'_> {
             let found = forms.of_row(row);
             let sum = WeightedSum {
                 value: found.value,
-                std_error: found.std_error,
+                std_error: forms.std_error(&found),
+                conditional_std_error: forms.conditional_std_error(&found),
                 bias_bound: found.bias_bound,
                 least_squares: forms.least_squares(&found.form),
                 interval: forms.told(&found, unlimited),
@@ -55,7 +56,7 @@ impl Forms<'_> {
         let of = |kind, about| Some(Interval { ends, kind, about, least_squares: None, gain: None });
         let plain = |value, std_error| Inferred { value, std_error, bias_bound: 0.0, student: noise.student };
         if self.posterior {
-            return of(IntervalKind::Posterior, plain(one.value, one.std_error?));
+            return of(IntervalKind::Posterior, plain(one.value, one.conditional_error?));
         }
         if let Some(about) = self.inferred(&one.form) {
             return of(unlimited, about);

@@ -12,7 +12,7 @@ pub struct Predictions {
     pub level: f64,
     /// Heights of the estimate.
     pub value: Vec<f64>,
-    /// Their standard errors; `None` without an estimate of the noise.
+    /// Their standard errors, as those of coefficients; `None` without an estimate of the noise.
     pub std_error: Option<Vec<f64>>,
     /// Sharp bounds on their bias, given r.
     pub bias_bound: Vec<f64>,
@@ -44,7 +44,7 @@ pub struct Simultaneous {
 pub struct Slopes {
     /// Slopes of the estimate.
     pub value: Vec<f64>,
-    /// Their standard errors; `None` without an estimate of the noise.
+    /// Their standard errors, as those of coefficients; `None` without an estimate of the noise.
     pub std_error: Option<Vec<f64>>,
     /// Intervals of the true slope at each place by itself.
     pub confidence: Option<Vec<[f64; 2]>>,

@@ -7,8 +7,10 @@ use super::{interval::Interval, term::Coefficient};
 pub struct WeightedSum {
     /// Estimate.
     pub value: f64,
-    /// Standard error of the estimate; `None` without degrees of freedom.
+    /// Standard error as [`Coefficient::std_error`]; `None` without degrees of freedom.
     pub std_error: Option<f64>,
+    /// As [`Coefficient::conditional_std_error`].
+    pub conditional_std_error: Option<f64>,
     /// Most by which regularisation can have moved it.
     pub bias_bound: f64,
     /// Without regularisation.
@@ -20,7 +22,7 @@ pub struct WeightedSum {
 impl WeightedSum {
     pub(crate) fn is_finite(&self) -> bool {
         let numbers = [self.value, self.bias_bound, self.least_squares];
-        numbers.into_iter().chain(self.std_error).all(f64::is_finite)
+        numbers.into_iter().chain(self.std_error).chain(self.conditional_std_error).all(f64::is_finite)
             && self.interval.is_none_or(|interval| interval.is_finite())
     }
 }
@@ -30,6 +32,7 @@ impl From<&Coefficient> for WeightedSum {
         WeightedSum {
             value: coefficient.value,
             std_error: coefficient.std_error,
+            conditional_std_error: coefficient.conditional_std_error,
             bias_bound: coefficient.bias_bound,
             least_squares: coefficient.least_squares,
             interval: coefficient.interval,

@@ -22,8 +22,13 @@ pub struct Coefficient {
     pub key: TermKey,
     /// Regularised estimate Â_B (Eq. 29).
     pub value: f64,
-    /// Standard error of `value`; `None` without degrees of freedom. It does not contain the bias.
+    /// A standard error that holds; `None` without degrees of freedom. Of `value` for a λ* that was
+    /// given; where the heights chose λ* that of `least_squares`, since their own choice makes
+    /// [`Coefficient::conditional_std_error`] too small. It does not contain the bias.
     pub std_error: Option<f64>,
+    /// Standard error of `value` for the λ* used, as if it had been given; there where the heights
+    /// chose it.
+    pub conditional_std_error: Option<f64>,
     /// Least-squares estimate Â (Eq. 15).
     pub least_squares: f64,
     /// Standard error of `least_squares`; `None` without degrees of freedom.
@@ -33,4 +38,11 @@ pub struct Coefficient {
     /// Confidence interval of the coefficient; `None` without an estimate of the noise, and where
     /// nodes and norm limit leave it free.
     pub interval: Option<Interval>,
+}
+
+impl Coefficient {
+    /// Standard error of `value` for the λ* used, whoever chose it.
+    pub fn error_given_lambda(&self) -> Option<f64> {
+        self.conditional_std_error.or(self.std_error)
+    }
 }

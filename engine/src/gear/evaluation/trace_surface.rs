@@ -216,6 +216,7 @@ impl FlankTraces {
                 limits,
                 value,
                 std_error: about.map(|about| about.std_error),
+                conditional_std_error: None,
                 bias_bound: 0.0,
                 least_squares: value,
                 inference: about.map(inference),

@@ -20,7 +20,7 @@ answer! {
     /// One coefficient; exactly one of `powers`, `index` and `column` is there.
     #[schema(as = Coefficient)]
     pub struct CoefficientBody from Coefficient {
-        term, key, value, std_error, least_squares, least_squares_std_error, bias_bound, interval,
+        term, key, value, std_error, conditional_std_error, least_squares, least_squares_std_error, bias_bound, interval,
     } {
         /// Readable name.
         #[schema(example = "u^2*v")]
@@ -35,15 +35,18 @@ answer! {
         /// The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
         /// posterior; with `constraints` the best that meets them.
         value: f64 = value,
-        /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
-        /// nodes; absent without degrees of freedom. After a chosen λ* it is too small and leaves
-        /// the bias out: in simulations of one flank the truth lay within it in 23 to 44 % of the
-        /// cases, not 68 % (docs/mathematics-notes.md); within `least_squares_std_error` of least
-        /// squares in 66 to 68 %. With a `prior` the standard deviation of the posterior, by
-        /// `prior.sigma`. With `constraints` that of least squares with the derivatives at the
-        /// active places held at 0, as if these places had been known beforehand: too small
-        /// likewise (docs/constraints.md).
+        /// A standard error that holds: of `value` where λ* was given or nothing is regularised, of
+        /// `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay within
+        /// it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md); absent
+        /// without degrees of freedom. With a `prior` the standard deviation of the posterior, by
+        /// `prior.sigma`. With `constraints` that of least squares with the derivatives at the active
+        /// places held at 0, as if these places had been known beforehand: too small
+        /// (docs/constraints.md).
         std_error?: f64 = std_error,
+        /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
+        /// nodes; present where it was. It is too small and leaves the bias out: the truth lay within
+        /// it in 23 to 44 % of the cases, not 68 %.
+        conditional_std_error?: f64 = conditional_std_error,
         /// Plain least-squares estimate of the posted nodes, whatever the estimator.
         least_squares: f64 = least_squares,
         /// Standard error of `least_squares`.

@@ -313,6 +313,7 @@ impl Maker {
                 },
                 value: m.number(),
                 std_error: m.maybe(),
+                conditional_std_error: m.maybe(),
                 least_squares: m.number(),
                 least_squares_std_error: m.maybe(),
                 bias_bound: m.number(),

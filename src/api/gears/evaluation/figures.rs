@@ -70,6 +70,9 @@ pub struct FigureBody {
     /// neither tells it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
+    /// The one that takes a λ* for given which the nodes chose, and is too small.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conditional_std_error: Option<f64>,
     /// Most by which regularisation moves it on average, for coefficients within the norm limit of
     /// the fit (`bias.coefficient_norm_limit`).
     pub bias_bound: f64,
@@ -93,10 +96,11 @@ pub struct FigureBody {
 
 impl From<Figure> for FigureBody {
     fn from(figure: Figure) -> Self {
-        let Figure { value, std_error, bias_bound, least_squares, limits, inference } = figure;
+        let Figure { value, std_error, conditional_std_error, bias_bound, least_squares, limits, inference } = figure;
         FigureBody {
             value,
             std_error,
+            conditional_std_error,
             bias_bound,
             least_squares,
             interval: inference.map(|one| one.interval),

@@ -54,8 +54,10 @@ pub use settings::{Border, SurfaceSettings};
 pub struct Figure {
     /// Estimate.
     pub value: f64,
-    /// Standard error of the estimate; `None` without degrees of freedom.
+    /// A standard error that holds, as that of a coefficient; `None` without degrees of freedom.
     pub std_error: Option<f64>,
+    /// The one that takes a λ* for given which the heights chose.
+    pub conditional_std_error: Option<f64>,
     /// Most by which regularisation can have moved the figure, given the limit of the coefficients.
     pub bias_bound: f64,
     /// Without regularisation.
@@ -196,6 +198,7 @@ impl Figure {
         Figure {
             value: factor * estimate.value,
             std_error: estimate.std_error.map(|e| e * factor.abs()),
+            conditional_std_error: estimate.conditional_std_error.map(|e| e * factor.abs()),
             bias_bound: estimate.bias_bound * factor.abs(),
             least_squares: factor * estimate.least_squares,
             limits,
