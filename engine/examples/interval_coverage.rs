@@ -41,7 +41,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "{repetitions} draws of each of 9 cases; mean coverage / that of the worst coefficient / width over least squares'\n"
     );
-    println!("| design | ± t · std_error | … + bias_bound | interval, no limit told | interval, limit told |");
+    println!("| design | ± t · conditional_std_error | … + bias_bound | interval, no limit told | interval, limit told |");
     println!("|---|---|---|---|---|");
     let names = 4;
     for design in designs() {
@@ -64,7 +64,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
                         let (own, told) = (c.interval.ok_or("no interval")?, told.interval.ok_or("no interval")?);
                         let whole = own.ends[1] - own.ends[0];
                         let t = 0.5 * whole / c.least_squares_std_error.ok_or("no error")?;
-                        let usual = t * c.std_error.ok_or("no error")?;
+                        let usual = t * c.error_given_lambda().ok_or("no error")?;
                         let wide = usual + c.bias_bound;
                         let ends =
                             [[c.value - usual, c.value + usual], [c.value - wide, c.value + wide], own.ends, told.ends];
