@@ -41,7 +41,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!(
         "{repetitions} draws of each of 9 cases; mean coverage / that of the worst coefficient / width over least squares'\n"
     );
-    println!("| design | ± t · conditional_std_error | … + bias_bound | interval, no limit told | interval, limit told |");
+    println!(
+        "| design | ± t · conditional_std_error | … + bias_bound | interval, no limit told | interval, limit told |"
+    );
     println!("|---|---|---|---|---|");
     let names = 4;
     for design in designs() {

@@ -135,7 +135,8 @@ async fn what_cannot_be_left_out_is_refused_at_its_place() {
         "model": {"type": "polynomial", "degree": 1}, "exclude": [{"row": 0, "column": 0}],
     });
     let refused = app.fit(&curve.to_string()).await;
-    assert_eq!((refused.status, refused.pointers()), (422.into(), vec!["/exclude/0".to_owned()]), "{}", refused.text);
+    assert_eq!(refused.status, 422, "{}", refused.text);
+    assert_eq!(refused.pointers(), ["/exclude/0"], "{}", refused.text);
     // a stream takes every node
     let job = send(app.post("/v1/jobs", json!({"name": "s"}).to_string())).await;
     let open = json!({"model": {"type": "polynomial", "degree": 1}, "domain": {"u": [0, 9]}, "exclude": [0]});

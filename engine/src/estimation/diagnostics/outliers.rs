@@ -192,7 +192,10 @@ impl Test<'_> {
             None => self.rows.at(k).0,
             Some([u, v]) => {
                 let (i, j) = (k / v.ncols(), k % v.ncols());
-                u.column(i).iter().flat_map(|a| v.column(j).iter().map(move |b| a * b)).collect()
+                let (u, v) = (u.column(i), v.column(j));
+                let mut row = Vec::with_capacity(u.len() * v.len());
+                u.iter().for_each(|a| row.extend(v.iter().map(|b| a * b)));
+                row
             }
         };
         deleted.iter().for_each(|one| one.turn(&mut row));

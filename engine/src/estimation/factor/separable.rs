@@ -332,7 +332,7 @@ with_fma! {
                 rss = residual.fma(residual, rss);
                 let plain = residual.to_doubles();
                 max_abs = plain.abs().larger(max_abs);
-                sum_abs = sum_abs.add(plain.abs());
+                sum_abs = sum_abs + plain.abs();
                 if output != Output::Sums {
                     values.extend_from_slice(&plain.to_array()[..(nv - g * LANES).min(LANES)]);
                 }

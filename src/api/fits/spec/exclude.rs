@@ -12,7 +12,7 @@ use flankfit_engine::estimation::spec::NodeAt;
 #[schema(as = NodeAt, example = json!({"row": 4, "column": 7}))]
 pub enum NodeAtBody {
     Cell(NodeCellBody),
-    Index(#[schema(minimum = 0)] usize),
+    Index(usize),
 }
 
 /// A node of a grid: `z[row][column]`.
