@@ -169,6 +169,7 @@ fn spec(random: &mut Random, nodes: &Nodes, wildness: usize) -> FitSpec {
         errors: None,
         variance: Variance::Constant,
         filters: filters(random, nodes),
+        exclude: Vec::new(),
         constraints: if random.below(6) == 0 { constraints(random) } else { Vec::new() },
         include: Include {
             residuals: true,
