@@ -19,6 +19,7 @@ use nalgebra::DMatrix;
 use crate::{
     estimation::{
         data::{Nodes, Sample},
+        factor::orthonormal_rows,
         problem::{Evidence, LinearProblem, Rows},
         result::{Outliers, SuspectedNode},
     },
@@ -40,8 +41,8 @@ const UNDETERMINED: f64 = 1e-10;
 const ROUNDING: f64 = 1e-10;
 /// √(π/2): σ over the mean absolute value of a normal variable.
 const SIGMA_OF_MEAN: f64 = 1.253_314_137_315_500_3;
-/// Products `nodes × coefficients²` up to which every node's leverage is looked at; beyond, of
-/// nodes that do not separate, those with half the residual that the test takes at least.
+/// Products `nodes × coefficients²` up to which every node's leverage is looked at; beyond, those
+/// of nodes with half the residual that the test takes at least.
 const CHEAP: usize = 200_000;
 
 /// The nodes that are suspected of gross errors; `largest` is max √w |z|.
@@ -51,23 +52,23 @@ pub(crate) fn outliers(linear: &LinearProblem, largest: f64) -> Option<Outliers>
     if m < n + 2 || linear.factor.working.is_none() || is_clean(linear, m, n) {
         return None;
     }
-    let test = Test {
-        linear,
-        sample,
-        rows: Rows::new(linear.design, sample, &linear.factor.r),
-        axes: linear.factor.separable.as_ref().map(|s| [s.axes.u.orthonormal(), s.axes.v.orthonormal()]),
-        floor: ROUNDING * largest,
+    let rows = match &linear.factor.separable {
+        Some(separable) => NodeRows::Axes([separable.axes.u.orthonormal(), separable.axes.v.orthonormal()]),
+        None if m.saturating_mul(n * n) <= CHEAP => {
+            NodeRows::All(orthonormal_rows(linear.design, linear.factor, sample))
+        }
+        None => NodeRows::Each(Rows::new(linear.design, sample, &linear.factor.r)),
     };
-    test.suspected(nodes)
+    Test { linear, sample, rows, floor: ROUNDING * largest }.suspected(nodes)
 }
 
-/// What a studentised residual is compared with, by σ of the mean absolute residual: below it none
-/// is significant, whatever the other residuals are.
+/// What a studentised residual times σ is compared with, over σ by the mean absolute residual: below
+/// it none is significant, since that mean is no greater than the root mean square.
 fn limit(quantile: f64, freedom: f64) -> f64 {
     quantile * (freedom / (freedom - 1.0 + quantile * quantile)).sqrt() / SIGMA_OF_MEAN
 }
 
-/// σ by the mean absolute residual.
+/// σ by the mean absolute residual, which gross errors raise less than they raise `Σ r²`.
 fn sigma_of(sum_abs: f64, count: usize, freedom: f64) -> f64 {
     SIGMA_OF_MEAN * sum_abs / (count as f64 * freedom).sqrt()
 }
@@ -95,9 +96,18 @@ struct Deleted {
 struct Test<'a> {
     linear: &'a LinearProblem<'a>,
     sample: &'a Sample<'a>,
-    rows: Rows<'a>,
-    axes: Option<[DMatrix<f64>; 2]>,
+    rows: NodeRows<'a>,
     floor: f64,
+}
+
+/// Rows of Q.
+enum NodeRows<'a> {
+    /// Of a full grid, as products of these columns.
+    Axes([DMatrix<f64>; 2]),
+    /// All of few nodes.
+    All(Vec<f64>),
+    /// Those of many that are asked for.
+    Each(Rows<'a>),
 }
 
 /// Residuals times the root of the weight, of all nodes, and sums over those left.
@@ -126,8 +136,8 @@ impl Test<'_> {
                 break;
             }
             deleted.push(next);
-            let others = ((left.rss - size * size).max(0.0) / (left.freedom - 1.0)).sqrt().max(self.floor);
-            if size > quantile * others {
+            let others = ((left.rss - size * size).max(0.0) / (left.freedom - 1.0)).sqrt();
+            if size > quantile * others.max(self.floor) {
                 found = deleted.len();
             }
         }
@@ -162,8 +172,7 @@ impl Test<'_> {
     /// The node left with the greatest studentised residual, times σ.
     fn greatest(&self, left: &Left, deleted: &[Deleted], least: f64) -> Option<(f64, Deleted)> {
         let n = self.linear.factor.size();
-        let lazily = self.axes.is_none() && left.count.saturating_mul(n * n) > CHEAP;
-        let least = if lazily { 0.5 * least } else { 0.0 };
+        let least = if left.count.saturating_mul(n * n) > CHEAP { 0.5 * least } else { 0.0 };
         let mut best: Option<(f64, usize, Vec<f64>, f64)> = None;
         for (k, residual) in left.residuals.iter().enumerate().asking(n) {
             if residual.abs() <= least || deleted.iter().any(|one| one.node == k) {
@@ -188,12 +197,13 @@ impl Test<'_> {
 
     /// The row of counted node `k`, orthonormal among those left.
     fn row(&self, k: usize, deleted: &[Deleted]) -> Vec<f64> {
-        let mut row = match &self.axes {
-            None => self.rows.at(k).0,
-            Some([u, v]) => {
-                let (i, j) = (k / v.ncols(), k % v.ncols());
-                let (u, v) = (u.column(i), v.column(j));
-                let mut row = Vec::with_capacity(u.len() * v.len());
+        let n = self.linear.factor.size();
+        let mut row = match &self.rows {
+            NodeRows::All(rows) => rows[k * n..][..n].to_vec(),
+            NodeRows::Each(rows) => rows.at(k).0,
+            NodeRows::Axes([u, v]) => {
+                let (u, v) = (u.column(k / v.ncols()), v.column(k % v.ncols()));
+                let mut row = Vec::with_capacity(n);
                 u.iter().for_each(|a| row.extend(v.iter().map(|b| a * b)));
                 row
             }
