@@ -9,6 +9,7 @@ use crate::{
 };
 use flankfit_engine::estimation::{
     FitSpec,
+    result::Warning,
     spec::{
         Attraction, Criterion, Distribution, Estimator, JamesStein, Model, Parameter, Regularization, ShrinkageFactor,
         Tikhonov,
@@ -67,6 +68,32 @@ fn an_exact_fit_of_most_nodes_is_answered() {
             let result = few.fit(estimator);
             assert!((result.coefficients[1].value - 2.0).abs() < 1e-9, "{estimator:?}: {result:?}");
             assert!(result.coefficients.iter().all(|c| c.std_error.is_none()));
+        }
+    }
+}
+
+/// One estimate by each of its names: an error of 0 would be an interval that holds nothing.
+#[test]
+fn an_exact_fit_is_said_by_every_name_of_the_least_deviations() {
+    let x: Vec<Vec<f64>> = (0..20).map(|k| vec![1.0, f64::from(k)]).collect();
+    let y = (0..20).map(|k| 3.0 + f64::from(k) + if k % 6 == 1 { 50.0 + f64::from(k) } else { 0.0 }).collect();
+    let problem = Problem { x, y, weight: None };
+    let generalized = |exponent| Estimator::Likelihood(Distribution::GeneralizedNormal { exponent });
+    for estimator in [
+        Estimator::LeastAbsolute,
+        Estimator::Lp { p: 1.0 },
+        Estimator::Quantile { tau: 0.5 },
+        Estimator::Likelihood(Distribution::Laplace),
+        generalized(Some(1.0)),
+        generalized(None),
+    ] {
+        let result = problem.fit(estimator);
+        let exact = result.warnings.iter().find(|warning| warning.code() == "exact_fit");
+        assert_eq!(exact, Some(&Warning::ExactFit { on: 16, nodes: 20 }), "{estimator:?}: {:?}", result.warnings);
+        assert!(result.robust.as_ref().unwrap().likelihood.is_none(), "{estimator:?}");
+        for (c, truth) in result.coefficients.iter().zip([3.0, 1.0]) {
+            assert!((c.value - truth).abs() < 1e-12, "{estimator:?}: {}", c.value);
+            assert!(c.std_error.is_none() && c.interval.is_none(), "{estimator:?}: {c:?}");
         }
     }
 }

@@ -40,7 +40,9 @@ pub(super) fn settled(
 ) -> Settled {
     let (m, edge) = (residuals.len(), rounding(largest));
     let on = residuals.iter().filter(|r| r.abs() <= edge).count();
-    if on == m || scale.is_some_and(|s| s <= EXACT * largest) {
+    let is_rounding = |spread: Option<f64>| spread.is_some_and(|s| s <= EXACT * largest);
+    // the scale of a likelihood is a mean over all nodes, which outliers alone can make
+    if on == m || is_rounding(scale) || is_rounding(dispersion) {
         warnings.push(warning(on, m));
         let weights = residuals.iter().map(|r| f64::from(u8::from(r.abs() <= edge))).collect();
         return Settled { scale: Some(0.0), dispersion: None, weights: Some(weights) };
