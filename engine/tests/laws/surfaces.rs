@@ -268,6 +268,41 @@ fn the_tip_of_a_triangle_has_its_limits() {
     assert!(Differential::at(&cone, 0.5, 0.9).is_some());
 }
 
+/// Curvatures beside a pole against those of the surface's equation, from the radius of the place.
+#[test]
+fn curvatures_beside_a_pole() {
+    let sphere = revolved(&QUARTER.map(|[x, y, w]| [2.0 * x, 2.0 * y, w]));
+    // z = r²
+    let paraboloid = revolved(&[[1.0, 1.0, 1.0], [0.5, 0.0, 1.0], [0.0, 0.0, 1.0]]);
+    let of_sphere = |_: f64| (0.25, 0.5);
+    let of_paraboloid = |r: f64| {
+        let s = 1.0 + 4.0 * r * r;
+        (4.0 / (s * s), (2.0 + 4.0 * r * r) / s.powf(1.5))
+    };
+    let check = |surface: &BSplineSurface, truth: &dyn Fn(f64) -> (f64, f64)| {
+        for decade in 1..=13 {
+            for (u, share) in [(0.0, 1.0), (0.3, 0.7), (0.5, 0.4), (1.0, 0.2)] {
+                let v = 1.0 - share * 10f64.powi(-decade);
+                let found = Differential::at(surface, u, v).unwrap();
+                let (gaussian, mean) = truth(surface.value(u, v).xy().norm());
+                let errors = [found.gaussian / gaussian - 1.0, found.mean.abs() / mean - 1.0];
+                assert!(errors.iter().all(|error| error.abs() < 1e-7), "1 − v = {:e}: {errors:?}", 1.0 - v);
+                assert!(found.directions.iter().all(|d| d.dot(&found.normal).abs() < 1e-7));
+            }
+        }
+    };
+    check(&sphere, &of_sphere);
+    check(&paraboloid, &of_paraboloid);
+    // beside the tip of a cone there is no limit, and curvature grows towards it
+    let cone = revolved(&[[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]);
+    for decade in 1..=7 {
+        let found = Differential::at(&cone, 0.3, 1.0 - 10f64.powi(-decade)).unwrap();
+        let [high, low] = found.principal.map(f64::abs);
+        let radius = found.point.xy().norm();
+        near(high.max(low) * radius * 2f64.sqrt(), 1.0, 6.0);
+    }
+}
+
 #[test]
 fn three_sided_coons_patches() {
     let [a, b, c] = [Vector::zeros(), Vector::x() * 3.0, Vector::new(1.0, 2.0, 1.0)];

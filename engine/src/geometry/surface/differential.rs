@@ -9,9 +9,12 @@
 use super::SurfaceJet;
 use crate::geometry::space::Vector;
 
-/// Sines of the angle between S_u and S_v, and lengths of either against the patch, below which
-/// there is no normal to be had of them.
+/// Values of [`sharpness`] below which there is no normal to be had of S_u and S_v.
 const SINGULAR: f64 = 1e-10;
+
+/// Values of [`sharpness`] below which the formulas of a regular place lose more than half of the
+/// digits of curvatures.
+pub(super) const BLUNT: f64 = 1e-4;
 
 /// What the derivatives at a point tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,8 +36,8 @@ pub struct Differential {
     /// The unit tangents along which these are taken, at right angles. Where both are equal, any
     /// two are as good.
     pub directions: [Vector; 2],
-    /// Whether the parameters are singular here, so that all but `point` and `first_form` are
-    /// limits along a parameter line.
+    /// Whether the parameters are singular or nearly so here, so that all but `point` and
+    /// `first_form` are limits along a line of parameters.
     pub by_limit: bool,
 }
 
@@ -82,13 +85,19 @@ impl Differential {
     }
 }
 
-/// Whether S_u and S_v span no plane that could be trusted: one of them vanishes against its own
-/// change over the patch, or they are parallel.
-pub(super) fn is_singular(jet: &SurfaceJet, [[a, b], [c, d]]: [[f64; 2]; 2]) -> bool {
+/// Whether S_u and S_v span no plane that could be trusted.
+pub(super) fn is_singular(jet: &SurfaceJet, domain: [[f64; 2]; 2]) -> bool {
+    !(sharpness(jet, domain) > SINGULAR)
+}
+
+/// How well S_u and S_v span a plane: small where one of them vanishes against its own change over
+/// the patch, or where they are nearly parallel. Curvatures of a regular place have a relative
+/// error of about ε over its square.
+pub(super) fn sharpness(jet: &SurfaceJet, [[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
     let (wide, high) = (b - a, d - c);
     let size_u = jet.u.norm() + wide * jet.uu.norm() + high * jet.uv.norm();
     let size_v = jet.v.norm() + wide * jet.uv.norm() + high * jet.vv.norm();
-    !(jet.u.cross(&jet.v).norm() > SINGULAR * size_u * size_v)
+    jet.u.cross(&jet.v).norm() / (size_u * size_v)
 }
 
 /// Eigenvalues of ((a, b), (b, c)), the larger first, and the unit eigenvector of that one.

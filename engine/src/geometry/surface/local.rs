@@ -3,13 +3,13 @@
 
 use super::{
     Differential, Surface, SurfaceJet,
-    differential::is_singular,
+    differential::{BLUNT, is_singular, sharpness},
     triangle::{limit, normal_limit},
 };
 use crate::geometry::space::Vector;
 
 impl Differential {
-    /// At (u, v); by a limit where the parameters are singular, `None` where there is none either
+    /// At (u, v); by a limit where the parameters are singular or nearly so, `None` where there is none either
     /// (a cusp, a fold).
     ///
     /// ```
@@ -32,7 +32,16 @@ impl Differential {
 
     /// The same where the jet of the place in space is known already.
     pub fn at_jet(surface: &dyn Surface, jet: &SurfaceJet, u: f64, v: f64) -> Option<Self> {
-        if is_singular(jet, surface.domain()) { limit(surface, u, v) } else { Self::of(jet) }
+        let sharpness = sharpness(jet, surface.domain());
+        if sharpness > BLUNT {
+            return Self::of(jet);
+        }
+        // beside a singular place the better of both
+        let error = f64::EPSILON / (sharpness * sharpness);
+        match limit(surface, u, v, error) {
+            None if !is_singular(jet, surface.domain()) => Self::of(jet),
+            limit => limit,
+        }
     }
 }
 

@@ -8,7 +8,7 @@
 use super::{
     Surface, SurfaceJet,
     boundaries::Border,
-    differential::{Differential, is_singular, symmetric_eigen},
+    differential::{BLUNT, Differential, is_singular, symmetric_eigen},
 };
 use crate::geometry::space::{Dimension, Vector};
 use nalgebra::Matrix3;
@@ -51,31 +51,35 @@ pub fn degenerate_borders(surface: &dyn Surface, tolerance: f64) -> Vec<Degenera
 /// many times.
 const FIRST: f64 = 1.0 / 16.0;
 const HALVINGS: usize = 7;
-/// Two extrapolations in succession that differ by more, relative to their size, have not settled.
+/// Two extrapolations in succession that differ by more, relative to their size, have never settled.
 const SETTLED: f64 = 1e-4;
 
 /// The limit of the unit normal along the parameter line that leaves the singular place (u, v) into
 /// the patch.
 pub(super) fn normal_limit(surface: &dyn Surface, u: f64, v: f64) -> Option<Vector> {
-    let samples = approach(surface, u, v)?;
+    of_normals(&approach(surface, u, v)?, SETTLED)
+}
+
+fn of_normals(samples: &[Differential], settled: f64) -> Option<Vector> {
     let normals = samples.iter().map(|near| near.normal.into()).collect();
-    Vector::from(extrapolated::<3>(normals)?).try_normalize(0.5)
+    Vector::from(extrapolated::<3>(normals, settled)?).try_normalize(0.5)
 }
 
 /// The limit of everything in [`Differential`] along that line. `None` where it does not settle:
 /// where the lines that run into the tip lie in no plane, the patch ends there as a cone does, and
-/// its curvature grows without bound.
-pub(super) fn limit(surface: &dyn Surface, u: f64, v: f64) -> Option<Differential> {
+/// its curvature grows without bound; or where it is not known to better than the relative `error`.
+pub(super) fn limit(surface: &dyn Surface, u: f64, v: f64, error: f64) -> Option<Differential> {
+    let settled = SETTLED.min(error);
     let here = surface.place(u, v);
     let samples = approach(surface, u, v)?;
-    let normal = normal_limit(surface, u, v)?;
+    let normal = of_normals(&samples, settled)?;
     // the shape operator as a tensor of space is smooth even where its directions are not
     let tensors = samples.iter().map(|near| {
         let [d1, d2] = near.directions;
         let shape = d1 * d1.transpose() * near.principal[0] + d2 * d2.transpose() * near.principal[1];
         [shape.m11, shape.m22, shape.m33, shape.m12, shape.m13, shape.m23]
     });
-    let [m11, m22, m33, m12, m13, m23] = extrapolated(tensors.collect())?;
+    let [m11, m22, m33, m12, m13, m23] = extrapolated(tensors.collect(), settled)?;
     let shape = Matrix3::new(m11, m12, m13, m12, m22, m23, m13, m23, m33);
     let e1 = across(&normal);
     let e2 = normal.cross(&e1);
@@ -121,17 +125,18 @@ fn inward(surface: &dyn Surface, here: &SurfaceJet, u: f64, v: f64) -> [f64; 2] 
     };
     let (du, dv) = (step(0, u), step(1, v));
     let (moved_u, moved_v) = (here.u.norm() * du.abs(), here.v.norm() * dv.abs());
-    if moved_u <= 1e-8 * moved_v {
+    if moved_u <= BLUNT * moved_v {
         [0.0, dv]
-    } else if moved_v <= 1e-8 * moved_u {
+    } else if moved_v <= BLUNT * moved_u {
         [du, 0.0]
     } else {
         [du, dv]
     }
 }
 
-/// Neville's extrapolation to 0 of samples at 1, 1/2, 1/4, …; `None` unless the last two agree.
-fn extrapolated<const N: usize>(mut table: Vec<[f64; N]>) -> Option<[f64; N]> {
+/// Neville's extrapolation to 0 of samples at 1, 1/2, 1/4, …; `None` unless the last two agree to
+/// within `settled`, relative to their size.
+fn extrapolated<const N: usize>(mut table: Vec<[f64; N]>, settled: f64) -> Option<[f64; N]> {
     let mut before = *table.last()?;
     for order in 1..table.len() {
         let factor = 2f64.powi(order as i32) - 1.0;
@@ -145,7 +150,7 @@ fn extrapolated<const N: usize>(mut table: Vec<[f64; N]>) -> Option<[f64; N]> {
     let last = *table.last()?;
     let size = last.iter().fold(0.0f64, |a, x| a.max(x.abs()));
     let change = last.iter().zip(before).fold(0.0f64, |a, (x, y)| a.max((x - y).abs()));
-    (size.is_finite() && change <= SETTLED * size).then_some(last)
+    (size.is_finite() && change <= settled * size).then_some(last)
 }
 
 /// A unit vector at right angles to `n`.
