@@ -21,6 +21,49 @@ fn tikhonov(order: usize, weights: &[f64], parameter: Parameter) -> Regularizati
     Regularization::Tikhonov(Tikhonov { order, weights: Some(weights.to_vec()), parameter })
 }
 
+/// Heights of a line and of what no column follows: whatever is taken off the penalised coefficients
+/// costs nothing, so every criterion falls without end, or rises to the end of its range. With a
+/// cube among the heights each has a minimum.
+#[test]
+fn a_criterion_without_a_minimum_is_said() {
+    let places: Vec<f64> = (-6..=6).map(f64::from).collect();
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    // what polynomials of degree 3 leave of x⁵, by Gram and Schmidt
+    let mut rest: Vec<f64> = places.iter().map(|x| x.powi(5)).collect();
+    let mut known: Vec<Vec<f64>> = Vec::new();
+    for degree in 0..4 {
+        let mut column: Vec<f64> = places.iter().map(|x| x.powi(degree)).collect();
+        for _ in 0..2 {
+            for other in &known {
+                let share = product(&column, other) / product(other, other);
+                column.iter_mut().zip(other).for_each(|(x, y)| *x -= share * y);
+            }
+        }
+        known.push(column);
+    }
+    for _ in 0..3 {
+        for column in &known {
+            let share = product(&rest, column) / product(column, column);
+            rest.iter_mut().zip(column).for_each(|(x, y)| *x -= share * y);
+        }
+    }
+    let size = product(&rest, &rest).sqrt();
+    let heights = |cube: f64| -> Vec<f64> {
+        places.iter().zip(&rest).map(|(x, r)| 1.0 + 2.0 * x + cube * x.powi(3) + r / size).collect()
+    };
+    for criterion in [Criterion::Gcv, Criterion::Reml, Criterion::Press, Criterion::MinMse] {
+        for (cube, limit) in [(0.0, true), (0.003, false)] {
+            let nodes = Nodes::curve(places.clone(), heights(cube), None).unwrap();
+            let mut spec = polynomial(Degree::Both(3), PolynomialBasis::Legendre);
+            spec.regularization = tikhonov(2, &[1.0], Parameter::Criterion(criterion));
+            let result = fit(&nodes, &spec);
+            assert_eq!(warned(&result, "lambda_at_limit"), limit, "{}, {cube}", criterion.name());
+            let spec = FitSpec { regularization: tikhonov(2, &[1.0], Parameter::Fixed(1.0)), ..spec };
+            assert!(!warned(&fit(&nodes, &spec), "lambda_at_limit"));
+        }
+    }
+}
+
 proptest! {
     #![proptest_config(config(24))]
 

@@ -19,7 +19,9 @@ impl From<&Warning> for Params {
                 none.with("norm", *norm).with("along_worst", *along).with("std_error", *error)
             }
             Warning::NoLambdaOf(regularized) => none.with("regularization", regularization(*regularized)),
-            Warning::DiscrepancyNotReached(parameter) => none.with("parameter", *parameter),
+            Warning::DiscrepancyNotReached(parameter) | Warning::LambdaAtLimit(parameter) => {
+                none.with("parameter", *parameter)
+            }
             Warning::SigmaMissing(what) => none.with("criterion", criterion(*what)),
             Warning::WorseThanLeastSquares(factor) => none.with("factor", *factor),
             Warning::WeightsNotConverged { iterations, reached } => {

@@ -88,7 +88,7 @@ pub struct Weight {
     pub lambda: f64,
     /// `None` for a given λ.
     pub criterion: Option<Criterion>,
-    /// Whether the criterion is met within the range searched.
+    /// Whether the criterion is met within the range searched, and falls no more at its end.
     pub reached: bool,
     /// How the trace of the smoother was found.
     pub trace: Trace,
@@ -177,7 +177,7 @@ pub(super) fn report(
         warnings.push(Warning::ConditionUnknown);
     }
     if let Some(Weight { reached: false, .. }) = weight {
-        warnings.push(Warning::CriterionNotReached);
+        warnings.push(Warning::LambdaAtLimit("λ"));
     }
     let nodes_per_span = problem.nodes_per_span();
     let empty_spans = nodes_per_span.iter().filter(|&&nodes| nodes == 0).count();

@@ -13,7 +13,7 @@ use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, Warning},
     selection::{
-        LeftOut, Rule, Search, Spectral, Unavailable, range, scan,
+        Chosen, LeftOut, Place, Rule, Search, Spectral, Unavailable, range, scan,
         selector::{Comparison, ParameterProblem, Selection, select},
     },
     spec::{Criterion, Parameter},
@@ -25,11 +25,17 @@ pub(super) struct SelectedPenalty {
     pub figures: Choice,
 }
 
-/// λ, and whether a discrepancy was reached.
+/// λ, and where in the range of the search it is.
 #[derive(Clone, Copy)]
 pub(super) struct Lambda {
     pub value: f64,
-    reached: bool,
+    place: Place,
+}
+
+impl From<Chosen> for Lambda {
+    fn from(chosen: Chosen) -> Self {
+        Lambda { value: chosen.lambda_star, place: chosen.place }
+    }
 }
 
 /// Decides for `oblique`, whose directions are the columns of `images` in Q's coordinates.
@@ -103,7 +109,7 @@ impl ParameterProblem for Penalised<'_> {
     type Refusal = Unavailable;
 
     fn fixed(&self, parameter: f64) -> Result<Lambda, Unavailable> {
-        Ok(Lambda { value: parameter, reached: true })
+        Ok(Lambda { value: parameter, place: Place::Inside })
     }
 
     fn choose(&self, criterion: Criterion) -> Result<Lambda, Unavailable> {
@@ -111,22 +117,21 @@ impl ParameterProblem for Penalised<'_> {
         match criterion {
             Criterion::Press | Criterion::BlockedCv => {
                 let nodes = (self.nodewise)().ok_or(Unavailable::NoMinimiser)?;
-                self.fixed(self.search.least_of_nodes(|removed| nodes.sum(removed)).lambda_star)
+                Ok(self.search.least_of_nodes(|removed| nodes.sum(removed)).into())
             }
             Criterion::MinMse if oblique.is_noiseless() => Err(Unavailable::NoSigma),
             Criterion::MinMse => {
                 let at = |x: f64| oblique.mse(x.exp()).unwrap_or((f64::INFINITY, 0.0));
-                self.fixed(scan::least(self.logarithms, at).exp())
+                let (x, place) = scan::least(self.logarithms, at);
+                Ok(Lambda { value: x.exp(), place })
             }
             Criterion::MinCondition => {
                 let slope = |x: f64| oblique.condition_with_slope(x.exp()).map_or(-1.0, |(_, slope)| slope);
                 let x = scan::turning(self.logarithms, slope).ok_or(Unavailable::NoMinimiser)?;
-                self.fixed(x.exp())
+                let place = if self.logarithms.contains(&x) { Place::Limit } else { Place::Inside };
+                Ok(Lambda { value: x.exp(), place })
             }
-            _ => {
-                let chosen = self.search.choose(criterion)?;
-                Ok(Lambda { value: chosen.lambda_star, reached: chosen.reached })
-            }
+            _ => Ok(self.search.choose(criterion)?.into()),
         }
     }
 }
@@ -142,8 +147,8 @@ impl Comparison for Penalised<'_> {
         Criterion::ALL.into_iter().filter(move |c| few || asked || *c != Criterion::MinCondition)
     }
 
-    fn reached(answer: &Lambda) -> bool {
-        answer.reached
+    fn place(answer: &Lambda) -> Place {
+        answer.place
     }
 
     fn figures(&self, criterion: Option<Criterion>, answer: Option<Lambda>) -> Choice {
@@ -176,7 +181,7 @@ impl Comparison for Penalised<'_> {
 
     fn curve_point(&self, lambda_star: f64) -> LambdaCurvePoint {
         let gcv = self.search.gcv(&self.problem.sums(Rule::Ridge, lambda_star));
-        let figures = self.figures(None, Some(Lambda { value: lambda_star, reached: true }));
+        let figures = self.figures(None, Some(Lambda { value: lambda_star, place: Place::Inside }));
         LambdaCurvePoint {
             lambda_star,
             condition: figures.condition,

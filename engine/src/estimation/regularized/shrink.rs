@@ -17,7 +17,7 @@ use crate::estimation::{
     error::FitError,
     result::{Choice, LambdaCurvePoint, NeedsSigma, RegularizationKind, RegularizationReport, Regularized, Warning},
     selection::{
-        Rule, Search, Spectral, Unavailable, range,
+        Place, Rule, Search, Spectral, Unavailable, range,
         selector::{Comparison, ParameterProblem, select, warn_of_missing_sigma},
     },
     spec::{Attraction, Criterion, JamesStein, ShrinkageFactor},
@@ -73,12 +73,12 @@ pub(super) fn james_stein(
 struct Drawn {
     weight: Option<f64>,
     factor: f64,
-    reached: bool,
+    place: Place,
 }
 
 impl Drawn {
     fn by(weight: f64) -> Self {
-        Drawn { weight: Some(weight), factor: 1.0 / (1.0 + weight), reached: true }
+        Drawn { weight: Some(weight), factor: 1.0 / (1.0 + weight), place: Place::Inside }
     }
 }
 
@@ -147,12 +147,12 @@ impl ParameterProblem for Attracted<'_> {
                     weight if weight.is_finite() => Drawn::by(weight),
                     // neither signal nor noise: Â is T
                     _ if noise == 0.0 => Drawn::by(0.0),
-                    _ => Drawn { weight: None, factor: 0.0, reached: true },
+                    _ => Drawn { weight: None, factor: 0.0, place: Place::Inside },
                 })
             }
-            (_, Some(search)) => search
-                .choose(criterion)
-                .map(|chosen| Drawn { reached: chosen.reached, ..Drawn::by(chosen.lambda_star) }),
+            (_, Some(search)) => {
+                search.choose(criterion).map(|chosen| Drawn { place: chosen.place, ..Drawn::by(chosen.lambda_star) })
+            }
             _ => Err(Unavailable::NoMinimiser),
         }
     }
@@ -165,8 +165,8 @@ impl Comparison for Attracted<'_> {
         [Criterion::Optimal].into_iter().chain(Criterion::ALL)
     }
 
-    fn reached(answer: &Drawn) -> bool {
-        answer.reached
+    fn place(answer: &Drawn) -> Place {
+        answer.place
     }
 
     fn figures(&self, criterion: Option<Criterion>, answer: Option<Drawn>) -> Choice {

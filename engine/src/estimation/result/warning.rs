@@ -107,6 +107,12 @@ pub enum Warning {
     /// A discrepancy that is not reached.
     #[error("the residuals stay below the noise for every {0}: the largest one is answered")]
     DiscrepancyNotReached(&'static str),
+    /// A criterion that has no minimum within the range that is searched.
+    #[error(
+        "what is asked for is not met within the range that is searched for {0}, or the criterion still falls at its \
+         end: that end is answered"
+    )]
+    LambdaAtLimit(&'static str),
     /// A criterion without σ.
     #[error("{0} needs σ: there are as many coefficients as nodes, so give its value; least squares is answered")]
     SigmaMissing(NeedsSigma),
@@ -228,9 +234,6 @@ pub enum Warning {
     /// The condition of a big surface that is not known.
     #[error("the extreme eigenvalues did not settle within the limit of the iteration")]
     ConditionUnknown,
-    /// A criterion that is not met.
-    #[error("the criterion is not met within the range of λ searched: its end is answered")]
-    CriterionNotReached,
     /// Cells without nodes.
     #[error("{empty} of {cells} cells hold no node: the surface there follows its neighbours")]
     EmptySpans {

@@ -23,6 +23,7 @@ impl Warning {
             AttractedEntirely => "attracted_entirely",
             TargetOfConstantUnused => "target_of_constant_unused",
             DiscrepancyNotReached(_) => "discrepancy_not_reached",
+            LambdaAtLimit(_) => "lambda_at_limit",
             SigmaMissing(_) => "criterion_unavailable",
             WorseThanLeastSquares(_) => "worse_than_least_squares",
             WeightsNotConverged { .. } | NewtonNotConverged { .. } | SimplexStopped(_) | DispersionStopped => {
@@ -39,7 +40,6 @@ impl Warning {
             NodesNotKept => "nodes_not_kept",
             Forgetting { .. } => "forgetting",
             ConditionUnknown => "condition_unknown",
-            CriterionNotReached => "criterion_not_reached",
             EmptySpans { .. } => "empty_spans",
             NoStandardErrors(_) => "no_standard_errors",
             DependentLevels(_) => "dependent_columns",

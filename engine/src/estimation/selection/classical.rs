@@ -9,7 +9,7 @@
 //!   the same under both.
 
 use super::{
-    search::{Chosen, Unavailable},
+    search::{Chosen, Place, Unavailable},
     spectral::Spectral,
 };
 use crate::estimation::spec::Criterion;
@@ -30,12 +30,12 @@ pub(super) fn ridge_parameter(criterion: Criterion, problem: &Spectral, a: &[f64
         _ => return Err(Unavailable::NoMinimiser),
     };
     if k > 0.0 && k.is_finite() {
-        Ok(Chosen { lambda_star: k, interval: None, reached: true })
+        Ok(Chosen { lambda_star: k, interval: None, place: Place::Inside })
     } else if variance == 0.0 {
         // no noise: nothing to shrink, as the other criteria answer with the low end of their
         // search
         let low = super::search::range(problem, super::filter::Rule::Ridge)[0];
-        Ok(Chosen { lambda_star: low, interval: None, reached: true })
+        Ok(Chosen { lambda_star: low, interval: None, place: Place::Inside })
     } else {
         Err(Unavailable::NoMinimiser)
     }

@@ -4,7 +4,7 @@ use super::{
     classical::ridge_parameter,
     filter::Rule,
     nodewise::LeftOut,
-    search::{Chosen, Search, Unavailable, range},
+    search::{Chosen, Place, Search, Unavailable, range},
     selector::{Comparison, ParameterProblem, Selection, select},
     spectral::Spectral,
 };
@@ -137,7 +137,7 @@ impl ParameterProblem for Filters<'_> {
     type Refusal = Unavailable;
 
     fn fixed(&self, parameter: f64) -> Result<Chosen, Unavailable> {
-        Ok(Chosen { lambda_star: parameter, interval: None, reached: true })
+        Ok(Chosen { lambda_star: parameter, interval: None, place: Place::Inside })
     }
 
     fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
@@ -162,8 +162,8 @@ impl Comparison for Filters<'_> {
         Criterion::ALL.into_iter().chain(closed.iter().copied())
     }
 
-    fn reached(answer: &Chosen) -> bool {
-        answer.reached
+    fn place(answer: &Chosen) -> Place {
+        answer.place
     }
 
     fn figures(&self, criterion: Option<Criterion>, answer: Option<Chosen>) -> Choice {

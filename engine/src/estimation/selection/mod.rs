@@ -16,5 +16,5 @@ pub(crate) use blockwise::{Block, Blockwise, left_out, moved_by};
 pub(crate) use filter::{Filtered, Rule};
 pub(crate) use g_prior::g_prior;
 pub(crate) use nodewise::{LeftOut, Nodewise};
-pub(crate) use search::{Chosen, Search, Unavailable, range};
+pub(crate) use search::{Chosen, Place, Search, Unavailable, range};
 pub(crate) use spectral::Spectral;

@@ -1,5 +1,6 @@
 //! Minima of a function of ln λ: all of them on a grid, each refined by the sign of the slope.
 
+use super::search::Place;
 use crate::numerics::root::{boundary, root};
 
 /// Grid points for each factor of e.
@@ -9,9 +10,9 @@ const TURN: f64 = 1e-9;
 /// Most cells.
 const MOST: f64 = 400.0;
 
-/// The place of the least value of `at(x)` → (value, slope) for x in `[low, high]`; of equal ones
-/// the first.
-pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f64 {
+/// The place of the least value of `at(x)` → (value, slope) for x in `[low, high]`, and whether it
+/// is at an end; of equal ones the first.
+pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> (f64, Place) {
     let cells = ((high - low) * DENSITY).ceil().clamp(1.0, MOST) as usize;
     let grid: Vec<(f64, f64, f64)> = (0..=cells)
         .map(|i| {
@@ -37,7 +38,7 @@ pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> f6
             offer(rises, at(rises).0);
         }
     }
-    place
+    (place, Place::of(best, [grid[0].1, grid[cells].1]))
 }
 
 /// Where a slope that changes its sign once turns positive; `None` where it does not within `[low,
@@ -65,9 +66,9 @@ mod tests {
                 2.0 * (x - 1.0) * (x - 4.0).powi(2) + 2.0 * (x - 1.0).powi(2) * (x - 4.0) - 0.3
             })
         };
-        let x = least([-3.0, 8.0], f);
-        assert!((x - 4.0).abs() < 0.1 && f(x).1.abs() < 1e-9, "{x}");
-        assert_eq!(least([0.0, 2.0], |x| (x, 1.0)), 0.0);
+        let (x, place) = least([-3.0, 8.0], f);
+        assert!(place == Place::Inside && (x - 4.0).abs() < 0.1 && f(x).1.abs() < 1e-9, "{x}");
+        assert_eq!(least([0.0, 2.0], |x| (x, 1.0)), (0.0, Place::Limit));
     }
 
     #[test]

@@ -26,6 +26,8 @@ const JOINING: [f64; 3] = [1e-4, 3e-3, 6e-2];
 /// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
 const ROOT: f64 = 1e-14;
 const PEAK: f64 = 1e-8;
+/// Relative difference below which values of a criterion are level.
+const LEVEL: f64 = 1e-12;
 /// A peak of the curvature seen on the grid is refined when it is at least this large against the
 /// largest.
 const WORTH_REFINING: f64 = 0.25;
@@ -36,9 +38,26 @@ pub(crate) struct Chosen {
     pub lambda_star: f64,
     /// All minimisers, where they form a plateau.
     pub interval: Option<[f64; 2]>,
-    /// False only where the discrepancy cannot be reached: the upper end of the search is answered
-    /// then.
-    pub reached: bool,
+    pub place: Place,
+}
+
+/// Where in the range that is searched a criterion has its answer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Place {
+    /// Within it, or where no range is searched.
+    Inside,
+    /// At an end, where the criterion still falls or is level.
+    Limit,
+    /// At the upper end, where the discrepancy is not reached.
+    Missed,
+}
+
+impl Place {
+    /// The place of the value `best` that was found, among the values at both ends.
+    pub(crate) fn of(best: f64, ends: [f64; 2]) -> Self {
+        let is_best = |end: f64| end <= best + LEVEL * best.abs();
+        if ends.into_iter().any(is_best) { Place::Limit } else { Place::Inside }
+    }
 }
 
 /// Why a criterion has no answer.
@@ -74,9 +93,9 @@ pub(super) fn least_condition(lambda: &[f64], scheme: Scheme, count: usize) -> C
         }
     };
     if low <= high {
-        Chosen { lambda_star: low, interval: Some([low, high]), reached: true }
+        Chosen { lambda_star: low, interval: Some([low, high]), place: Place::Inside }
     } else {
-        Chosen { lambda_star: high, interval: None, reached: true }
+        Chosen { lambda_star: high, interval: None, place: Place::Inside }
     }
 }
 
@@ -132,9 +151,16 @@ impl<'a> Search<'a> {
         self.problem.sums_touching(self.rule, x.exp(), stretch.touched.clone())
     }
 
-    /// What `criterion` chooses.
+    /// λ* from its logarithm. The range of spectral schemes is all that there is, no limit of the
+    /// search.
+    fn chosen(&self, (x, place): (f64, Place)) -> Chosen {
+        let place = if self.rule == Rule::Ridge { place } else { Place::Inside };
+        Chosen { lambda_star: x.exp(), interval: None, place }
+    }
+
+    /// Returns what `criterion` chooses.
     pub(crate) fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
-        let chosen = |x: f64| Ok(Chosen { lambda_star: x.exp(), interval: None, reached: true });
+        let chosen = |found| Ok(self.chosen(found));
         let freedom = self.problem.count > self.problem.lambda.len() + self.problem.unpenalised;
         match (criterion, self.rule) {
             (Criterion::MinCondition, Rule::Spectral { scheme, count }) if count > 0 => {
@@ -183,12 +209,14 @@ impl<'a> Search<'a> {
     }
 
     /// The best of all local minima; `slope` need only have the derivative's sign.
-    fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> f64 {
+    fn minimise(&self, value: impl Fn(&Sums) -> f64, slope: impl Fn(&Sums) -> f64) -> (f64, Place) {
         let (mut best, mut at) = (f64::INFINITY, self.stretches[0].places[0]);
+        let mut ends = Ends::default();
         let mut heights = Vec::new();
         for stretch in &self.stretches {
             heights.clear();
             heights.extend((0..stretch.places.len()).map(|k| value(&self.of_grid(stretch, k))));
+            ends.see(&heights);
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
                 let end = |k: usize| (stretch.places[k], slope(&self.of_grid(stretch, k)));
                 let refined = sign_change(end(bracket.0), end(bracket.1), |x| slope(&self.sums(stretch, x)));
@@ -201,11 +229,11 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        at
+        (at, ends.place(best))
     }
 
     /// The place of greatest restricted likelihood; `None` where nothing tells one from another.
-    fn likeliest(&self) -> Option<f64> {
+    fn likeliest(&self) -> Option<(f64, Place)> {
         let stretch = self.stretches.last()?;
         let likelihood = Likelihood::new(self.problem, self.rule, stretch.touched.clone())?;
         let found: Vec<(f64, f64)> = stretch.places.iter().map(|x| likelihood.at(*x)).collect();
@@ -221,7 +249,9 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        Some(at)
+        let mut ends = Ends::default();
+        ends.see(&heights);
+        Some((at, ends.place(best)))
     }
 
     /// The least value of what the nodes say of λ*: of `value` at `1 − fᵢ` of every direction.
@@ -236,8 +266,10 @@ impl<'a> Search<'a> {
             value(&removed)
         };
         let (mut best, mut place) = (f64::INFINITY, self.stretches[0].places[0]);
+        let mut seen = Ends::default();
         for stretch in &self.stretches {
             let heights: Vec<f64> = stretch.places.iter().map(|x| at(stretch, *x)).collect();
+            seen.see(&heights);
             for (k, bracket) in peaks(&heights, |here, there| here <= there) {
                 let ends = [stretch.places[bracket.0], stretch.places[bracket.1]];
                 let (x, height) = minimum(ends, (stretch.places[k], heights[k]), PEAK, |x| at(stretch, x));
@@ -247,11 +279,11 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        Chosen { lambda_star: place.exp(), interval: None, reached: true }
+        self.chosen((place, seen.place(best)))
     }
 
     /// The place of greatest curvature of (log ‖Y − XÂ_B‖, log ‖Â_B‖).
-    fn corner(&self) -> f64 {
+    fn corner(&self) -> (f64, Place) {
         let curvatures =
             |s: &Stretch| (0..s.places.len()).map(|k| curvature(&self.of_grid(s, k))).collect::<Vec<f64>>();
         let heights: Vec<Vec<f64>> = self.stretches.iter().map(curvatures).collect();
@@ -271,24 +303,44 @@ impl<'a> Search<'a> {
                 }
             }
         }
-        at
+        let mut ends = Ends::default();
+        heights.iter().for_each(|heights| ends.see(&heights.iter().map(|height| -height).collect::<Vec<f64>>()));
+        (at, ends.place(-best))
     }
 
     fn discrepancy(&self, target: f64) -> Chosen {
-        let answer = |x: f64, reached| Chosen { lambda_star: x.exp(), interval: None, reached };
+        let answer = |x: f64, place| Chosen { lambda_star: x.exp(), interval: None, place };
         let rss = |stretch: &Stretch, k: usize| self.of_grid(stretch, k).rss[0];
         let first = &self.stretches[0];
         if rss(first, 0) >= target {
-            return answer(first.places[0], true);
+            return answer(first.places[0], Place::Inside);
         }
         for stretch in &self.stretches {
             if let Some(k) = (1..stretch.places.len()).find(|k| rss(stretch, *k) >= target) {
                 let end = |k: usize| (stretch.places[k], rss(stretch, k) - target);
                 let x = sign_change(end(k - 1), end(k), |x| self.sums(stretch, x).rss[0] - target);
-                return answer(x.unwrap_or(stretch.places[k]), true);
+                return answer(x.unwrap_or(stretch.places[k]), Place::Inside);
             }
         }
-        answer(range(self.problem, self.rule)[1].ln(), false)
+        answer(range(self.problem, self.rule)[1].ln(), Place::Missed)
+    }
+}
+
+/// The values of a criterion at the ends of its grid, which is seen stretch by stretch.
+#[derive(Default)]
+struct Ends {
+    first: Option<f64>,
+    last: f64,
+}
+
+impl Ends {
+    fn see(&mut self, heights: &[f64]) {
+        self.first = self.first.or(heights.first().copied());
+        self.last = heights.last().copied().unwrap_or(self.last);
+    }
+
+    fn place(&self, best: f64) -> Place {
+        Place::of(best, [self.first.unwrap_or(f64::INFINITY), self.last])
     }
 }
 

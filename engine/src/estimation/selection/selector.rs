@@ -5,7 +5,7 @@
 //! criteria are walked, what is refused, which warnings follow and where the curve is evaluated is
 //! the same for all of them.
 
-use super::search::Unavailable;
+use super::search::{Place, Unavailable};
 use crate::estimation::fault::{Faults, Field, RegularizationReason};
 use crate::estimation::{
     error::FitError,
@@ -44,8 +44,8 @@ pub(crate) trait Comparison: ParameterProblem<Refusal = Unavailable> {
 
     /// The criteria whose choices are reported, in this order.
     fn criteria(&self) -> impl Iterator<Item = Criterion>;
-    /// False only where a discrepancy cannot be reached.
-    fn reached(answer: &Self::Answer) -> bool;
+    /// Where in the range of the search an answer is.
+    fn place(answer: &Self::Answer) -> Place;
     /// The figures of an answer; of `None` those of least squares.
     fn figures(&self, criterion: Option<Criterion>, answer: Option<Self::Answer>) -> Choice;
     /// The parameter at a share (0 to 1) of the range of the search.
@@ -103,8 +103,10 @@ pub(crate) fn select<P: Comparison>(
         (Err(_), Some(criterion)) => return Err(no_minimiser(criterion).into()),
         (Err(_), None) => None,
     };
-    if answer.is_some_and(|answer| !P::reached(&answer)) {
-        warnings.push(Warning::DiscrepancyNotReached(P::PARAMETER));
+    match answer.as_ref().map(P::place) {
+        Some(Place::Missed) => warnings.push(Warning::DiscrepancyNotReached(P::PARAMETER)),
+        Some(Place::Limit) => warnings.push(Warning::LambdaAtLimit(P::PARAMETER)),
+        Some(Place::Inside) | None => {}
     }
     let curve = want_curve
         .then(|| (0..=POINTS).map(|i| problem.curve_point(problem.at_share(i as f64 / POINTS as f64))).collect());

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::{
     estimation::{
-        selection::selector::ParameterProblem,
+        selection::{Place, selector::ParameterProblem},
         spec::{Criterion, Parameter},
     },
     fault::words::Shown,
@@ -65,7 +65,8 @@ pub struct Found {
     pub lambda: f64,
     /// The criterion that chose it; `None` for a given λ or given degrees of freedom.
     pub criterion: Option<Criterion>,
-    /// False where what was asked for is not reached within the range of λ: its end is answered.
+    /// False where what was asked for is not reached within the range of λ, or the criterion still
+    /// falls at its end: the end is answered.
     pub reached: bool,
 }
 
@@ -143,11 +144,11 @@ impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F>
         let variance = problem.variance.ok_or(NoParameter::NoSigma(criterion));
         let coordinates = problem.coordinates as f64;
         match criterion {
-            Criterion::Gcv => found((minimum(&self.grid()?, at, |f| problem.gcv(f)), true)),
+            Criterion::Gcv => found(minimum(&self.grid()?, at, |_, f| problem.gcv(f))),
             Criterion::MinMse => {
                 let variance = variance?;
-                let score = |f: &Figures| f.rss + 2.0 * variance * coordinates * f.effective;
-                found((minimum(&self.grid()?, at, score), true))
+                let score = |_: f64, f: &Figures| f.rss + 2.0 * variance * coordinates * f.effective;
+                found(minimum(&self.grid()?, at, score))
             }
             Criterion::Discrepancy => {
                 let aim = problem.count as f64 * coordinates * variance?;
@@ -155,7 +156,7 @@ impl<F: Fn(f64) -> Option<Figures> + Sync> ParameterProblem for Penalised<'_, F>
             }
             Criterion::LCurve => {
                 let bend = |x: f64, f: &Figures| -curvature(x.exp(), f);
-                found((minimum_of(&self.grid()?, at, bend), true))
+                found(minimum(&self.grid()?, at, bend))
             }
             // an unsolvable problem comes first, as for the other criteria
             other => self.grid().and(Err(NoParameter::NotHere(other))),
@@ -208,13 +209,9 @@ fn grid([low, high]: [f64; 2], at: &(impl Fn(f64) -> Option<Figures> + Sync)) ->
     places.into_iter().zip(figures).filter_map(|(x, f)| f.filter(usable).map(|f| (x, f))).collect()
 }
 
-fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(&Figures) -> f64) -> f64 {
-    minimum_of(grid, at, |_, f| score(f))
-}
-
 /// The least `score`: every dip of the grid is refined (by golden sections and parabolas), of equal
-/// ones the first wins.
-fn minimum_of(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64, &Figures) -> f64) -> f64 {
+/// ones the first wins. False where it still falls, or is level, at an end of the grid.
+fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64, &Figures) -> f64) -> (f64, bool) {
     let scores: Vec<f64> = grid.iter().map(|(x, f)| score(*x, f)).collect();
     let (mut place, mut best) = (grid[0].0, scores[0]);
     let at = |x: f64| {
@@ -233,7 +230,8 @@ fn minimum_of(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(
             }
         }
     }
-    place
+    let ends = [scores[0], scores[scores.len() - 1]];
+    (place, Place::of(best, ends) == Place::Inside)
 }
 
 /// Where the rising `value` passes 0: its place, and whether it does within the grid.
@@ -291,6 +289,20 @@ mod tests {
         let degrees = find(Smoothing::EffectiveDegrees(2.5), &problem(None), one).unwrap();
         assert!((degrees.lambda - 1.0).abs() < 1e-10);
         assert!(by(Criterion::LCurve, None).is_ok());
+    }
+
+    #[test]
+    fn a_criterion_that_still_falls_at_an_end_is_not_reached() {
+        // 3 + 4(1−f)² + 2σ²f: least at 1 − f = σ²/4, so that σ² ≥ 4 leaves no minimum within the range
+        for (variance, reached) in [(1.0, true), (3.9, true), (4.0, false), (9.0, false)] {
+            let found = by(Criterion::MinMse, Some(variance)).unwrap();
+            assert_eq!(found.reached, reached, "{variance}: {found:?}");
+            assert!(reached || found.lambda > 0.9 * 12f64.exp(), "{found:?}");
+        }
+        // a signal that no penalty should touch: GCV falls towards λ = 0
+        let bare = |lambda: f64| one(lambda).map(|f| Figures { rss: f.rss - 3.0 + 1e-30, ..f });
+        let found = find(Smoothing::Parameter(Parameter::Criterion(Criterion::Gcv)), &problem(None), bare).unwrap();
+        assert!(!found.reached && found.lambda < 1e-5, "{found:?}");
     }
 
     #[test]

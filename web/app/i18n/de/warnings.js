@@ -13,10 +13,10 @@ export default {
     "Benachbarte Residuen hängen zusammen: Dem Modell fehlt etwas, oder die Standardabweichungen sind zu klein.",
   correlation_at_bound:
     "Die wahrscheinlichste Korrelation der Nachbarn liegt am Rand des durchsuchten Bereichs und ist keine Schätzung.",
-  criterion_not_reached:
-    "Das Kriterium wird im durchsuchten Bereich von λ nicht erfüllt; die Antwort liegt an dessen Ende.",
   criterion_unavailable: "Das Kriterium braucht σ; stattdessen gelten die kleinsten Quadrate.",
   dependent_columns: "Bei einzelnen Stufen hängen die Spalten voneinander ab; was es dort nicht gibt, fehlt.",
+  lambda_at_limit:
+    "Das Kriterium hat im durchsuchten Bereich kein Minimum; die Antwort gilt am Ende des Bereichs.",
   discrepancy_not_reached: "Die Residuen bleiben immer unter dem Rauschen; die Antwort ist der größte Wert.",
   empty_spans: "In einzelnen Zellen liegen keine Knoten: Dort folgt die Fläche ihren Nachbarn.",
   exact_fit: "Viele Knoten liegen genau auf einer Fläche: Die Streuung ist 0, Standardabweichungen gibt es nicht.",
@@ -180,7 +180,6 @@ export default {
   // pitches, sections
   no_runout: "Kein Rundlauf: Die Teilungen lassen ihn nicht erkennen.",
   coincident: "Ein Teil der Fläche liegt in der Schnittebene; er gehört zu keiner Schnittkurve.",
-  smoothing_not_reached: "Die verlangte Glättung ist nicht erreicht.",
   unresolved:
     "Stellenweise ist die Fläche zu flach, oder Zweige liegen zu nah beieinander: Schnittkurven können dort enden oder fehlen.",
   tolerance_not_met: "Die verlangte Toleranz ist nicht erreicht.",
