@@ -77,8 +77,8 @@ pub enum StartError {
     Archives(#[from] NoArchives),
     #[error("--oidc-ca: {0}")]
     Provider(#[from] OutgoingError),
-    #[error("cannot start the fit workers: {0}")]
-    Workers(io::Error),
+    #[error(transparent)]
+    State(#[from] http::StateError),
 }
 
 impl App {
@@ -99,9 +99,9 @@ impl App {
         let store = open_store(&settings, ids.clone()).await?;
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), ids);
         let tokens = Tokens::of(&settings.oidc, Arc::new(SystemClock))?;
-        let state = AppState::new(settings, jobs, tokens).map_err(StartError::Workers)?;
+        let state = AppState::new(settings, jobs, tokens).await?;
         state.dashboard.as_ref().map_or(Ok(()), Files::check)?;
-        warn_if_open(&state).await;
+        warn_if_open(&state);
         Ok(App { listener, operation, tls, state, store, seals, retention })
     }
 
@@ -180,11 +180,9 @@ impl App {
 }
 
 /// Tells of a server that lets in everybody who can reach it.
-async fn warn_if_open(state: &AppState) {
+fn warn_if_open(state: &AppState) {
     let settings = &state.settings;
-    // where the store does not say so, keys are asked for
-    let open = matches!(state.callers.are_known().await, Ok(false));
-    if open && !settings.bind.ip().is_loopback() {
+    if !state.callers.key_required() && !settings.bind.ip().is_loopback() {
         tracing::warn!(
             address = %settings.bind,
             "no key is asked for: whoever reaches this address may do everything; make keys with `flankfit keys create`"

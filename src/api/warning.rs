@@ -25,6 +25,10 @@ pub struct WarningBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub params: Option<Params>,
+    /// The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
+    /// whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<String>,
 }
 
 impl From<&Warning> for WarningBody {
@@ -42,7 +46,7 @@ impl WarningBody {
 
     /// Of a message that speaks of nothing but itself.
     pub fn new(code: &'static str, message: String) -> Self {
-        WarningBody { code: code.into(), message, params: None }
+        WarningBody { code: code.into(), message, params: None, at: None }
     }
 }
 

@@ -5,7 +5,7 @@ use clap::ValueEnum;
 /// Whether callers need a key.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Authentication {
-    /// Once the store is PostgreSQL, a digest is given or a key exists.
+    /// Once the store is PostgreSQL, a digest or an issuer is given, or a key exists at start.
     #[default]
     Auto,
     Required,

@@ -62,27 +62,27 @@ pub struct Callers {
     kept: KnownKeys,
     /// Tokens of an identity provider, where the settings name one.
     tokens: Option<Arc<Tokens>>,
-    demand: Demand,
-    /// Whoever calls a server that asks for no key.
+    key_required: bool,
+    /// Whether keys are asked for from the next start on, once there is one.
+    is_undecided: bool,
+    /// The caller of every request to a server that asks for no key.
     anonymous: Principal,
 }
 
-/// Whether a key is asked for.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Demand {
-    Always,
-    OnceThereIsAKey,
-    Never,
-}
-
 impl Callers {
-    pub fn of(settings: &ServeSettings, jobs: &JobService, tokens: Option<Arc<Tokens>>) -> Self {
-        let is_asked_for = jobs.is_shared() || tokens.is_some() || !settings.api_keys_sha256.is_empty();
-        let demand = match settings.auth {
-            Authentication::Off => Demand::Never,
-            Authentication::Required => Demand::Always,
-            Authentication::Auto if is_asked_for => Demand::Always,
-            Authentication::Auto => Demand::OnceThereIsAKey,
+    /// Decides whether a key is required, for as long as the process runs: a key that is made
+    /// meanwhile shuts out nobody.
+    pub async fn of(
+        settings: &ServeSettings,
+        jobs: &JobService,
+        tokens: Option<Arc<Tokens>>,
+    ) -> Result<Self, RepositoryError> {
+        let kept = jobs.known_keys();
+        let is_configured = jobs.is_shared() || tokens.is_some() || !settings.api_keys_sha256.is_empty();
+        let key_required = match settings.auth {
+            Authentication::Off => false,
+            Authentication::Required => true,
+            Authentication::Auto => is_configured || kept.exist().await?,
         };
         let principal = |caller: Caller, role: Option<Role>, proof: Proof| Principal {
             caller,
@@ -95,13 +95,14 @@ impl Callers {
             let caller = Caller { actor: name_of_key(digest).into(), ..Caller::anonymous() };
             (*digest, principal(caller, role, Proof::Listed))
         };
-        Callers {
+        Ok(Callers {
             listed: settings.api_keys_sha256.iter().map(of_key).collect(),
-            kept: jobs.known_keys(),
+            kept,
             tokens,
-            demand,
+            key_required,
+            is_undecided: settings.auth == Authentication::Auto && !key_required,
             anonymous: principal(Caller::anonymous(), None, Proof::None),
-        }
+        })
     }
 
     /// The keys of the store.
@@ -165,22 +166,14 @@ impl Callers {
         }
     }
 
-    /// Whether each has a key, so that they can be told from each other.
-    pub async fn are_known(&self) -> Result<bool, RepositoryError> {
-        match self.demand {
-            Demand::Always => Ok(true),
-            Demand::Never => Ok(false),
-            Demand::OnceThereIsAKey => self.kept.exist().await,
-        }
+    /// Whether requests need a key.
+    pub fn key_required(&self) -> bool {
+        self.key_required
     }
 
-    /// The same as far as it is known without asking the store.
-    pub fn need_a_key(&self) -> bool {
-        match self.demand {
-            Demand::Always => true,
-            Demand::Never => false,
-            Demand::OnceThereIsAKey => self.kept.were_seen(),
-        }
+    /// Whether a key made now would be the first, because of which the next start asks for keys.
+    pub async fn await_first_key(&self) -> Result<bool, RepositoryError> {
+        Ok(self.is_undecided && !self.kept.exist().await?)
     }
 
     /// Makes out the caller of a request to the versioned interface, and refuses one who is not let
@@ -196,10 +189,9 @@ impl Callers {
         if !path.starts_with("/v1/") || method == Method::OPTIONS {
             return Ok(None);
         }
-        let (outcome, identified) = match self.are_known().await {
-            Ok(false) => ("none", Ok(self.anonymous.clone())),
-            Ok(true) => self.let_in(headers, extensions.get()).await,
-            Err(away) => ("unavailable", Err(away.into())),
+        let (outcome, identified) = match self.key_required {
+            false => ("none", Ok(self.anonymous.clone())),
+            true => self.let_in(headers, extensions.get()).await,
         };
         telemetry::record_authentication(outcome);
         identified.map(Some)

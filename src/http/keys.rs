@@ -26,6 +26,7 @@ use crate::{
         },
         json::{value::read_json, writer::text_of},
         problem::{Problem, ProblemCode},
+        warning::WarningBody,
     },
     jobs::{Answer, ApiKey, KeyId, List, Role, Scopes, Secret},
 };
@@ -43,6 +44,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// It allows no more than the key that asks for it, except that one of the role `admin` makes keys
 /// of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
 /// certificate with its name need no other key.
+///
+/// A server that asks for no key yet takes a secret of the role `admin` first. Restarted with
+/// `--auth auto`, it asks for a key with every request; the answer's `warnings` say so.
 #[utoipa::path(
     post, path = "/v1/keys", operation_id = "create_key", tag = "keys",
     params(IdempotencyKey),
@@ -55,8 +59,9 @@ pub fn group() -> OpenApiRouter<AppState> {
         )),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow.",
             body = Problem, content_type = "application/problem+json"),
-        (status = 409, description = "Another key is of certificates with this name, or the first request with this \
-            idempotency key is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "Another key is of certificates with this name, the first key is not an \
+            administrator's, or the first request with this idempotency key is still running.",
+            body = Problem, content_type = "application/problem+json")
     )
 )]
 async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
@@ -66,19 +71,40 @@ async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -
         let body = read_small_json(&state, payload, limit, read).await?;
         let draft = body.draft(keys.now()).map_err(Problem::invalid)?;
         check_grant(&state.principal, draft.scopes)?;
-        let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None)));
+        let is_first = state.callers.await_first_key().await?;
+        if is_first && (draft.role != Some(Role::Admin) || draft.san.is_some()) {
+            return Err(first_key_must_be_admin());
+        }
+        let created = move |key: &ApiKey, secret: Option<&Secret>| created(key, secret, is_first);
+        let keyed = key.map(|key| key.answered_by(move |key: &ApiKey, _| created(key, None)));
         let (made, secret) = keys.create(draft, keyed).await?;
+        if is_first {
+            tracing::warn!(key = %made.id, "{FIRST_KEY}");
+        }
         Ok(created(&made, secret.as_ref()))
     })
     .await
 }
 
-fn created(key: &ApiKey, secret: Option<&Secret>) -> Answer {
+/// What follows from the first key.
+const FIRST_KEY: &str = "this is the first key: until the server is restarted it asks for none, and from then on \
+    (with --auth auto) every request under /v1 needs one. Keep this key, with which others are made";
+
+/// 409: with another first key nobody could make keys once they are asked for.
+pub(super) fn first_key_must_be_admin() -> Problem {
+    let detail = "There is no key yet, and once there is one the next start asks everybody for a key: make a secret of \
+        the role `admin` first (POST /v1/keys with \"role\": \"admin\" and no other kind), and keep it.";
+    Problem::new(ProblemCode::FirstKeyMustBeAdmin, detail)
+}
+
+fn created(key: &ApiKey, secret: Option<&Secret>, is_first: bool) -> Answer {
+    let first = || WarningBody::new("first_key", FIRST_KEY.to_owned());
+    let body = KeyBody { warnings: is_first.then(first).into_iter().collect(), ..KeyBody::of(key, secret) };
     Answer {
         status: 201,
         location: Some(format!("/v1/keys/{}", key.id)),
         etag: Some(etag(key.version)),
-        body: text_of(&KeyBody::of(key, secret)).into_bytes(),
+        body: text_of(&body).into_bytes(),
     }
 }
 
@@ -203,9 +229,9 @@ async fn rotate_key(
         let read = |text: &[u8]| Ok(read_json::<RotationBody>(text)?);
         let overlap = read_small_json(&state, payload, limit, read).await?.overlap_seconds;
         check_grant(&state.principal, old.scopes)?;
-        let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None)));
+        let keyed = key.map(|key| key.answered_by(|key: &ApiKey, _| created(key, None, false)));
         let (made, secret) = keys.rotate(&old, SignedDuration::from_secs(overlap.into()), keyed).await?;
-        Ok(created(&made, secret.as_ref()))
+        Ok(created(&made, secret.as_ref(), false))
     })
     .await
 }

@@ -76,7 +76,7 @@ impl Health {
             status: "ok".into(),
             engine: crate::api::ENGINE.into(),
             body_limit_bytes: state.settings.body_limit as u64,
-            key_required: state.callers.need_a_key(),
+            key_required: state.callers.key_required(),
         }
     }
 }

@@ -68,4 +68,4 @@ mod unsent;
 
 pub use long::run as run_operations;
 pub use router::{operation_router, router};
-pub use state::AppState;
+pub use state::{AppState, StateError};

@@ -154,7 +154,7 @@ async fn identify_caller(
     peer: Option<Peer>,
 ) -> Result<Option<Principal>, Problem> {
     let (method, path) = (request.method(), request.uri().path());
-    sites::check(state, method, request.headers()).await?;
+    sites::check(state, method, request.headers())?;
     let identified = state.callers.identify(method, path, request.headers(), request.extensions()).await;
     auth::forget(request.headers_mut());
     match identified {

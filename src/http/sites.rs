@@ -13,13 +13,13 @@ use crate::{
 const FETCH_SITE: &str = "sec-fetch-site";
 
 /// Refuses a change for a page of another site, and a host that is not this one.
-pub async fn check(state: &AppState, method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
+pub fn check(state: &AppState, method: &Method, headers: &HeaderMap) -> Result<(), Problem> {
     if !method.is_safe() && !is_of_this_site(headers, &state.settings.cors_origins) {
         let detail = "A web page of another site asks for a change; its origin is not among --cors-origins.";
         return Err(Problem::new(ProblemCode::CrossSite, detail));
     }
     match headers.get(header::HOST) {
-        Some(host) if !is_served(state, host).await => {
+        Some(host) if !is_served(state, host) => {
             let detail = "The header `Host` names a host that this server does not serve; --allowed-hosts adds it.";
             Err(Problem::new(ProblemCode::UnknownHost, detail))
         }
@@ -36,7 +36,7 @@ fn is_of_this_site(headers: &HeaderMap, allowed: &[Origin]) -> bool {
         || allowed.iter().any(|allowed| Some(allowed.as_str().as_bytes()) == origin)
 }
 
-async fn is_served(state: &AppState, host: &HeaderValue) -> bool {
+fn is_served(state: &AppState, host: &HeaderValue) -> bool {
     let settings = &state.settings;
     let asked = || host.to_str().ok().and_then(Host::read);
     match &settings.allowed_hosts {
@@ -44,8 +44,7 @@ async fn is_served(state: &AppState, host: &HeaderValue) -> bool {
         Hosts::Named(hosts) => asked().is_some_and(|asked| hosts.iter().any(|host| host.is(&asked))),
         // where everybody on this machine may ask, a page of a name that leads here must not
         Hosts::Usual if settings.bind.ip().is_loopback() => {
-            asked().is_some_and(|asked| asked.is_this_machine())
-                || !matches!(state.callers.are_known().await, Ok(false))
+            state.callers.key_required() || asked().is_some_and(|asked| asked.is_this_machine())
         }
         Hosts::Usual => true,
     }

@@ -10,7 +10,7 @@ use super::{
 };
 use crate::{
     config::ServeSettings,
-    jobs::{JobService, RunningKeys},
+    jobs::{JobService, RepositoryError, RunningKeys},
     oidc::Tokens,
     pool::WorkPool,
     telemetry,
@@ -48,12 +48,25 @@ pub struct Shared {
     pub long: Running,
 }
 
+/// Why there is no state.
+#[derive(Debug, thiserror::Error)]
+pub enum StateError {
+    #[error("cannot start the fit workers: {0}")]
+    Workers(#[from] std::io::Error),
+    #[error("cannot find out whether there are keys: {0}")]
+    Keys(#[from] RepositoryError),
+}
+
 impl AppState {
-    pub fn new(settings: ServeSettings, jobs: Arc<JobService>, tokens: Option<Arc<Tokens>>) -> std::io::Result<Self> {
+    pub async fn new(
+        settings: ServeSettings,
+        jobs: Arc<JobService>,
+        tokens: Option<Arc<Tokens>>,
+    ) -> Result<Self, StateError> {
         let rates = Rates::new(&settings);
         let budget = Budget::new(settings.body_memory);
         let pool = WorkPool::new(settings.worker_count(), settings.queue, settings.tenant_share)?;
-        let callers = Callers::of(&settings, &jobs, tokens);
+        let callers = Callers::of(&settings, &jobs, tokens).await?;
         let dashboard = settings.dashboard.then(|| Files::of(settings.dashboard_dir.as_deref()));
         Ok(AppState(Arc::new(Shared {
             settings,

@@ -13,6 +13,7 @@ use super::{
     conditional::{IfMatch, etag, set_etag},
     extract::{JsonOf, PathOf, QueryOf},
     idempotency::{IdempotencyKey, idempotent},
+    keys::first_key_must_be_admin,
     paging::PageQuery,
     state::AppState,
 };
@@ -31,7 +32,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Creates a tenant, with its first key.
 ///
-/// The key has the role `admin`; with it the tenant makes its own.
+/// The key has the role `admin`; with it the tenant makes its own. A server that asks for no key yet
+/// takes an administrator's key (`POST /v1/keys`) before the first tenant.
 #[utoipa::path(
     post, path = "/v1/tenants", operation_id = "create_tenant", tag = "tenants",
     params(IdempotencyKey),
@@ -42,8 +44,9 @@ pub fn group() -> OpenApiRouter<AppState> {
             ("Location" = String, description = "Where the tenant is."),
             ("ETag" = String, description = "Version of the tenant.")
         )),
-        (status = 409, description = "There is a tenant of this name, or the first request with this idempotency key \
-            is still running.", body = Problem, content_type = "application/problem+json")
+        (status = 409, description = "There is a tenant of this name, there is no administrator's key yet, or the \
+            first request with this idempotency key is still running.", body = Problem,
+            content_type = "application/problem+json")
     )
 )]
 async fn create_tenant(state: CallerState, key: IdempotencyKey, payload: Payload) -> Result<Response, Problem> {
@@ -52,6 +55,9 @@ async fn create_tenant(state: CallerState, key: IdempotencyKey, payload: Payload
         let read = |text: &[u8]| Ok(read_json::<NewTenantBody>(text)?);
         let body = read_small_json(&state, payload, limit, read).await?;
         let draft = PlantDraft::try_from(body).map_err(Problem::invalid)?;
+        if state.callers.await_first_key().await? {
+            return Err(first_key_must_be_admin());
+        }
         let keyed = key.map(|key| key.answered_by(|made: &(Plant, ApiKey), _| created(made, None)));
         let (made, secret) = state.tenant_keys().create_plant(draft, first_key(), keyed).await?;
         Ok(created(&made, secret.as_ref()))

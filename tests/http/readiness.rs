@@ -134,7 +134,7 @@ impl Server {
         });
         let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
         let settings = ServeSettings { workers: 1, ..ServeSettings::default() };
-        let state = AppState::new(settings, jobs, None).unwrap();
+        let state = AppState::new(settings, jobs, None).await.unwrap();
         let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
         let base = format!("http://{}", listener.local_addr().unwrap());
         tokio::spawn(async move { axum::serve(listener, http::router(state)).await });

@@ -20,6 +20,7 @@ use crate::{
             present::present,
             text::{Moment, ShortText},
         },
+        warning::WarningBody,
     },
     jobs::{ApiKey, KeyDraft, KeyPatch, List, Page, Role, San, Scope, Scopes, Secret},
 };
@@ -146,6 +147,9 @@ pub struct KeyBody {
     /// it again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key: Option<String>,
+    /// What follows from making it.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Some keys, newest first.
@@ -247,6 +251,7 @@ impl KeyBody {
             revoked_at: key.revoked_at.map(Moment),
             replaced_by: key.replaced_by.map(|by| by.to_string()),
             key: secret.map(|secret| secret.expose().to_owned()),
+            warnings: Vec::new(),
         }
     }
 }

@@ -27,6 +27,8 @@ pub enum ProblemCode {
     Conflict,
     /// 409: the units of an iteration are implausible, and nobody has settled them.
     ImplausibleUnit,
+    /// 409: a key that is no administrator's would shut everybody out.
+    FirstKeyMustBeAdmin,
     /// 409: the first request with this idempotency key still runs.
     IdempotencyKeyInUse,
     /// 409: the operation has not ended.
@@ -90,6 +92,7 @@ impl ProblemCode {
         Self::BodyTimeout,
         Self::Conflict,
         Self::ImplausibleUnit,
+        Self::FirstKeyMustBeAdmin,
         Self::IdempotencyKeyInUse,
         Self::OperationRunning,
         Self::OperationCancelled,
@@ -133,6 +136,9 @@ impl ProblemCode {
             Self::Conflict => (409, "urn:flankfit:problem:conflict", "The resource's state does not allow this"),
             Self::ImplausibleUnit => {
                 (409, "urn:flankfit:problem:implausible_unit", "The units of the iteration are implausible")
+            }
+            Self::FirstKeyMustBeAdmin => {
+                (409, "urn:flankfit:problem:first_key_must_be_admin", "The first key must be an administrator's")
             }
             Self::IdempotencyKeyInUse => (
                 409,

@@ -6,10 +6,7 @@
 
 use std::{
     collections::HashMap,
-    sync::{
-        Arc, Mutex, PoisonError,
-        atomic::{AtomicBool, AtomicU64, Ordering},
-    },
+    sync::{Arc, Mutex, PoisonError},
     time::Duration,
 };
 
@@ -46,20 +43,16 @@ pub struct KnownKeys {
     keys: Lately<Credential, Arc<KnownKey>>,
     tenants: Lately<Tenant, Plant>,
     used: Mutex<HashMap<KeyId, Timestamp>>,
-    /// Whether there is a key at all, and after which change of keys the store said so.
-    exist: AtomicBool,
-    exist_seen: AtomicU64,
 }
 
 impl JobService {
     /// The keys of every tenant, as they are when somebody comes with one.
     pub fn known_keys(&self) -> KnownKeys {
-        let (used, exist) = Default::default();
+        let used = Mutex::default();
         let (store, changes) = (self.store.credentials(), self.key_changes.subscribe());
         let (keys, tenants) = (Lately::new(changes.clone()), Lately::new(changes.clone()));
-        let exist_seen = AtomicU64::new(u64::MAX);
         let clock = self.clock.clone();
-        KnownKeys { store, clock, changes, keys, tenants, used, exist, exist_seen }
+        KnownKeys { store, clock, changes, keys, tenants, used }
     }
 }
 
@@ -114,22 +107,9 @@ impl KnownKeys {
         }
     }
 
-    /// Whether there is a key.
+    /// Whether a key was ever made. Revoked keys count.
     pub async fn exist(&self) -> Result<bool, RepositoryError> {
-        let changes = *self.changes.borrow();
-        // keys are never deleted
-        if !self.exist.load(Ordering::Acquire) && self.exist_seen.load(Ordering::Acquire) != changes {
-            if self.store.has_keys().await? {
-                self.exist.store(true, Ordering::Release);
-            }
-            self.exist_seen.store(changes, Ordering::Release);
-        }
-        Ok(self.exist.load(Ordering::Acquire))
-    }
-
-    /// Whether it is known that there is a key.
-    pub fn were_seen(&self) -> bool {
-        self.exist.load(Ordering::Acquire)
+        self.store.has_keys().await
     }
 
     /// Notes that a key has let somebody in.
@@ -177,7 +157,10 @@ impl KnownKeys {
 
 #[cfg(test)]
 mod tests {
-    use std::time::Instant;
+    use std::{
+        sync::atomic::{AtomicBool, AtomicU64, Ordering},
+        time::Instant,
+    };
 
     use super::*;
     use crate::jobs::{
@@ -266,12 +249,12 @@ mod tests {
         let key = KnownKey { key, sha256: Some(secret.sha256()), suspended: false };
         let store = Arc::new(OneKey { key: Mutex::new(key), away: AtomicBool::default(), asked: AtomicU64::default() });
         let (told, changes) = watch::channel(0);
-        let (used, exist, exist_seen) = Default::default();
+        let used = Mutex::default();
         let clock = Arc::new(SystemClock);
         let (mut keys, mut tenants) = (Lately::new(changes.clone()), Lately::new(changes.clone()));
         let fresh = Duration::from_millis(50);
         (keys.fresh, keys.held, tenants.fresh, tenants.held) = (fresh, held, fresh, held);
-        let known = KnownKeys { store: store.clone(), clock, changes, keys, tenants, used, exist, exist_seen };
+        let known = KnownKeys { store: store.clone(), clock, changes, keys, tenants, used };
         (store, known, told, secret)
     }
 

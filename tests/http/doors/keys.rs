@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::{
     database::is_postgres,
-    harness::{Answer, CURVE, TestApp, ready, send},
+    harness::{Answer, CURVE, TestApp, send},
     heard::Heard,
     jobs::{events::Listener, socket},
     program::program,
@@ -35,7 +35,7 @@ pub async fn key_on(state: &AppState, tenant: &str, role: Role) -> String {
 }
 
 async fn start() -> TestApp {
-    TestApp::start_with(|settings| settings.auth = Authentication::Auto).await
+    TestApp::start_with(|settings| settings.auth = Authentication::Required).await
 }
 
 fn request(app: &TestApp, key: &str, method: Method, path: &str, body: &Value) -> RequestBuilder {
@@ -52,30 +52,6 @@ async fn get(app: &TestApp, key: &str, path: &str) -> Answer {
 
 fn text(value: &Value) -> String {
     value.as_str().unwrap_or_else(|| panic!("{value}")).to_owned()
-}
-
-#[tokio::test]
-async fn a_server_asks_for_keys_once_there_is_one() {
-    let app = start().await;
-    let asked = send(app.get("/v1/whoami")).await;
-    if is_postgres() {
-        asked.problem(401, "unauthorized");
-        return;
-    }
-    assert_eq!(asked.json()["actor"], "anonymous");
-    let made = send(app.post("/v1/keys", r#"{"name":"first","role":"admin"}"#)).await;
-    assert_eq!(made.status, 201, "{}", made.text);
-    send(app.get("/v1/whoami")).await.problem(401, "unauthorized");
-    let who = get(&app, &text(&made.json()["key"]), "/v1/whoami").await.json();
-    assert_eq!(
-        (&who["role"], &who["key_id"], &who["key_name"]),
-        (&"admin".into(), &made.json()["id"], &"first".into())
-    );
-    ready(&app.get("/readyz")).await;
-    for path in ["/healthz", "/openapi.json", "/docs/"] {
-        assert_eq!(send(app.get(path)).await.status, 200, "{path}");
-    }
-    app.stop().await;
 }
 
 /// Whoever opens a server to the network without a key is told so.

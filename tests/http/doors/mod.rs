@@ -6,6 +6,7 @@ mod collector;
 mod draining;
 mod fairness;
 mod figures;
+mod first_key;
 mod health;
 mod issuer;
 pub mod keys;

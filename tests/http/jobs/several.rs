@@ -40,7 +40,7 @@ impl Replicas {
         for _ in 0..count {
             let jobs = JobService::new(store.clone(), Arc::new(SystemClock), Arc::new(OrderedIds::new()));
             let settings = ServeSettings { workers: 2, ..ServeSettings::default() };
-            let state = AppState::new(settings, jobs, None).unwrap();
+            let state = AppState::new(settings, jobs, None).await.unwrap();
             let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
             bases.push(format!("http://{}", listener.local_addr().unwrap()));
             states.push(state.clone());

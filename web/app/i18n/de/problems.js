@@ -35,6 +35,7 @@ export default {
   overloaded: "Der Dienst hat zu viel zu tun",
   request_timeout: "Die Antwort hat zu lange gedauert",
   store_unavailable: "Der Speicher antwortet nicht",
+  first_key_must_be_admin: "Der erste Schlüssel muss der eines Administrators sein",
   outcome_unknown: "Ob etwas gespeichert ist, ist nicht bekannt",
   issuer_unavailable: "Die Stelle, die Identitäten bestätigt, antwortet nicht",
   draining: "Der Prozess wird gleich beendet",
