@@ -178,8 +178,15 @@ fn numbers(text: &[u8]) -> usize {
 
 /// 415 for a media type that is not among `wanted`.
 pub fn unsupported(got: &str, wanted: &str) -> Problem {
+    let curl = match media_type::essence(got).as_str() {
+        "application/x-www-form-urlencoded" => {
+            " (curl sends this type unless it is told another: -H 'content-type: application/json' for JSON; a table or a \
+             file goes into a form, as -F nodes=@nodes.csv or -F file=@curves.mka)"
+        }
+        _ => "",
+    };
     let got = if got.is_empty() { "no content-type".to_owned() } else { format!("content-type `{got}`") };
-    Problem::new(ProblemCode::UnsupportedMediaType, format!("The request has {got}; send {wanted}."))
+    Problem::new(ProblemCode::UnsupportedMediaType, format!("The request has {got}; send {wanted}{curl}."))
 }
 
 /// 415 for a text in another character set than UTF-8.
@@ -266,6 +273,10 @@ async fn next_chunk(body: &mut Body) -> Result<Option<Bytes>, Problem> {
     Ok(None)
 }
 
+/// What programs say of bytes that they know nothing of. (A page of another site cannot send it
+/// without asking before.)
+pub const UNKNOWN: &str = "application/octet-stream";
+
 fn media(headers: &HeaderMap) -> Result<Media, Problem> {
     let text = headers.get(header::CONTENT_TYPE).and_then(|value| value.to_str().ok()).unwrap_or("");
     let essence = media_type::essence(text);
@@ -276,6 +287,9 @@ fn media(headers: &HeaderMap) -> Result<Media, Problem> {
         }
     } else if essence == "multipart/form-data" {
         Ok(Media::Multipart(text.to_owned()))
+    } else if essence == UNKNOWN {
+        // looked at as what is read most
+        Ok(Media::Json)
     } else {
         Ok(Media::Other(text.to_owned()))
     }

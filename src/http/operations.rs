@@ -159,6 +159,10 @@ impl Operation {
     }
 
     fn check(&self, uri: &Uri, headers: &HeaderMap) -> Result<(), Problem> {
+        if !uri.query().is_none_or(is_text) {
+            let detail = "The query of the URL holds bytes that are not UTF-8.";
+            return Err(Problem::new(ProblemCode::MalformedRequest, detail));
+        }
         self.check_query(uri).map_err(Problem::invalid)?;
         if self.media.is_empty() || self.media.iter().any(|media| accept::preference(headers, media).quality > 0.0) {
             return Ok(());
@@ -190,6 +194,37 @@ impl Operation {
                 let known = alternatives(self.parameters.iter().map(|name| format!("`{name}`")));
                 format!("there is no such query parameter; expected {known}")
             }
+        }
+    }
+}
+
+/// Whether a query is UTF-8 once its percent-encoding is undone.
+fn is_text(query: &str) -> bool {
+    let mut bytes = Vec::with_capacity(query.len());
+    let mut rest = query.as_bytes();
+    while let [first, after @ ..] = rest {
+        let encoded = after.get(..2).and_then(|digits| u8::from_str_radix(str::from_utf8(digits).ok()?, 16).ok());
+        let (byte, left) = match encoded {
+            Some(byte) if *first == b'%' => (byte, &after[2..]),
+            _ => (*first, after),
+        };
+        bytes.push(byte);
+        rest = left;
+    }
+    str::from_utf8(&bytes).is_ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::is_text;
+
+    #[test]
+    fn bytes_that_are_no_text_are_found() {
+        for text in ["", "q=a+b", "q=%C3%A9&%C3%a9=1", "q=%", "q=%f", "q=%zz", "q=%+1", "q=%25ff"] {
+            assert!(is_text(text), "{text}");
+        }
+        for bytes in ["%ff", "q=%C3", "q=%C3&%A9=1", "a=1&%FF=2"] {
+            assert!(!is_text(bytes), "{bytes}");
         }
     }
 }

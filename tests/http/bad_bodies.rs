@@ -55,7 +55,13 @@ async fn other_media_types_are_415() {
     send(app.post("/v1/fits", CURVE).header(header::CONTENT_ENCODING, "br"))
         .await
         .problem(415, "unsupported_media_type");
-    for media in ["application/json; charset=utf-8", "Application/JSON", "application/vnd.flank+json"] {
+    // what curl says where nothing is said
+    let media = "application/x-www-form-urlencoded";
+    let answer = send(app.client.post(&url).header(header::CONTENT_TYPE, media).body(CURVE)).await;
+    let detail = answer.problem(415, "unsupported_media_type")["detail"].clone();
+    assert!(detail.as_str().unwrap().contains("-H 'content-type: application/json'"), "{detail}");
+    let json = ["application/json; charset=utf-8", "Application/JSON", "application/vnd.flank+json"];
+    for media in json.into_iter().chain(["application/octet-stream"]) {
         let answer = send(app.client.post(&url).header(header::CONTENT_TYPE, media).body(CURVE)).await;
         assert_eq!(answer.status, 200, "{media}");
     }

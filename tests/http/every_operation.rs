@@ -71,6 +71,44 @@ fn told(answer: &Answer) -> Vec<(String, String)> {
     body["errors"].as_array().unwrap().iter().map(|e| (text(&e["pointer"]), text(&e["detail"]))).collect()
 }
 
+/// Bytes that are no text name nothing and mean nothing, in every place of a URL that takes a value.
+#[tokio::test]
+async fn bytes_that_are_not_utf_8_are_no_fault_of_the_server() {
+    let app = TestApp::start().await;
+    let prefer = |request: RequestBuilder, later: bool| match later {
+        true => request.header("prefer", "respond-async"),
+        false => request,
+    };
+    let mut asked = 0;
+    for operation in Operation::all() {
+        let places: Vec<&str> = operation.path.split('/').filter(|part| part.starts_with('{')).collect();
+        let wrong_path = |place: &str| Operation {
+            id: operation.id.clone(),
+            method: operation.method.clone(),
+            path: operation.path.replace(place, "%ff"),
+            declared: operation.declared.clone(),
+        };
+        for later in [false, true] {
+            for place in &places {
+                let wrong = wrong_path(place);
+                let request = wrong.request(&app, "").header("content-type", "application/json").body("{}");
+                let answer = send(prefer(request, later)).await;
+                let status = answer.status.as_u16();
+                assert!([400, 404].contains(&status), "{} {}: {}", wrong.id, wrong.path, answer.text);
+                asked += 1;
+            }
+            for name in operation.parameters("query").into_iter().chain(["%ff"]) {
+                let request = operation.request(&app, &format!("?{name}=%ff"));
+                let request = request.header("content-type", "application/json").body("{}");
+                send(prefer(request, later)).await.problem(400, "malformed_request");
+                asked += 1;
+            }
+        }
+    }
+    assert!(asked > 200, "{asked}");
+    app.stop().await;
+}
+
 #[tokio::test]
 async fn query_parameters_are_known_and_stand_once() {
     let app = TestApp::start().await;

@@ -63,6 +63,18 @@ async fn the_spec_is_checked_as_elsewhere() {
     post(&app, form("{")).await.problem(400, "malformed_body");
 }
 
+/// `curl -F spec=@spec.json -F nodes=@nodes.csv`: curl knows neither ending.
+#[tokio::test]
+async fn parts_of_an_unknown_type_are_read() {
+    let app = TestApp::start().await;
+    let unknown = |text: &str| part(text, "application/octet-stream");
+    let form = Form::new().part("spec", unknown(SPEC)).part("nodes", unknown("x,y\n0,1\n1,2\n2,4\n"));
+    let answer = post(&app, form).await;
+    assert_eq!(answer.status, 200, "{}", answer.text);
+    let form = Form::new().part("spec", unknown(SPEC)).part("nodes", unknown("\u{0}\u{1}"));
+    assert!(post(&app, form).await.status.is_client_error());
+}
+
 #[tokio::test]
 async fn broken_forms_are_refused() {
     let app = TestApp::start().await;

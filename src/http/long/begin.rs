@@ -16,6 +16,7 @@ use super::{
     super::{
         body::Payload,
         caller_state::CallerState,
+        extract::not_utf_8,
         idempotency::{IdempotencyKey, KEY, REPLAYED, reused},
         multipart,
         state::AppState,
@@ -121,7 +122,7 @@ const UNTOLD: &str = "/v1/jobs/{job_id}/purge";
 impl Target {
     async fn of(parts: &mut Parts) -> Result<Self, Problem> {
         let path = parts.extensions.get::<MatchedPath>().map_or(String::new(), |path| path.as_str().to_owned());
-        let parameters = parts.extract::<RawPathParams>().await.map_err(Problem::internal)?;
+        let parameters = parts.extract::<RawPathParams>().await.map_err(|_| not_utf_8())?;
         let (mut scope, mut job) = (format!("POST {path}"), None);
         for (name, value) in &parameters {
             // ids and numbers are written in more than one way
