@@ -166,6 +166,29 @@ fn every_example_is_valid() {
     assert!(requests > 60 && answers > 300, "{requests} {answers}");
 }
 
+/// Checks that an answer's own list has every warning of its parts, and counts these. A list of
+/// resources, a page of them or a trace, has none of its own.
+fn check_warnings(answer: &Value, of: &str) -> usize {
+    let mut parts = Vec::new();
+    walk(answer, "", &mut |at, value| {
+        let is_given = ["/request", "/spec", "/gear"].iter().any(|given| at.starts_with(given));
+        if !at.is_empty() && !is_given && !at.ends_with("/spec") {
+            let warnings = value.get("warnings").and_then(Value::as_array).into_iter().flatten();
+            parts.extend(warnings.map(|warning| (at.to_owned(), warning.clone())));
+        }
+    });
+    if answer.get("items").or(answer.get("iterations")).is_some_and(Value::is_array) {
+        return 0;
+    }
+    let own = answer["warnings"].as_array().cloned().unwrap_or_default();
+    for (at, warning) in &parts {
+        let mut gathered = warning.clone();
+        gathered["at"] = format!("{at}{}", warning["at"].as_str().unwrap_or("")).into();
+        assert_eq!(own.iter().filter(|entry| **entry == gathered).count(), 1, "{of}: {gathered} in {own:?}");
+    }
+    parts.len()
+}
+
 /// Sends every example of a request, and reads every resource that there is then: all answers are
 /// as the document says.
 #[tokio::test]
@@ -194,13 +217,14 @@ async fn every_answer_is_as_the_document_says() {
             .replace("{stream_id}", &stream)
             .replace("{number}", "1")
     };
-    let mut checked = 0;
+    let (mut checked, mut warned) = (0, 0);
     let mut check = |operation: &Value, answer: &crate::harness::Answer, of: &str| {
         let response = &operation["responses"][answer.status.as_str()];
         assert!(response.is_object(), "{of}: {} is not documented: {}", answer.status, answer.text);
         let media = answer.header("content-type");
         if media.ends_with("json") {
             let schema = &response["content"][media]["schema"];
+            warned += check_warnings(&answer.json(), of);
             assert_eq!(schemas.faults(schema, &answer.json()), [""; 0], "{of}: {}", answer.text);
             checked += 1;
         }
@@ -227,7 +251,7 @@ async fn every_answer_is_as_the_document_says() {
             check(operation, &send(app.get(&path)).await, &path);
         }
     }
-    assert!(checked > 70, "{checked}");
+    assert!(checked > 70 && warned > 10, "{checked} {warned}");
     app.stop().await;
 }
 

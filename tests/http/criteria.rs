@@ -57,7 +57,6 @@ async fn ranks_are_chosen_or_given() {
             json!({"type": "truncated_svd", "parameter": {"criterion": "l_curve"}}),
             "/regularization/parameter/criterion",
         ),
-        (json!({"type": "truncated_svd", "parameter": null}), "/regularization/parameter"),
         (json!({"type": "ridge", "parameter": {"criterion": "aicc"}}), "/regularization/parameter/criterion"),
     ] {
         let answer = app.fit(&example(regularization).to_string()).await;

@@ -206,7 +206,6 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
         (json!({"iterations": "all"}), "/prior/iterations", "previous"),
         (json!({"iterations": "previous", "move": [1.0]}), "/prior/move", "3 coefficients"),
         (json!({"iterations": "previous", "move": [1.0, 1.0, -1.0]}), "/prior/move/2", "above 0"),
-        (json!({"iterations": null}), "/prior/iterations", "null"),
         (json!({"iteration": [1]}), "/prior/iteration", "iterations"),
         (json!({"mean": [1.0, 2.0], "std_error": [1.0, 1.0, 1.0]}), "/prior/mean", "3 coefficients"),
     ] {

@@ -174,8 +174,6 @@ async fn what_is_no_piece_is_refused_by_its_place() {
         ("/v1/fits", json!({"type": "representative", "iteration": 0}), "/regularization/iteration".to_owned()),
         ("/v1/fits", json!({"type": "representative", "fit_id": id}), "/regularization/fit_id".to_owned()),
         ("/v1/fits", json!({"type": "representative", "fit_id": "1"}), "/regularization/fit_id".to_owned()),
-        ("/v1/fits", json!({"type": "representative", "fit_id": null}), "/regularization/fit_id".to_owned()),
-        ("/v1/fits", json!({"type": "representative", "piece": null}), piece.to_owned()),
         ("/v1/fits", json!({"type": "representative", "piece": {}}), format!("{piece}/model")),
         ("/v1/fits", with("model", json!({"type": "polynomial"})), format!("{piece}/model/degree")),
         ("/v1/fits", with("model", json!({"type": "polynomial", "degree": 7})), format!("{piece}/model")),

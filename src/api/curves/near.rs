@@ -20,6 +20,7 @@ use flankfit_engine::{
     estimation::{
         FitSpec, Nodes,
         near::{self, Adaptive, CurveFit, CurvePoints, CurveSettings, KnotPlacement, Parameters, Stop},
+        result::Warning,
         smoothing::{
             Smoothing, SmoothingFault, SmoothingSpline,
             choice::NoParameter,
@@ -148,7 +149,7 @@ fn least_squares(given: &GivenPoints, weight: Option<Vec<f64>>, settings: CurveS
     }
     write_warnings(&mut object, &warnings);
     object.end();
-    json.finish().map_err(|_| beyond("/points"))
+    json.finish_gathered().map_err(|_| beyond("/points"))
 }
 
 fn stop_name(stop: Stop) -> &'static str {
@@ -192,12 +193,8 @@ fn smoothed(given: &GivenPoints, method: &SmoothingSplineMethod) -> Result<Vec<u
     let mut object = json.object();
     write_curve(&mut object, &CurveShape::BSpline(spline.curve.clone()), (columns.names.len() > 1).then_some(x));
     object.object("smoothing", |object| write_smoothing(object, &spline, columns.names));
-    let warnings = if spline.found.reached {
-        Vec::new()
-    } else {
-        let message = "what was asked for is not reached within the range of λ that doubles allow; its end is answered";
-        vec![WarningBody::new("smoothing_not_reached", message.to_owned())]
-    };
+    let warnings =
+        if spline.found.reached { Vec::new() } else { vec![WarningBody::from(&Warning::LambdaAtLimit("λ"))] };
     write_warnings(&mut object, &warnings);
     object.end();
     json.finish().map_err(|_| beyond("/points"))

@@ -33,6 +33,10 @@ pub struct NoticeBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<Object>)]
     pub params: Option<Params>,
+    /// The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
+    /// whole.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<String>,
 }
 
 impl From<&Warning> for NoticeBody {
@@ -80,7 +84,7 @@ impl NoticeBody {
 
     /// A warning about the gear as a whole.
     pub fn new(code: &str, message: &impl std::fmt::Display) -> Self {
-        NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string(), params: None }
+        NoticeBody { code: code.to_owned(), pointer: None, message: message.to_string(), params: None, at: None }
     }
 }
 

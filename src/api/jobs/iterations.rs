@@ -15,8 +15,9 @@ use crate::{
             answer::result::FitResultBody,
             spec::request::{CriterionName, FitSpecBody, SchemeName},
         },
-        gears::fit_figures::FitFiguresBody,
+        gears::{fit_figures::FitFiguresBody, notice::NoticeBody},
         json::{
+            gather::gathered,
             text::Moment,
             writer::{Json, Object},
         },
@@ -72,6 +73,8 @@ pub struct NewIterationBody {
     pub posted: PostedIterationBody,
     /// One, which is chosen until another one is.
     pub fits: Vec<IterationFitBody>,
+    /// What its fit and the figures warn of, each with `at`.
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// An iteration of a job, with the figures of the fits of its nodes.
@@ -97,6 +100,8 @@ pub struct IterationBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
+    /// What the figures of the chosen fit warn of, each with `at`.
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// A fit of an iteration's nodes.
@@ -125,6 +130,9 @@ pub struct IterationFitBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FitFiguresBody>,
     pub result: FitResultBody,
+    /// Of a fit that is answered by itself: what result and figures warn of, each with `at`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
@@ -205,8 +213,9 @@ pub fn created_iteration(new: &NewIteration, stored: Stored) -> Vec<u8> {
         .field("created_at", &Moment(new.created_at))
         .field("node_count", &new.nodes.posted())
         .list("fits", [&new.fit], |object, fit| new_fit(object, fit, true))
+        .field("warnings", &[(); 0])
         .end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }
 
 /// A stored iteration.
@@ -224,8 +233,9 @@ pub fn iteration(iteration: &Iteration) -> Vec<u8> {
         .list("fits", &iteration.fits, fit_summary)
         .maybe("earlier_fits", Some(iteration.earlier_fits).filter(|count| *count > 0))
         .maybe("purged_at", iteration.purged_at.map(Moment))
+        .field("warnings", &[(); 0])
         .end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }
 
 fn details(object: &mut Object<'_>, of: &MeasurementDetails) {
@@ -258,7 +268,7 @@ pub fn created_fit(fit: &NewFit) -> Vec<u8> {
     let mut object = json.object();
     new_fit(&mut object, fit, false);
     object.end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }
 
 fn new_fit(object: &mut Object<'_>, fit: &NewFit, chosen: bool) {
@@ -272,7 +282,7 @@ pub fn stored_fit(fit: &FitRecord, result: &str) -> Vec<u8> {
     let mut object = json.object();
     fit_in_full(&mut object, fit.id, fit.chosen, &fit.event, &fit.spec, fit.flank.as_deref(), result);
     object.end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }
 
 /// The fields of [`IterationFitBody`].

@@ -9,8 +9,8 @@ use super::amendments::MeasurandChangeBody;
 use crate::{
     api::{
         built::Built,
-        gears::gear::GearBody,
-        json::{text::Moment, writer::Json},
+        gears::{gear::GearBody, notice::NoticeBody},
+        json::{gather::gathered, text::Moment, writer::Json},
         problem::Problem,
     },
     jobs::{List, Page, Record, RecordDraft, RecordKind, RecordSummary},
@@ -61,6 +61,8 @@ pub struct RecordBody {
     /// example what `POST /v1/curves` answers to the request.
     #[schema(value_type = Object)]
     pub result: Value,
+    /// What the answer and its parts warn of, each with `at`.
+    pub warnings: Vec<NoticeBody>,
 }
 
 /// A record in a list.
@@ -156,7 +158,7 @@ pub fn record(record: &Record) -> Vec<u8> {
     if let Some(gear) = gear {
         object.raw("gear", gear);
     }
-    object.raw("request", request).raw("result", result);
+    object.raw("request", request).raw("result", result).field("warnings", &[(); 0]);
     object.end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }

@@ -45,22 +45,11 @@ impl Token {
 pub struct Cursor<'a> {
     text: &'a [u8],
     pub at: usize,
-    null_field: bool,
 }
 
 impl<'a> Cursor<'a> {
     pub fn new(text: &'a [u8]) -> Self {
-        Cursor { text, at: 0, null_field: false }
-    }
-
-    /// Another one, over the same text.
-    pub fn rewound(&self) -> Self {
-        Cursor::new(self.text)
-    }
-
-    /// Whether a field of an object was `null` so far.
-    pub fn met_null_field(&self) -> bool {
-        self.null_field
+        Cursor { text, at: 0 }
     }
 
     pub fn fault<T>(&self, what: impl Into<String>) -> Result<T, Syntax> {
@@ -316,7 +305,6 @@ impl<'a> Cursor<'a> {
             let key = self.string()?;
             self.expect(b':', "after a key")?;
             self.skip_space();
-            self.null_field |= self.peek() == Some(b'n');
             entry(self, key)?;
             if self.takes(b'}') {
                 return Ok(());

@@ -3,7 +3,7 @@
 //!
 //! What is big (points, parameters, grids) goes straight into vectors; what is small is left to
 //! serde on its slice. Unknown members, repeated ones and whatever is wrong with each are all
-//! refused at once, however long the text is.
+//! refused at once, however long the text is. A known member that is `null` counts as absent.
 
 use std::marker::PhantomData;
 
@@ -13,7 +13,6 @@ use super::{
     cursor::{Cursor, Syntax, Token},
     error::{ReadError, malformed},
     location::escape,
-    nulls,
     numbers::{read_numbers, read_rows},
     value::read_at,
     wording::no_such_field,
@@ -63,7 +62,6 @@ pub fn of_request<'a, M: Members<'a>>(text: &'a [u8], faults: &mut Faults) -> Re
     let mut members = M::at("");
     let walked = walk(&mut cursor, "", &mut members, faults).and_then(|_| cursor.end());
     walked.map_err(|syntax| malformed(text, &syntax))?;
-    nulls::refuse(&cursor, "", faults);
     Ok(members)
 }
 
@@ -91,6 +89,9 @@ fn walk<'a, M: Members<'a>>(
         }
     }
     cursor.object(|cursor, name| {
+        if cursor.token()? == Token::Null && names(members).contains(&&*name) {
+            return cursor.skip_value().map(drop);
+        }
         match members.take(&name, cursor)? {
             Taken::Once => {}
             Taken::Again => faults.push(format!("{at}/{name}"), "the field stands twice"),
@@ -106,9 +107,14 @@ fn walk<'a, M: Members<'a>>(
 
 #[cold]
 fn unknown<'a>(name: &str, members: &impl Members<'a>) -> String {
-    let mut known = Vec::new();
-    members.list(&mut known);
-    no_such_field(name, &known.into_iter().map(|(name, _)| name).collect::<Vec<_>>())
+    no_such_field(name, &names(members))
+}
+
+/// The names that these members can have.
+fn names<'a>(members: &impl Members<'a>) -> Vec<&'static str> {
+    let mut names = Vec::new();
+    members.list(&mut names);
+    names.into_iter().map(|(name, _)| name).collect()
 }
 
 /// A member of an object that is read as `T`: its text, where the object has it.
@@ -297,7 +303,7 @@ mod tests {
         for (text, pointer, what) in [
             (&br#"{"x": 1}"#[..], "/x", "expected `a` or `b`"),
             (br#"{"a": 1, "a": 2}"#, "/a", "twice"),
-            (br#"{"b": null}"#, "/b", "null is no value"),
+            (br#"{"x": null}"#, "/x", "expected `a` or `b`"),
             (br#"[1]"#, "", "expected an object, found an array"),
         ] {
             let mut faults = Faults::default();

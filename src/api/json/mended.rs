@@ -133,7 +133,7 @@ mod tests {
         assert_eq!(pointers(r#"{"name":"w","gear":[]}"#), ["/gear"]);
         let gear = r#"{"teeth":0,"helix_angle_deg":91,"tool":{"tip_radius_mm":-1},"x/y":1}"#;
         assert_eq!(
-            pointers(&format!(r#"{{"name":5,"gear":{gear},"machine":null}}"#)),
+            pointers(&format!(r#"{{"name":5,"gear":{gear},"machine":1}}"#)),
             [
                 "/name",
                 "/gear/helix_angle_deg",

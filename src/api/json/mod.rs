@@ -4,6 +4,7 @@
 pub mod cursor;
 pub mod decimal;
 pub mod error;
+pub mod gather;
 pub mod id;
 pub mod location;
 pub mod members;
@@ -11,7 +12,6 @@ pub mod mended;
 pub mod merge;
 pub mod nearest;
 mod null_fields;
-pub mod nulls;
 pub mod numbers;
 pub mod present;
 pub mod reader;

@@ -35,13 +35,21 @@ struct Reader<'r, 'de> {
 }
 
 impl<'de> Reader<'_, 'de> {
-    fn members<V: Visitor<'de>>(self, visitor: V, once: bool) -> Result<V::Value, Refusal> {
+    fn members<V: Visitor<'de>>(self, visitor: V, once: bool, nulls: Nulls) -> Result<V::Value, Refusal> {
         let Reader { cursor, location, mended } = self;
         cursor.at += 1;
         let seen = (once || mended.is_some()).then(BTreeSet::new);
         let mut missing = mended.map_or(&[][..], |mended| mended.added(location)).iter();
-        let members =
-            Members { cursor, location, mended, seen, key: Cow::Borrowed(""), fresh: true, missing: &mut missing };
+        let members = Members {
+            cursor,
+            location,
+            mended,
+            seen,
+            nulls,
+            key: Cow::Borrowed(""),
+            fresh: true,
+            missing: &mut missing,
+        };
         visitor.visit_map(members).map_err(|refusal| refusal.at(location))
     }
 
@@ -93,7 +101,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         let location = self.location;
         let read = match self.cursor.token()? {
-            Token::Object => return self.members(visitor, false),
+            Token::Object => return self.members(visitor, false, Nulls::Values),
             Token::Array => return self.entries(visitor),
             Token::Number => return self.number(visitor),
             Token::String => match self.cursor.string()? {
@@ -134,10 +142,11 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
     fn deserialize_struct<V: Visitor<'de>>(
         self,
         _: &'static str,
-        _: &'static [&'static str],
+        fields: &'static [&'static str],
         visitor: V,
     ) -> Result<V::Value, Refusal> {
         match self.cursor.token()? {
+            Token::Object => self.members(visitor, false, Nulls::AbsentAmong(fields)),
             Token::Array => Err(Refusal::value(OBJECT_WANTED).at(self.location)),
             _ => self.deserialize_any(visitor),
         }
@@ -145,7 +154,7 @@ impl<'de> Deserializer<'de> for Reader<'_, 'de> {
 
     fn deserialize_map<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Refusal> {
         match self.cursor.token()? {
-            Token::Object => self.members(visitor, true),
+            Token::Object => self.members(visitor, true, Nulls::Absent),
             _ => self.deserialize_any(visitor),
         }
     }
@@ -229,12 +238,24 @@ impl<'de> SeqAccess<'de> for Entries<'_, 'de> {
     }
 }
 
+/// What members that are `null` are.
+#[derive(Clone, Copy)]
+enum Nulls {
+    /// Values, of what is buffered before it is known which members there are.
+    Values,
+    /// Absent.
+    Absent,
+    /// Absent if their names are among these: an unknown member is refused, whatever it is.
+    AbsentAmong(&'static [&'static str]),
+}
+
 struct Members<'r, 'de> {
     cursor: &'r mut Cursor<'de>,
     location: &'r Location<'r>,
     mended: Option<&'r Mended>,
     /// The keys so far, where one that stands twice is refused here.
     seen: Option<BTreeSet<String>>,
+    nulls: Nulls,
     key: Cow<'de, str>,
     fresh: bool,
     /// Fields that are to be read although they are not there.
@@ -242,6 +263,16 @@ struct Members<'r, 'de> {
 }
 
 impl<'de> Members<'_, 'de> {
+    /// Whether the member at the cursor is `null` and so counts as absent.
+    fn is_absent(&mut self) -> Result<bool, Refusal> {
+        let counts = match self.nulls {
+            Nulls::Values => false,
+            Nulls::Absent => true,
+            Nulls::AbsentAmong(names) => names.contains(&&*self.key),
+        };
+        Ok(counts && self.cursor.token()? == Token::Null)
+    }
+
     /// Takes the next key that is to be read.
     fn next_key(&mut self) -> Result<bool, Refusal> {
         loop {
@@ -257,12 +288,14 @@ impl<'de> Members<'_, 'de> {
             cancel::checkpoint();
             self.key = self.cursor.string()?;
             self.cursor.expect(b':', "after a key")?;
+            let is_absent = self.is_absent()?;
             let location = Location::Member(self.location, &self.key);
             let twice = self.seen.as_mut().is_some_and(|seen| !seen.insert(self.key.clone().into_owned()));
             match self.mended {
                 Some(mended) if twice && mended.has_once(&location) => {}
                 _ if twice => return Err(Refusal::twice(&self.key).at(self.location)),
                 Some(mended) if mended.leaves_out(&location) => {}
+                _ if is_absent => {}
                 _ => return Ok(true),
             }
             self.cursor.skip_value()?;

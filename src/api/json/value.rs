@@ -6,7 +6,6 @@ use super::{
     cursor::{Cursor, Token},
     error::{ReadError, malformed},
     mended::further,
-    nulls,
     reader::read,
 };
 use crate::api::faults::{Fault, Faults};
@@ -23,7 +22,6 @@ pub fn read_json_at<'de, T: Deserialize<'de>>(text: &'de [u8], pointer: &str) ->
     let mut cursor = Cursor::new(text);
     cursor.skip_value().and_then(|_| cursor.end()).map_err(|syntax| malformed(text, &syntax))?;
     let mut faults = Faults::default();
-    nulls::refuse(&cursor, pointer, &mut faults);
     match read_object(text, pointer, &mut faults) {
         Some(value) => Ok(faults.into_result(value)?),
         None => Err(ReadError::Invalid(faults)),

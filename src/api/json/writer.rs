@@ -8,7 +8,7 @@
 use serde::Serialize;
 use serde_json::ser::Serializer;
 
-use super::null_fields::NullFields;
+use super::{gather::gathered, null_fields::NullFields};
 use flankfit_engine::numerics::cancel::Asking;
 
 /// An answer has a number that JSON cannot hold; its field, or the field that it stands in.
@@ -75,6 +75,11 @@ impl Json {
     /// The text, if every number in it was finite.
     pub fn finish(self) -> Result<Vec<u8>, NotFinite> {
         if self.finite { Ok(self.text) } else { Err(NotFinite(self.culprit.unwrap_or_else(|| self.field.to_owned()))) }
+    }
+
+    /// The text as of [`Json::finish`], with the warnings of its parts in its own list.
+    pub fn finish_gathered(self) -> Result<Vec<u8>, NotFinite> {
+        self.finish().map(gathered)
     }
 
     fn number(&mut self, value: f64) {

@@ -17,6 +17,7 @@ use crate::{
         },
         jobs::iterations::measurand,
         json::{
+            gather::gathered,
             members::of_request,
             request::request,
             text::Moment,
@@ -97,7 +98,7 @@ pub struct EstimateBody {
     /// do not determine the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
-    /// Why there is no result yet.
+    /// Why there is no result yet, or what the result warns of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<WarningBody>>,
 }
@@ -135,7 +136,7 @@ pub struct StreamBody {
     /// The estimate after the last block, as its answer had it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
-    /// Why an open stream has no result yet.
+    /// Why an open stream has no result yet, or what the result warns of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<WarningBody>>,
 }
@@ -232,7 +233,7 @@ pub fn answer(sequence: u64, node_count: u64, estimate: &EstimateText) -> Vec<u8
     object.field("sequence", &sequence).field("node_count", &node_count);
     put(&mut object, estimate);
     object.end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }
 
 /// A stored stream; an open one with what its estimate tells.
@@ -254,7 +255,7 @@ pub fn stream(stream: &Stream, estimate: Option<&EstimateText>) -> Vec<u8> {
         put(&mut object, estimate);
     }
     object.end();
-    json.into_bytes()
+    gathered(json.into_bytes())
 }
 
 /// A new stream.

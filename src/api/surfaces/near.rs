@@ -73,10 +73,9 @@ pub fn build(
     object.list("fits", [text], |object, text| {
         object.string("coordinate", "z").raw("result", &text);
     });
-    let warnings: Vec<_> = result.warnings.iter().map(WarningBody::from).collect();
-    write_warnings(&mut object, &warnings);
+    write_warnings(&mut object, &[]);
     object.end();
-    json.finish().map_err(|_| beyond(base))
+    json.finish_gathered().map_err(|_| beyond(base))
 }
 
 /// Whether the fit of many coefficients knows all that is asked for.

@@ -72,9 +72,9 @@ async fn refuses_what_is_long(asked: &Asked, folder: &Path) {
 async fn a_folder_that_is_gone_is_named_in_the_log() {
     let place = tempfile::tempdir().unwrap();
     let folder = place.path().join("archives");
+    fs::create_dir(&folder).unwrap();
     let arguments = ["--archive-dir", folder.to_str().unwrap()];
     let asked = Asked::new(Talkative::start(&place.path().join("test.db"), &arguments));
-    // made at the start, for a server that purges nothing by age too
     fs::remove_dir(&folder).unwrap();
     refuses_what_is_long(&asked, &folder).await;
     assert_eq!(asked.archive(20).await.status, 200);

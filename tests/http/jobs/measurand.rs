@@ -78,7 +78,6 @@ async fn what_cannot_be_is_refused_with_its_place() {
     let long = "x".repeat(201);
     for (key, value, pointer) in [
         ("flank", json!("up"), "/flank"),
-        ("flank", json!(null), "/flank"),
         ("tooth", json!(""), "/tooth"),
         ("tooth", json!(3), "/tooth"),
         ("tooth", json!("53"), "/tooth"),

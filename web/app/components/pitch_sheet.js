@@ -23,17 +23,12 @@ import { WarningList } from "./warnings.js";
  */
 export function PitchSheet({ pitch, tolerances, csvName, of }) {
   const flanks = /** @type {const} */ (["left", "right"]).flatMap((flank) => pitch[flank] ?? []);
-  const warnings = csvName === undefined ? [] : pitchWarnings(pitch);
+  const warnings = csvName === undefined ? [] : pitch.warnings;
   return html`
     ${flanks.map((one) => h(Pitches, { key: one.flank, of: one, csvName }))}
     ${pitch.runout && h(Runout, { of: pitch.runout, csvName })}
     ${h(PitchTable, { pitch, tolerances, csvName, of })}
     ${warnings.length > 0 && h(WarningList, { warnings })}`;
-}
-
-/** About all of it, and of each part. @param {PitchEvaluation} pitch */
-export function pitchWarnings(pitch) {
-  return [pitch, pitch.left, pitch.right, pitch.runout].flatMap((one) => one?.warnings ?? []);
 }
 
 /** Values by tooth, from 1. @param {readonly (number | null)[]} values */

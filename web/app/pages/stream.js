@@ -56,7 +56,7 @@ function Whole({ stream, history, flipU, reload }) {
   const result = stream.result ?? history.at(-1)?.result;
   return html`<div class="flank-page" data-sequence=${stream.sequence}>
     <div class="flank-main">
-      ${stream.warnings && stream.warnings.length > 0 && h(NoResult, { warnings: stream.warnings })}
+      ${!stream.result && stream.warnings && stream.warnings.length > 0 && h(NoResult, { warnings: stream.warnings })}
       ${history.length > 0 && h(Charts, { history, stream })}
       ${h(NodesMap, { stream, domain: result?.domain, flipU })}
       ${history.length === 0 && stream.state === "finished" && h(Empty, { children: t.nothingKept })}

@@ -7,7 +7,6 @@ import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
 import { ABSENT } from "../lib/format.js";
 import { entriesOf } from "../trace/entries.js";
-import { pitchWarnings } from "../components/pitch_sheet.js";
 import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -60,7 +59,7 @@ export function Warnings({ told }) {
   const lists = told.flatMap(({ iteration: { number }, fit, evaluated, pitched, correction }) => [
     { name: t.ofFit(number), warnings: fit?.result.warnings ?? [] },
     { name: t.ofEvaluation(number), warnings: evaluated?.result.warnings ?? [] },
-    { name: t.ofPitch(number), warnings: pitched ? pitchWarnings(pitched.result) : [] },
+    { name: t.ofPitch(number), warnings: pitched?.result.warnings ?? [] },
     { name: t.ofCorrection(number), warnings: correction?.result.warnings ?? [] },
   ]);
   const there = lists.filter(({ warnings }) => warnings.length > 0);

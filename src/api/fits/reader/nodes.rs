@@ -62,6 +62,10 @@ impl<'a> RawNodes<'a> {
     }
 
     fn read_field(&mut self, cursor: &mut Cursor<'a>, key: &str) -> Result<(), Syntax> {
+        const KNOWN: [&str; 9] = ["type", "x", "y", "u", "v", "z", "weight", "valid", "names"];
+        if cursor.token()? == Token::Null && KNOWN.contains(&key) {
+            return cursor.skip_value().map(drop);
+        }
         let twice = match key {
             "x" => self.x.replace(Numbers::read(cursor)?).is_some(),
             "y" => self.y.replace(Numbers::read(cursor)?).is_some(),
@@ -73,7 +77,6 @@ impl<'a> RawNodes<'a> {
             "valid" => self.valid.replace(cursor.skip_value()?).is_some(),
             "names" => self.names.replace(cursor.skip_value()?).is_some(),
             other => {
-                const KNOWN: [&str; 9] = ["type", "x", "y", "u", "v", "z", "weight", "valid", "names"];
                 self.faults.push_with(format!("/nodes/{}", escape(other)), || no_such_field(other, &KNOWN));
                 cursor.skip_value()?;
                 false

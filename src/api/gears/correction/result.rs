@@ -261,7 +261,7 @@ pub fn write(
     }
     object.field("warnings", &warnings);
     object.end();
-    json.finish().map_err(Problem::not_finite)
+    json.finish_gathered().map_err(Problem::not_finite)
 }
 
 impl From<&Change> for SettingChangeBody {

@@ -16,8 +16,9 @@ use crate::{
     api::{
         faults::Faults,
         gears::gear::{GearBody, of_text},
-        json::{text::Moment, writer},
+        json::{gather::gathered, text::Moment, writer},
         problem::Problem,
+        warning::WarningBody,
     },
     jobs::Record,
 };
@@ -54,6 +55,8 @@ pub struct StoredCorrectionBody {
     /// Why the next iteration cannot be compared.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_compared: Option<String>,
+    /// What `result` and its parts warn of, each with `at`.
+    pub warnings: Vec<WarningBody>,
 }
 
 /// Predicted beside measured, over the nodes that are defined before, predicted and after.
@@ -170,6 +173,7 @@ struct Written<'a> {
     answer: Option<MachineAnswerBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     not_compared: Option<String>,
+    warnings: [(); 0],
 }
 
 /// What was measured after the corrected iteration.
@@ -217,8 +221,9 @@ pub fn write(
         result: raw(include.of_result(&record.draft.result)?)?,
         answer,
         not_compared,
+        warnings: [],
     };
-    writer::whole(&written).map_err(Problem::not_finite)
+    writer::whole(&written).map(gathered).map_err(Problem::not_finite)
 }
 
 fn answer(

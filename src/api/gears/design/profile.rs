@@ -137,8 +137,8 @@ pub enum ToolMotionBody {
         /// Radius of the gear's circle.
         gear_pitch_radius_mm: f64,
         /// Whether the gear is internal. Default false.
-        #[serde(default)]
-        internal: bool,
+        #[serde(default, skip_serializing_if = "Option::is_none")]
+        internal: Option<bool>,
     },
 }
 
@@ -203,6 +203,7 @@ pub fn envelope(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
             Motion::Rack { pitch_radius: pitch_radius_mm }
         }
         ToolMotionBody::Pinion { tool_pitch_radius_mm, gear_pitch_radius_mm, internal } => {
+            let internal = internal.unwrap_or_default();
             positive("/motion/tool_pitch_radius_mm", tool_pitch_radius_mm, &mut faults);
             positive("/motion/gear_pitch_radius_mm", gear_pitch_radius_mm, &mut faults);
             if internal && tool_pitch_radius_mm >= gear_pitch_radius_mm {

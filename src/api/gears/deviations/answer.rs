@@ -155,7 +155,7 @@ pub fn build(text: &[u8], own: Option<&Gear>, of: Option<&Measurand>, room: Room
         object.field("warnings", &[assumed]);
     }
     object.end();
-    let result = json.finish().map_err(Problem::not_finite)?;
+    let result = json.finish_gathered().map_err(Problem::not_finite)?;
     Ok(Built { method: method.to_owned(), result })
 }
 

@@ -260,5 +260,5 @@ fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>
         .field("warnings", &found.warnings.iter().map(NoticeBody::from).collect::<Vec<_>>())
         .raw("result", &text);
     object.end();
-    json.finish().map_err(Problem::not_finite)
+    json.finish_gathered().map_err(Problem::not_finite)
 }

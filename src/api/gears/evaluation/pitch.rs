@@ -20,7 +20,7 @@ use crate::{
             of_iteration::{ToothOf, refuse_others},
             requirements::RequirementsBody,
         },
-        json::{value::read_json, writer},
+        json::{gather::gathered, value::read_json, writer},
         measurand::side::SideName,
         problem::Problem,
     },
@@ -275,7 +275,7 @@ pub fn build(
     let notice = required.and_then(|required| required.fill_pitch(&mut body.pitch_limits, gear));
     let mut answer = body.evaluated(gear).map_err(Problem::invalid)?;
     answer.warnings.extend(notice);
-    let result = writer::whole(&answer).map_err(Problem::not_finite)?;
+    let result = gathered(writer::whole(&answer).map_err(Problem::not_finite)?);
     Ok(Built { method: "iso_1328_1".to_owned(), result })
 }
 
