@@ -207,3 +207,95 @@ fn the_last_line_leads_to_the_job_in_the_dashboard() {
     assert!(path.starts_with("jobs/") && path.len() == "jobs/".len() + 36, "{path}");
     assert!(answer.starts_with("HTTP/1.1 200 ") && answer.contains("<div id=\"app\">"), "{answer}");
 }
+
+/// Every fit request that is shipped, also those whose regularisation no criterion could choose.
+#[test]
+fn every_shipped_fit_request_is_shown() {
+    let requests = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/requests");
+    let mut files: Vec<_> = std::fs::read_dir(requests).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.retain(|file| file.file_name().unwrap().to_string_lossy().starts_with("fit_"));
+    assert!(files.len() >= 44, "{}", files.len());
+    for file in files {
+        let folder = tempfile::tempdir().unwrap();
+        let output = demo(folder.path(), &["--exit", "--nodes", file.to_str().unwrap()]);
+        let errors = String::from_utf8_lossy(&output.stderr);
+        assert!(output.status.success(), "{}: {errors}", file.display());
+        assert!(String::from_utf8_lossy(&output.stdout).contains("Trace of the job"), "{}", file.display());
+    }
+}
+
+/// `flankfit openapi | head` is no failure.
+#[test]
+fn a_reader_that_leaves_ends_the_program_quietly() {
+    let folder = tempfile::tempdir().unwrap();
+    for arguments in [&["openapi"][..], &["demo", "--exit", "--bind", "127.0.0.1:0"]] {
+        let mut program = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+            .args(arguments)
+            .current_dir(folder.path())
+            .stdout(Stdio::piped())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        drop(program.stdout.take());
+        let ended = program.wait_with_output().unwrap();
+        let said = String::from_utf8_lossy(&ended.stderr);
+        assert!(ended.status.success() && said.is_empty(), "{arguments:?}: {} {said}", ended.status);
+    }
+}
+
+/// What is wrong names its file and the place in it.
+#[test]
+fn what_is_wrong_with_a_file_is_said_with_its_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| {
+        let file = folder.path().join(name);
+        std::fs::write(&file, text).unwrap();
+        file.to_str().unwrap().to_owned()
+    };
+    let table = write("nodes.csv", "u,v,z\n1,2,3\n");
+    let request =
+        write("request.json", r#"{"nodes":{"type":"curve","x":[1,2],"y":[1,"a"]},"model":{"type":"linear"}}"#);
+    let curves = write("curves.mka", "HEADER");
+    let gear = write("gear.json", r#"{"teeth":0}"#);
+    for (arguments, told) in [
+        (&["fit", &table][..], &["nodes.csv holds no fit request", "demo --nodes"][..]),
+        (&["fit", &request], &["request.json: nodes.y.1: expected a number"]),
+        (&["evaluate", &curves, "--gear", &gear], &["gear.json: teeth: ", "gear.json: normal_module_mm: missing"]),
+        (&["evaluate", &curves], &["curves.mka: "]),
+        (&["evaluate", "missing.mka"], &["cannot read missing.mka"]),
+    ] {
+        let run = Command::new(env!("CARGO_BIN_EXE_flankfit")).args(arguments).current_dir(folder.path()).output();
+        let run = run.unwrap();
+        let said = String::from_utf8(run.stderr).unwrap();
+        assert!(!run.status.success() && run.stdout.is_empty(), "{arguments:?}: {said}");
+        assert!(told.iter().all(|part| said.contains(part)) && !said.contains('{'), "{arguments:?}: {said}");
+    }
+}
+
+/// README quotes the answer of its own request.
+#[test]
+fn the_readme_quotes_what_is_answered() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR"));
+    let readme = std::fs::read_to_string(root.join("README.md")).unwrap();
+    let quoted = readme.split("\"sentence\": \"").nth(1).and_then(|rest| rest.split('"').next()).unwrap();
+    let quoted = quoted.split_whitespace().collect::<Vec<_>>().join(" ");
+    let run = Command::new(env!("CARGO_BIN_EXE_flankfit"))
+        .args(["fit", "examples/flank_z52.json"])
+        .current_dir(root)
+        .output()
+        .unwrap();
+    let answer: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    let sentences = answer["collinearity"]["near_dependencies"].as_array().unwrap();
+    assert!(sentences.iter().any(|one| one["sentence"] == *quoted), "{quoted}");
+    // its `spec` with the nodes is a request of its own, with the same answer
+    let asked = std::fs::read_to_string(root.join("examples/flank_z52.json")).unwrap();
+    let asked: serde_json::Value = serde_json::from_str(&asked).unwrap();
+    let mut again = answer["spec"].clone();
+    again["nodes"] = asked["nodes"].clone();
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("again.json");
+    std::fs::write(&file, again.to_string()).unwrap();
+    let run = Command::new(env!("CARGO_BIN_EXE_flankfit")).arg("fit").arg(&file).output().unwrap();
+    let same: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
+    assert_eq!(same, answer);
+}

@@ -72,8 +72,8 @@ impl Retention {
     /// Jobs that are looked up at a time.
     pub const AT_A_TIME: u32 = 100;
 
-    /// As it is set; none where nothing is purged by its age. A folder that is named is made where
-    /// it is not there.
+    /// As it is set; none where nothing is purged by its age. A folder that is named must be there:
+    /// one that were made could lie under a share that is not mounted.
     pub fn of(settings: &RetentionSettings) -> Result<Option<Self>, NoArchives> {
         let Some(folder) = settings.archive_dir.clone() else {
             // most archives fit into memory
@@ -82,7 +82,6 @@ impl Retention {
             }
             return Ok(None);
         };
-        fs::create_dir_all(&folder).map_err(|source| NoArchives { folder: folder.clone(), source })?;
         takes_files(&folder)?;
         let Some(days) = settings.retain_bulk_days else { return Ok(None) };
         Ok(Some(Retention {
@@ -249,7 +248,10 @@ mod tests {
             assert!(said.contains("--archive-dir"), "{said}");
         }
         assert!(matches!(of(None, Some(place.path())), Ok(None)));
-        assert!(matches!(of(Some(1), Some(&place.path().join("new"))), Ok(Some(_))));
-        assert!(place.path().join("new").is_dir());
+        assert!(matches!(of(Some(1), Some(place.path())), Ok(Some(_))));
+        // where a share is mounted later
+        let missing = place.path().join("missing");
+        let said = of(Some(1), Some(&missing)).err().map(|error| error.to_string()).unwrap_or_default();
+        assert!(said.contains("missing: No such file") && !missing.exists(), "{said}");
     }
 }

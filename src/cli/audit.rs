@@ -3,6 +3,7 @@
 
 use std::{
     fs,
+    io::Write as _,
     path::{Path, PathBuf},
     process::ExitCode,
 };
@@ -11,7 +12,7 @@ use clap::{Args, Subcommand};
 use tokio_rustls::rustls::pki_types::{SubjectPublicKeyInfoDer, pem::PemObject};
 use uuid::Uuid;
 
-use super::{CommandError, audited::Counted, progress};
+use super::{CommandError, audited::Counted, out::out, progress};
 use crate::{
     api::jobs::seals,
     app::open_auditor,
@@ -61,11 +62,13 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
     match verify(arguments) {
         Ok(findings) if findings.faults.is_empty() => {
             let Findings { chains, entries, seals, .. } = findings;
-            println!("intact: {chains} chains, {entries} entries, {seals} seals");
+            // the exit code says it to whoever does not read
+            let _left = writeln!(out(), "intact: {chains} chains, {entries} entries, {seals} seals");
             ExitCode::SUCCESS
         }
         Ok(findings) => {
-            findings.faults.iter().for_each(|fault| println!("{}", told(fault)));
+            let mut out = out();
+            let _left = findings.faults.iter().try_for_each(|fault| writeln!(out, "{}", told(fault)));
             ExitCode::from(BROKEN)
         }
         Err(error) => {

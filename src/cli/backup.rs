@@ -2,12 +2,13 @@
 
 use std::{
     fs,
+    io::Write as _,
     path::{Path, PathBuf},
 };
 
 use clap::Args;
 
-use super::{CommandError, progress};
+use super::{CommandError, out::out, progress};
 use crate::store::{PostgresSettings, StoreSettings, backup, unfinished_backup};
 
 #[derive(Debug, Args)]
@@ -31,8 +32,7 @@ pub fn run(arguments: &BackupArguments) -> Result<(), CommandError> {
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     let (from, to) = (source.path(), unfinished_backup(&arguments.file));
     progress::watched("backup", || Some(part(&from, &to)), || runtime.block_on(backup(&source, &arguments.file)))?;
-    println!("{} copied to {}", source.path().display(), arguments.file.display());
-    Ok(())
+    Ok(writeln!(out(), "{} copied to {}", source.path().display(), arguments.file.display())?)
 }
 
 /// How much of a file is in another one, 0 to 1. A copy has no gaps and may be shorter.

@@ -1,13 +1,9 @@
 //! `flankfit evaluate FILE`: a file of a gear tester as a table, without a server.
 
-use std::{
-    fmt::Write as _,
-    io::{Read, Write},
-    path::PathBuf,
-    process::ExitCode,
-};
+use std::{fmt::Write as _, io::Write as _, path::PathBuf};
 
 use clap::Args;
+use serde::Deserialize;
 
 use crate::{
     api::{
@@ -31,7 +27,7 @@ use crate::{
         measurand::side::SideName,
         problem::Problem,
     },
-    cli::{progress, table::Table},
+    cli::{CommandError, called, content_of, out::out, progress, table::Table, wrong_in},
 };
 use flankfit_engine::{
     fault::words::Shown,
@@ -61,40 +57,22 @@ pub struct EvaluateArguments {
     json: bool,
 }
 
-/// The table goes to standard output (exit code 0); what is wrong goes to standard error (exit code
-/// 1).
-pub fn run(arguments: &EvaluateArguments) -> ExitCode {
-    match progress::shown("evaluate", || text(arguments)).and_then(|text| print(&text)) {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(why) => {
-            eprintln!("flankfit: {why}");
-            ExitCode::FAILURE
-        }
-    }
+/// The table goes to standard output; what is wrong goes to standard error.
+pub fn run(arguments: &EvaluateArguments) -> Result<(), CommandError> {
+    let text = progress::shown("evaluate", || text(arguments))?;
+    Ok(out().write_all(text.as_bytes())?)
 }
 
-fn print(text: &str) -> Result<(), String> {
-    std::io::stdout().write_all(text.as_bytes()).map_err(|error| format!("cannot write: {error}"))
+/// Settings in a file of their own.
+fn settings<T: for<'a> Deserialize<'a>>(file: Option<&PathBuf>, what: &str) -> Result<Option<T>, CommandError> {
+    let Some(file) = file else { return Ok(None) };
+    let read = read_json(&content_of(file, what)?);
+    Ok(Some(read.map_err(|error| wrong_in(file, &error.into()))?))
 }
 
-fn bytes(path: &PathBuf) -> Result<Vec<u8>, String> {
-    let read = if path.as_os_str() == "-" {
-        let mut content = Vec::new();
-        std::io::stdin().read_to_end(&mut content).map(|_| content)
-    } else {
-        std::fs::read(path)
-    };
-    read.map_err(|error| format!("cannot read {} ({error})", path.display()))
-}
-
-fn in_words(problem: Problem) -> String {
-    let faults: Vec<String> =
-        problem.errors.iter().map(|error| format!("{}: {}", error.pointer, error.detail)).collect();
-    if faults.is_empty() { problem.detail } else { faults.join("\n") }
-}
-
-fn text(arguments: &EvaluateArguments) -> Result<String, String> {
-    let content = bytes(&arguments.file)?;
+fn text(arguments: &EvaluateArguments) -> Result<String, CommandError> {
+    let in_words = |problem: Problem| wrong_in(&arguments.file, &problem);
+    let content = content_of(&arguments.file, "curves, values or points of a gear tester, or a REXS model")?;
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
     let parsed = gear_file::read(&content, name.as_deref());
     if let (Ok(GearFile::Model(_)), None) = (&parsed, &arguments.component) {
@@ -112,14 +90,8 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
         }
         return Ok(table.to_string());
     }
-    let gear = match &arguments.gear {
-        Some(path) => Some(read_json::<GearBody>(&bytes(path)?).map_err(|error| in_words(error.into()))?),
-        None => None,
-    };
-    let evaluation = match &arguments.settings {
-        Some(path) => Some(read_json::<EvaluationSettingsBody>(&bytes(path)?).map_err(|error| in_words(error.into()))?),
-        None => None,
-    };
+    let gear = settings::<GearBody>(arguments.gear.as_ref(), "a gear as JSON")?;
+    let evaluation = settings::<EvaluationSettingsBody>(arguments.settings.as_ref(), "evaluation settings as JSON")?;
     let component = arguments.component.clone();
     let spec = ImportSpecBody { gear, evaluation, component, ..ImportSpecBody::default() };
     let read = read(&content, name.as_deref(), &spec, None, None).map_err(in_words)?;
@@ -129,23 +101,24 @@ fn text(arguments: &EvaluateArguments) -> Result<String, String> {
     if let Some(found) = &read.deviations {
         if arguments.json {
             let built = deviations::imported(&read.gear, found, &read.warnings).map_err(in_words)?;
-            return String::from_utf8(built.result).map(|text| text + "\n").map_err(|error| error.to_string());
+            return Ok(String::from_utf8(built.result)? + "\n");
         }
-        return flanks(&read).map_err(|error| error.to_string());
+        return Ok(flanks(&read)?);
     }
     let Some(found) = &read.evaluation else {
-        return Err("there is no trace to evaluate, or no range to evaluate it on (see above)".to_owned());
+        let file = called(&arguments.file);
+        return Err(format!("{file}: there is no trace to evaluate, or no range to evaluate it on (see above)").into());
     };
     if arguments.json {
-        return serde_json::to_string_pretty(found).map(|text| text + "\n").map_err(|error| error.to_string());
+        return Ok(serde_json::to_string_pretty(found)? + "\n");
     }
-    tables(&read, found).map_err(|error| error.to_string())
+    Ok(tables(&read, found)?)
 }
 
 /// The gears of a file.
-fn gears(found: &GearsOfFileBody, json: bool) -> Result<String, String> {
+fn gears(found: &GearsOfFileBody, json: bool) -> Result<String, CommandError> {
     if json {
-        return serde_json::to_string_pretty(found).map(|text| text + "\n").map_err(|error| error.to_string());
+        return Ok(serde_json::to_string_pretty(found)? + "\n");
     }
     for warning in &found.warnings {
         eprintln!("{}: {}", warning.code, warning.message);

@@ -1,15 +1,11 @@
 //! `flankfit fit FILE`: the answer of `POST /v1/fits` without a server.
 
-use std::{
-    io::{Read, Write},
-    path::PathBuf,
-    process::ExitCode,
-};
+use std::{io::Write as _, path::PathBuf};
 
 use clap::Args;
 
-use super::progress;
-use crate::api::{fits::service, problem::Problem};
+use super::{CommandError, content_of, out::out, progress, wrong_in};
+use crate::api::fits::service;
 
 #[derive(Debug, Args)]
 pub struct FitArguments {
@@ -17,39 +13,19 @@ pub struct FitArguments {
     file: PathBuf,
 }
 
-/// The answer goes to standard output (exit code 0); a problem goes to standard error as JSON (exit
-/// code 1). Of a file that cannot be read one line tells.
-pub fn run(arguments: &FitArguments) -> ExitCode {
-    let text = match read(arguments) {
-        Ok(text) => text,
-        Err(error) => {
-            eprintln!(
-                "flankfit: cannot read {} ({error}): name a file that holds a fit request as JSON, or - for standard \
-                 input",
-                arguments.file.display()
-            );
-            return ExitCode::FAILURE;
-        }
-    };
-    let answer = progress::shown("fit", || service::fit_json(&text)).and_then(|mut answer| {
-        answer.push(b'\n');
-        std::io::stdout().write_all(&answer).map_err(|error| Problem::internal("cannot write").caused_by(error))
-    });
-    match answer {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(problem) => {
-            let text = serde_json::to_string_pretty(&problem).unwrap_or_else(|error| error.to_string());
-            eprintln!("{text}");
-            ExitCode::FAILURE
-        }
+/// The answer goes to standard output, what is wrong with the request to standard error.
+pub fn run(arguments: &FitArguments) -> Result<(), CommandError> {
+    let text = content_of(&arguments.file, "a fit request as JSON")?;
+    if text.trim_ascii_start().first() != Some(&b'{') {
+        let file = super::called(&arguments.file);
+        return Err(format!(
+            "{file} holds no fit request: that is an object with `nodes` and `model`, as examples/requests/fit_grid.json \
+             is. A table of nodes is shown by `flankfit demo --nodes {file}`"
+        )
+        .into());
     }
-}
-
-fn read(arguments: &FitArguments) -> std::io::Result<Vec<u8>> {
-    if arguments.file.as_os_str() == "-" {
-        let mut text = Vec::new();
-        std::io::stdin().read_to_end(&mut text).map(|_| text)
-    } else {
-        std::fs::read(&arguments.file)
-    }
+    let mut answer =
+        progress::shown("fit", || service::fit_json(&text)).map_err(|problem| wrong_in(&arguments.file, &problem))?;
+    answer.push(b'\n');
+    Ok(out().write_all(&answer)?)
 }

@@ -3,7 +3,7 @@
 
 use std::{
     fs::{self, File, OpenOptions},
-    io::{self, BufWriter},
+    io::{self, BufWriter, Write as _},
     path::{Path, PathBuf},
 };
 
@@ -12,7 +12,7 @@ use flankfit_engine::numerics::cancel::parts;
 use tokio::runtime::{Builder, Runtime};
 use uuid::Uuid;
 
-use super::{CommandError, progress};
+use super::{CommandError, out::out, progress};
 use crate::{
     app::open_holdings,
     jobs::archive::{self, ArchiveError, ArchiveReader, ArchiveWriter, Digested, Holdings, Key},
@@ -63,8 +63,8 @@ struct Count {
 }
 
 impl Count {
-    fn tell(&self) {
-        println!("{} jobs stored, {} were there already", self.stored, self.there);
+    fn tell(&self) -> Result<(), CommandError> {
+        Ok(writeln!(out(), "{} jobs stored, {} were there already", self.stored, self.there)?)
     }
 }
 
@@ -91,10 +91,7 @@ pub fn export(arguments: &ExportArguments) -> Result<(), CommandError> {
     let written = progress::shown("export", || write(&runtime, &*from, &keys, &partial))
         .and_then(|count| Ok(fs::rename(&partial, path).map(|()| count)?));
     match written {
-        Ok(count) => {
-            println!("{count} jobs written to {}", path.display());
-            Ok(())
-        }
+        Ok(count) => Ok(writeln!(out(), "{count} jobs written to {}", path.display())?),
         Err(error) => {
             // the reservation and the half file are ours; that they may be gone is no matter
             let _ = fs::remove_file(&partial);
@@ -163,8 +160,7 @@ pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
         };
         closed(&runtime, &*to, store())
     })?;
-    count.tell();
-    Ok(())
+    count.tell()
 }
 
 pub fn copy(arguments: &CopyArguments) -> Result<(), CommandError> {
@@ -197,6 +193,5 @@ pub fn copy(arguments: &CopyArguments) -> Result<(), CommandError> {
         };
         closed(&runtime, &*to, store())
     })?;
-    count.tell();
-    Ok(())
+    count.tell()
 }

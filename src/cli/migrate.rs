@@ -1,8 +1,10 @@
 //! `flankfit migrate`: makes or renews the schema of a PostgreSQL database, as its owner.
 
+use std::io::Write as _;
+
 use clap::Args;
 
-use super::{CommandError, progress};
+use super::{CommandError, out::out, progress};
 use crate::store::{PostgresSettings, migrate};
 
 #[derive(Debug, Args)]
@@ -21,6 +23,5 @@ pub fn run(arguments: &MigrateArguments) -> Result<(), CommandError> {
     let settings = PostgresSettings::of_url(&arguments.database_url)?;
     let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build()?;
     progress::watched("migrate", || None, || runtime.block_on(migrate(&settings)))?;
-    println!("the schema of {} is up to date", settings.address());
-    Ok(())
+    Ok(writeln!(out(), "the schema of {} is up to date", settings.address())?)
 }

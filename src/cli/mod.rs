@@ -11,18 +11,25 @@ pub mod keys;
 pub mod life;
 pub mod migrate;
 pub mod openapi;
+mod out;
 mod progress;
 mod secrets;
 pub mod serve;
 pub mod study;
 mod table;
 
-use std::{env, net::SocketAddr, process::ExitCode};
+use std::{
+    env, fs,
+    io::{self, Read as _},
+    net::SocketAddr,
+    path::Path,
+    process::ExitCode,
+};
 
 use clap::{CommandFactory as _, FromArgMatches as _, Parser, Subcommand};
 
 use self::secrets::Refused;
-use crate::{config::ServeSettings, telemetry};
+use crate::{api::problem::Problem, config::ServeSettings, telemetry};
 
 /// Robust parametric estimation of tooth-flank surfaces, as an HTTP service.
 #[derive(Debug, Parser)]
@@ -77,8 +84,8 @@ pub fn main() -> ExitCode {
     let outcome = match command {
         Command::Serve(settings) => serve::run(*settings),
         Command::Demo(arguments) => demo::run(&arguments),
-        Command::Fit(arguments) => return fit::run(&arguments),
-        Command::Evaluate(arguments) => return evaluate::run(&arguments),
+        Command::Fit(arguments) => fit::run(&arguments),
+        Command::Evaluate(arguments) => evaluate::run(&arguments),
         Command::Study(arguments) => study::run(&arguments),
         Command::Openapi(arguments) => openapi::run(&arguments),
         Command::Backup(arguments) => backup::run(&arguments),
@@ -93,6 +100,7 @@ pub fn main() -> ExitCode {
     telemetry::flush_logs();
     match outcome {
         Ok(()) => ExitCode::SUCCESS,
+        Err(error) if out::reader_left(&*error) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("flankfit: {error}");
             ExitCode::FAILURE
@@ -117,12 +125,58 @@ fn reachable(address: SocketAddr) -> SocketAddr {
     address
 }
 
+/// The content of a file, or of standard input where it is called `-`; `what` says what the file
+/// should hold.
+fn content_of(file: &Path, what: &str) -> Result<Vec<u8>, CommandError> {
+    let mut content = Vec::new();
+    let read = match file.as_os_str() == "-" {
+        true => io::stdin().read_to_end(&mut content).map(|_| content),
+        false => fs::read(file),
+    };
+    Ok(read.map_err(|error| {
+        let file = called(file);
+        format!("cannot read {file} ({error}): name a file that holds {what}, or - for standard input")
+    })?)
+}
+
+/// A file as messages name it.
+fn called(file: &Path) -> String {
+    if file.as_os_str() == "-" { "standard input".to_owned() } else { file.display().to_string() }
+}
+
+/// What is wrong with what a file holds, a line for each place.
+fn wrong_in(file: &Path, problem: &Problem) -> CommandError {
+    let file = called(file);
+    let lines: Vec<String> = match problem.errors.as_slice() {
+        [] => vec![format!("{file}: {}", problem.detail)],
+        errors => errors.iter().map(|error| format!("{file}: {}: {}", at(&error.pointer), error.detail)).collect(),
+    };
+    lines.join("\n").into()
+}
+
+/// The place that a pointer names, by its names and numbers: `nodes.z.3.7`.
+fn at(pointer: &str) -> String {
+    match pointer.trim_start_matches('/') {
+        "" => "as a whole".to_owned(),
+        path => path.replace('/', ".").replace("~1", "/").replace("~0", "~"),
+    }
+}
+
 /// What a subcommand failed with, ready for a person to read.
 pub type CommandError = Box<dyn std::error::Error + Send + Sync>;
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_wrong_is_said_with_its_file() {
+        let mut faults = crate::api::faults::Faults::default();
+        faults.push("/nodes/z/3/7", "expected a number");
+        faults.push("", "expected an object");
+        let said = wrong_in(Path::new("flank.json"), &Problem::invalid(faults)).to_string();
+        assert_eq!(said, "flank.json: nodes.z.3.7: expected a number\nflank.json: as a whole: expected an object");
+    }
 
     #[test]
     fn an_unspecified_address_is_reached_locally() {

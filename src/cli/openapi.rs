@@ -1,10 +1,10 @@
 //! `flankfit openapi`.
 
-use std::io::Write;
+use std::io::Write as _;
 
 use clap::Args;
 
-use super::CommandError;
+use super::{CommandError, out::out};
 use crate::http::openapi::{openapi_3_0_json, openapi_json};
 
 #[derive(Debug, Args)]
@@ -16,6 +16,5 @@ pub struct OpenapiArguments {
 
 pub fn run(arguments: &OpenapiArguments) -> Result<(), CommandError> {
     let text = if arguments.v3_0 { openapi_3_0_json() } else { openapi_json() };
-    std::io::stdout().write_all(text.as_bytes())?;
-    Ok(())
+    Ok(out().write_all(text.as_bytes())?)
 }

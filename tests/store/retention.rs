@@ -89,10 +89,10 @@ impl Plant {
     }
 
     fn retention(&self, days: u32) -> Retention {
-        let settings = RetentionSettings {
-            retain_bulk_days: Some(days.try_into().unwrap()),
-            archive_dir: Some(self.place.path().join("archives")),
-        };
+        let folder = self.place.path().join("archives");
+        std::fs::create_dir_all(&folder).unwrap();
+        let settings =
+            RetentionSettings { retain_bulk_days: Some(days.try_into().unwrap()), archive_dir: Some(folder) };
         Retention::of(&settings).unwrap().unwrap()
     }
 

@@ -25,7 +25,7 @@ use self::{
     node_file::{NodeSet, Units},
     story::{SlopeLimit, Story},
 };
-use super::{CommandError, reachable, serve::stop_signal};
+use super::{CommandError, out::out, reachable, serve::stop_signal};
 use crate::{
     app::App,
     config::{Authentication, LogFormat, ServeSettings, TraceSettings},
@@ -99,7 +99,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
 
 fn run_chapters(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(), CommandError> {
     let client = Client::new(base);
-    let mut out = io::stdout().lock();
+    let mut out = out();
     writeln!(
         out,
         "flankfit {} serves at {base} and keeps its jobs in {}",

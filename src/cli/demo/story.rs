@@ -122,8 +122,11 @@ impl<W: Write> Story<'_, W> {
         fit: &IterationFitBody,
         request: &Value,
     ) -> Result<IterationFitBody, StoryError> {
-        let Some(criterion) = best_other(&fit.result) else {
-            writeln!(self.out, "\n  Every criterion chooses about the same λ* here; the fit stands as it is.")?;
+        let other = best_other(&fit.result).and_then(|criterion| {
+            with_criterion(request.get("regularization"), criterion.name()).map(|changed| (criterion, changed))
+        });
+        let Some((criterion, regularization)) = other else {
+            writeln!(self.out, "\n  No criterion chooses another λ* here; the fit stands as it is.")?;
             return Ok(fit.clone());
         };
         let mut body = request.clone();
@@ -132,7 +135,11 @@ impl<W: Write> Story<'_, W> {
                 !["nodes", "flank", "tooth", "axes", "measured_at", "instrument", "operator", "note"]
                     .contains(&key.as_str())
             });
-            object.insert("regularization".into(), with_criterion(object.get("regularization"), criterion.name()));
+            object.insert("regularization".into(), regularization);
+            // blocks are of what is cross-validated
+            if criterion != ChosenBy::BlockedCv && !object.contains_key("select") {
+                object.remove("folds");
+            }
             object.insert("reason".into(), format!("what {} makes of it", criterion.name()).into());
         }
         let iteration = format!("{job}/iterations/{}", first.posted.number);
@@ -204,15 +211,21 @@ fn predicted_error(fit: &FitResultBody, criterion: ChosenBy) -> Option<f64> {
     fit.regularization.choices.iter().find(|choice| choice.criterion == criterion)?.predicted_mse
 }
 
-/// The regularisation asked for before, with another criterion for its λ* (or k).
-fn with_criterion(regularization: Option<&Value>, criterion: &str) -> Value {
-    let mut changed = regularization.cloned().unwrap_or_else(|| json!({"type": "spectral"}));
-    let key = if changed["type"] == "ridge" { "parameter" } else { "lambda_star" };
+/// The regularisation asked for before, with another criterion for its parameter; `None` where it
+/// has none that a criterion could choose.
+fn with_criterion(regularization: Option<&Value>, criterion: &str) -> Option<Value> {
+    let plain = || json!({"type": "spectral"});
+    let mut changed = regularization.filter(|value| !value.is_null()).cloned().unwrap_or_else(plain);
     if changed["type"] == "none" {
-        changed = json!({"type": "spectral"});
+        changed = plain();
     }
+    let key = match changed["type"].as_str()? {
+        "spectral" => "lambda_star",
+        "ridge" | "tikhonov" | "attraction" => "parameter",
+        _ => return None,
+    };
     changed[key] = json!({"criterion": criterion});
-    changed
+    Some(changed)
 }
 
 #[cfg(test)]
@@ -224,16 +237,19 @@ mod tests {
         let spectral = json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "fixed", "value": 1.0}});
         assert_eq!(
             with_criterion(Some(&spectral), "gcv"),
-            json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "gcv"}})
+            Some(json!({"type": "spectral", "count": 3, "lambda_star": {"criterion": "gcv"}}))
         );
-        assert_eq!(with_criterion(None, "gcv"), json!({"type": "spectral", "lambda_star": {"criterion": "gcv"}}));
-        assert_eq!(
-            with_criterion(Some(&json!({"type": "ridge"})), "gcv"),
-            json!({"type": "ridge", "parameter": {"criterion": "gcv"}})
-        );
-        assert_eq!(
-            with_criterion(Some(&json!({"type": "none"})), "gcv"),
-            json!({"type": "spectral", "lambda_star": {"criterion": "gcv"}})
-        );
+        let plain = Some(json!({"type": "spectral", "lambda_star": {"criterion": "gcv"}}));
+        assert_eq!(with_criterion(None, "gcv"), plain);
+        assert_eq!(with_criterion(Some(&json!({"type": "none"})), "gcv"), plain);
+        for kind in ["ridge", "tikhonov", "attraction"] {
+            assert_eq!(
+                with_criterion(Some(&json!({"type": kind})), "gcv"),
+                Some(json!({"type": kind, "parameter": {"criterion": "gcv"}}))
+            );
+        }
+        for kind in ["james_stein", "representative", "truncated_svd"] {
+            assert_eq!(with_criterion(Some(&json!({"type": kind})), "gcv"), None);
+        }
     }
 }

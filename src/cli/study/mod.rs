@@ -14,7 +14,7 @@ use std::{
 
 use clap::{Args, Subcommand};
 
-use super::{CommandError, progress};
+use super::{CommandError, out::out, progress};
 use crate::api::{
     problem::Problem,
     studies::result::{self, RandomizationResult},
@@ -81,8 +81,8 @@ pub fn run(arguments: &StudyArguments) -> Result<(), CommandError> {
         Some(file) => read(file)?,
     };
     if let (Some(which), Some(raw)) = (&arguments.repetitions, &arguments.raw) {
-        println!("{}", progress::shown("study", || parts::write(text, which, raw))?);
-        return Ok(());
+        let said = progress::shown("study", || parts::write(text, which, raw))?;
+        return Ok(writeln!(out(), "{said}")?);
     }
     let result = progress::shown("study", || result::answer(&text)).map_err(|problem| explain(&problem))?;
     arguments.shown.show(&result)
@@ -95,7 +95,7 @@ impl Shown {
             shown.push(b'\n');
         }
         match &self.output {
-            None => std::io::stdout().write_all(&shown)?,
+            None => out().write_all(&shown)?,
             Some(file) => write(file, &shown)?,
         }
         if let Some(folder) = &self.svg {
