@@ -23,7 +23,7 @@ pub struct Params(BTreeMap<Cow<'static, str>, Value>);
 
 impl Params {
     /// None at all, to be added to.
-    fn new() -> Self {
+    pub fn new() -> Self {
         Params::default()
     }
 
@@ -55,7 +55,7 @@ impl Params {
         self.with(name, ends.to_vec())
     }
 
-    fn list<T: Into<Value>>(self, name: &'static str, items: impl IntoIterator<Item = T>) -> Self {
+    pub fn list<T: Into<Value>>(self, name: &'static str, items: impl IntoIterator<Item = T>) -> Self {
         self.with(name, items.into_iter().map(Into::into).collect::<Vec<Value>>())
     }
 }

@@ -11,7 +11,7 @@ use super::{
     caller_state::CallerState,
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
-    include::IncludeQuery,
+    include::CorrectionQuery,
     records::{NewRecord, RecordContext, RecordRequest},
     state::AppState,
     stored,
@@ -20,7 +20,8 @@ use crate::{
     api::{
         gears::{
             correction::{
-                self, csv,
+                self,
+                csv::{self, OutsideLimitsName},
                 include::{CorrectionInclude, StoredIncludeName},
                 request::CorrectionRequestBody,
                 result::CorrectionBody,
@@ -169,7 +170,9 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
     amendments::refuse_implausible(&request.state, request.job, request.number).await?;
     let build = |text: &[u8], context: &RecordContext, _: Room| {
         let gear = of_job(&context.job)?;
-        let (built, include) = correction::build(text, &context.nodes, &context.measurand, gear.as_ref())?;
+        let required = RequirementsBody::of(&context.job);
+        let (built, include) =
+            correction::build(text, &context.nodes, &context.measurand, gear.as_ref(), required.as_ref())?;
         let draft = context.gear_record(RecordKind::Correction, text, built)?;
         let answer = include.of_result(&draft.result)?.into_bytes();
         Ok(NewRecord { draft, answer: Some(answer.into()) })
@@ -190,11 +193,16 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "What is \
-            answered beside, names with commas between them.")
+            answered beside, names with commas between them."),
+        ("outside_limits" = Option<OutsideLimitsName>, Query, description = "As CSV: `allowed` where predicted \
+            figures may lie outside the limits that the job requires.")
     ),
     responses(
+        (status = 409, description = "As CSV: predicted figures lie outside their limits \
+            (`predicted_outside_limits`).", body = Problem, content_type = "application/problem+json"),
         (status = 200, description = "The correction; beside what it predicted what was measured, once there is a next \
-            iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems.",
+            iteration. As CSV a line for each setting, for the control of the machine: the change rounded to its \
+            increment and in words, and what it is for; under the names of OPC UA for Geometrical Measuring Systems.",
             content((StoredCorrectionBody = "application/json"), (String = "text/csv"))),
         (status = 406, description = "Neither application/json nor text/csv is accepted.", body = Problem,
             content_type = "application/problem+json")
@@ -203,7 +211,7 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
 async fn get_iteration_correction(
     state: CallerState,
     PathOf((job, number)): PathOf<(Uuid, u32)>,
-    QueryOf(query): QueryOf<IncludeQuery>,
+    QueryOf(query): QueryOf<CorrectionQuery>,
     headers: HeaderMap,
 ) -> Result<Response, Problem> {
     let format = Format::negotiated(&headers, Format::Csv, "Corrections")?;
@@ -213,7 +221,11 @@ async fn get_iteration_correction(
         return Err(Problem::new(ProblemCode::NotFound, "The iteration has no correction."));
     };
     if format == Format::Csv {
-        return Ok(format.response(state.pool.run(move || csv::write(&record)).await??));
+        let allowed = query.outside_limits == Some(OutsideLimitsName::Allowed);
+        let of = state.jobs.job(job).await?;
+        let flanks = state.jobs.measurand(job, number).await?.words();
+        let written = move || csv::write(&record, &csv::About { job: &of, flanks, iterations: &[number] }, allowed);
+        return Ok(format.response(state.pool.run(written).await??));
     }
     let (before, _before) = measured(&state, job, number).await?.into_parts();
     let (after, _after) = match state.jobs.successors(job, number).await? {

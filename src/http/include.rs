@@ -6,7 +6,7 @@ use serde::{
     de::{DeserializeOwned, value::StrDeserializer},
 };
 
-use crate::api::{faults::Faults, json::refusal::Refusal, problem::Problem};
+use crate::api::{faults::Faults, gears::correction::csv::OutsideLimitsName, json::refusal::Refusal, problem::Problem};
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -17,14 +17,34 @@ pub struct IncludeQuery {
 impl IncludeQuery {
     /// The names; one that stands twice counts once, one that there is not is refused.
     pub fn names<T: DeserializeOwned>(&self) -> Result<Vec<T>, Problem> {
-        let mut faults = Faults::default();
-        let mut names = Vec::new();
-        for name in self.include.iter().flat_map(|names| names.split(',')) {
-            match T::deserialize(StrDeserializer::<Refusal>::new(name)) {
-                Ok(name) => names.push(name),
-                Err(refusal) => faults.push("/include", refusal.to_string()),
-            }
-        }
-        faults.into_result(names).map_err(Problem::invalid)
+        names(self.include.as_deref())
     }
+}
+
+/// The query of a kept correction.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CorrectionQuery {
+    include: Option<String>,
+    /// As CSV: whether predicted figures may lie outside their limits.
+    pub outside_limits: Option<OutsideLimitsName>,
+}
+
+impl CorrectionQuery {
+    /// The names of `include`, likewise.
+    pub fn names<T: DeserializeOwned>(&self) -> Result<Vec<T>, Problem> {
+        names(self.include.as_deref())
+    }
+}
+
+fn names<T: DeserializeOwned>(include: Option<&str>) -> Result<Vec<T>, Problem> {
+    let mut faults = Faults::default();
+    let mut names = Vec::new();
+    for name in include.iter().flat_map(|names| names.split(',')) {
+        match T::deserialize(StrDeserializer::<Refusal>::new(name)) {
+            Ok(name) => names.push(name),
+            Err(refusal) => faults.push("/include", refusal.to_string()),
+        }
+    }
+    faults.into_result(names).map_err(Problem::invalid)
 }

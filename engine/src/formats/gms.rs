@@ -192,10 +192,13 @@ pub const COLUMNS: [&str; 10] = [
     "ProgramName",
 ];
 
-/// Writes a list of corrections: a header, then one line each with CRLF (RFC 4180).
-pub fn write_csv(corrections: &[Correction]) -> Result<String, CorrectionFault> {
+/// Writes a list of corrections: a header, then one line each with CRLF (RFC 4180). Behind the
+/// columns of the standard each line has those of `about`, names with values, which say what the
+/// corrections are for.
+pub fn write_csv(corrections: &[Correction], about: &[(&str, String)]) -> Result<String, CorrectionFault> {
     check(corrections)?;
-    let mut out = COLUMNS.join(",");
+    let names = COLUMNS.iter().copied().chain(about.iter().map(|(name, _)| *name));
+    let mut out = names.collect::<Vec<_>>().join(",");
     out.push_str("\r\n");
     for correction in corrections {
         let value = |value: Option<f64>| value.map(real).unwrap_or_default();
@@ -213,6 +216,10 @@ pub fn write_csv(corrections: &[Correction]) -> Result<String, CorrectionFault> 
             text(&correction.program),
         ];
         out.push_str(&fields.join(","));
+        about.iter().for_each(|(_, value)| {
+            out.push(',');
+            out.push_str(&field(value));
+        });
         out.push_str("\r\n");
     }
     Ok(out)

@@ -28,7 +28,7 @@ fn names_and_values() {
         program: None,
         ..correction("c2")
     };
-    let text = write_csv(&[correction("c1"), other]).unwrap();
+    let text = write_csv(&[correction("c1"), other], &[]).unwrap();
     let lines: Vec<&str> = text.split("\r\n").collect();
     assert_eq!(lines[0], COLUMNS.join(","));
     for name in [

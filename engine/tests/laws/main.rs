@@ -31,6 +31,8 @@ mod gear_correction_figures;
 mod gear_correction_limits;
 mod gear_correction_loop;
 mod gear_correction_machine;
+mod gear_correction_needed;
+mod gear_correction_target;
 mod gear_correction_traces;
 mod gear_correction_verdict;
 mod gear_evaluation;

@@ -388,8 +388,8 @@ impl Field<CorrectionReason> for CorrectionField {
         match self {
             CorrectionField::Deviations => "/deviation_um".to_owned(),
             CorrectionField::Deviation { index } => format!("/deviation_um/{index}"),
-            CorrectionField::Targets => "/target_um".to_owned(),
-            CorrectionField::Target { index } => format!("/target_um/{index}"),
+            CorrectionField::Targets => "/target/deviation_um".to_owned(),
+            CorrectionField::Target { index } => format!("/target/deviation_um/{index}"),
             CorrectionField::Weights => "/weight".to_owned(),
             CorrectionField::Weight { index } => format!("/weight/{index}"),
             CorrectionField::Settings => "/sensitivity/settings".to_owned(),
@@ -410,6 +410,7 @@ impl Field<CorrectionReason> for CorrectionField {
             CorrectionField::NoiseSigma => "/noise_sigma_um".to_owned(),
             CorrectionField::CoefficientNormLimit => "/coefficient_norm_limit".to_owned(),
             CorrectionField::ResponseUncertainty => "/response_uncertainty".to_owned(),
+            CorrectionField::KeepWithin => "/keep_within".to_owned(),
         }
     }
 

@@ -7,6 +7,7 @@ pub mod evaluation;
 pub mod faults;
 pub mod files;
 pub mod fit_figures;
+pub mod flank_design;
 pub mod gear;
 pub mod notice;
 pub mod of_iteration;

@@ -10,6 +10,7 @@ use super::{
         pitch_limits::PitchLimitsBody,
         request::EvaluationSettingsBody,
     },
+    flank_design::DesignBody,
     notice::NoticeBody,
 };
 use crate::{api::faults::Faults, jobs::Job};
@@ -22,6 +23,7 @@ use flankfit_engine::gear::{Gear, Side, evaluation::fault::ToleranceReason, tole
 #[schema(as = Requirements, example = json!({
     "tolerance_limits": {"class": 6, "profile_crowning_um": [2, 8], "left": {"helix_slope_um": [-6, 2]}},
     "pitch_limits": {"runout_um": [0, 15]},
+    "design": {"profile_crowning_um": 5, "helix_crowning_um": 4},
     "k_bands": [{"kind": "helix", "upper": [[0, 2], [15, 2]], "lower": [[0, -10], [7.5, -3], [15, -10]]}]
 }))]
 pub struct RequirementsBody {
@@ -32,6 +34,9 @@ pub struct RequirementsBody {
     /// them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pitch_limits: Option<PitchLimitsBody>,
+    /// What corrections aim at. Limits are of the flank, not of its distance from the design.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub design: Option<DesignBody>,
     /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false, max_items = 20)]
@@ -90,13 +95,16 @@ impl RequirementsBody {
         refused.as_ref().map(class_left_aside)
     }
 
-    /// Refuses what is no requirement on any gear.
-    pub fn check(&self, at: &str, faults: &mut Faults) {
+    /// Refuses what is no requirement on any gear, and a design that is none of `gear`.
+    pub fn check(&self, gear: Option<&Gear>, at: &str, faults: &mut Faults) {
         if let Some(limits) = &self.tolerance_limits {
             limits.check(&format!("{at}/tolerance_limits"), faults);
         }
         if let Some(limits) = &self.pitch_limits {
             limits.check(&format!("{at}/pitch_limits"), faults);
+        }
+        if let Some(design) = &self.design {
+            design.check(gear, &format!("{at}/design"), faults);
         }
         band::check_all(&self.k_bands, &format!("{at}/k_bands"), faults);
     }

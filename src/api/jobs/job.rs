@@ -156,11 +156,9 @@ impl ClearableName {
 }
 
 fn check(gear: Option<&GearBody>, requirements: Option<&RequirementsBody>, faults: &mut Faults) {
-    if let Some(Err(found)) = gear.map(|gear| gear.checked("/gear")) {
-        faults.append(found);
-    }
+    let gear = gear.map(|gear| gear.checked("/gear")).transpose().map_err(|found| faults.append(found));
     if let Some(requirements) = requirements {
-        requirements.check("/requirements", faults);
+        requirements.check(gear.ok().flatten().as_ref(), "/requirements", faults);
     }
 }
 

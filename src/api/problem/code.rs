@@ -31,6 +31,8 @@ pub enum ProblemCode {
     FirstKeyMustBeAdmin,
     /// 409: the first request with this idempotency key still runs.
     IdempotencyKeyInUse,
+    /// 409: a correction for the control whose predicted figures lie outside their limits.
+    PredictedOutsideLimits,
     /// 409: the operation has not ended.
     OperationRunning,
     /// 410: the operation was cancelled.
@@ -94,6 +96,7 @@ impl ProblemCode {
         Self::ImplausibleUnit,
         Self::FirstKeyMustBeAdmin,
         Self::IdempotencyKeyInUse,
+        Self::PredictedOutsideLimits,
         Self::OperationRunning,
         Self::OperationCancelled,
         Self::Purged,
@@ -144,6 +147,11 @@ impl ProblemCode {
                 409,
                 "urn:flankfit:problem:idempotency_key_in_use",
                 "The first request with this idempotency key is still running",
+            ),
+            Self::PredictedOutsideLimits => (
+                409,
+                "urn:flankfit:problem:predicted_outside_limits",
+                "Figures would lie outside their limits after the correction",
             ),
             Self::OperationRunning => {
                 (409, "urn:flankfit:problem:operation_running", "The operation has not ended yet")

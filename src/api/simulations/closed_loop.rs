@@ -13,7 +13,7 @@ use crate::{
         built::Built,
         faults::{Faults, Field},
         fits::{canonical, spec::regularization_json},
-        gears::correction,
+        gears::correction::{self, result::Asked, target::AimName},
         jobs::{fits, records},
         json::value::read_json,
         problem::Problem,
@@ -153,8 +153,10 @@ fn simulate_run(
             round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
-                let result =
-                    correction::write(&solution, None, &canonical::request_sha256(&request), Include::default())?;
+                let asked =
+                    Asked { correction: &correction, aim: AimName::Nominal, figures: None, warnings: Vec::new() };
+                let digest = canonical::request_sha256(&request);
+                let result = correction::write(&solution, asked, &digest, Include::default())?;
                 let built = Built { method: "matrix".to_owned(), result };
                 record = Some(records::draft(RecordKind::Correction, &request, built)?);
             }

@@ -32,7 +32,7 @@ use super::router;
 use crate::api::{
     contract,
     examples::REQUEST_EXAMPLES,
-    gears::correction::include::StoredIncludeName,
+    gears::correction::{csv::OutsideLimitsName, include::StoredIncludeName},
     problem::{Problem, ProblemError},
 };
 
@@ -44,7 +44,7 @@ use crate::api::{
                        bias bounds, eigen diagnostics, and every choice of λ* side by side.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
-    components(schemas(Problem, ProblemError, StoredIncludeName)),
+    components(schemas(Problem, ProblemError, StoredIncludeName, OutsideLimitsName)),
     tags(
         (name = "fits", description = "Fits of node sets; nothing is stored."),
         (name = "studies", description = "Numerical experiments; nothing is stored."),

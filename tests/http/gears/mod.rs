@@ -4,6 +4,7 @@ mod conformity;
 mod correction;
 mod correction_flank;
 mod correction_kept;
+mod correction_target;
 mod evaluation;
 mod exchange;
 mod fit_figures;

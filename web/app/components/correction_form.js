@@ -19,7 +19,14 @@ import { notify } from "./toast.js";
 /** @typedef {import("../api/client.js").Schema<"CorrectionRequest">} CorrectionRequest */
 
 /** Pointers whose faults stand at their fields. */
-const AT_FIELDS = ["/sensitivity", "/noise_sigma_um", "/response_uncertainty", "/absolute", "/target_um"];
+const AT_FIELDS = [
+  "/sensitivity",
+  "/noise_sigma_um",
+  "/response_uncertainty",
+  "/absolute",
+  "/target",
+  "/settings_used",
+];
 
 /**
  * @param {{ jobId: string, number: number, nodeCount: number, hasGear: boolean, last: CorrectionRequest | undefined, onDone: () => void }} props
@@ -153,6 +160,36 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
           { value: "false", label: t.no },
         ],
       })}
+      ${h(SelectField, {
+        ...common,
+        label: t.target,
+        hint: t.targetAbout,
+        required: true,
+        value: draft.aim,
+        pointer: "/target",
+        onChange: (aim) => change({ aim: /** @type {Draft["aim"]} */ (aim) }),
+        options: [
+          { value: "", label: t.targetOfJob },
+          ...["design", "limits", "nominal", "given"].map((value) => ({
+            value,
+            label: t[/** @type {"target_design"} */ (`target_${value}`)],
+          })),
+        ],
+      })}
+      ${h(SelectField, {
+        ...common,
+        label: t.used,
+        hint: t.usedHint,
+        required: true,
+        value: draft.used,
+        pointer: "/settings_used",
+        onChange: (used) => change({ used: /** @type {Draft["used"]} */ (used) }),
+        options: [
+          { value: "", label: t.byDefault },
+          { value: "needed", label: t.usedNeeded },
+          { value: "all", label: t.usedAll },
+        ],
+      })}
     </div>
     ${
       draft.by === "matrix" &&
@@ -183,17 +220,21 @@ export function CorrectionForm({ jobId, number, nodeCount, hasGear, last, onDone
         }),
       )}
     </fieldset>
-    ${h(TextField, {
-      ...common,
-      label: t.target,
-      hint: t.targetHint(nodeCount),
-      unit: "µm",
-      lines: 2,
-      value: draft.target,
-      pointer: "/target_um",
-      fault: fault("/target_um"),
-      onInput: (target) => change({ target }),
-    })}
+    ${
+      draft.aim === "given" &&
+      h(TextField, {
+        ...common,
+        label: t.wanted,
+        hint: t.wantedHint(nodeCount),
+        required: true,
+        unit: "µm",
+        lines: 2,
+        value: draft.target,
+        pointer: "/target/deviation_um",
+        fault: fault("/target"),
+        onInput: (target) => change({ target }),
+      })
+    }
     ${error !== undefined && !beside && h(Failure, { error, except: known })}
     <div class="actions">
       <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${busy ? t.computing : t.compute}</button>

@@ -8,6 +8,7 @@ import { ABSENT } from "../lib/format.js";
 import { stripDomain } from "../lib/strip.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge, Facts, WithError } from "./figure.js";
+import { Conforms, limitText } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
@@ -15,7 +16,6 @@ import { table } from "./table.js";
 /** @typedef {import("../api/client.js").Schema<"SettingChange">} SettingChange */
 /** @typedef {import("../api/client.js").Schema<"MachineAnswer">} MachineAnswer */
 /** @typedef {import("../api/client.js").Schema<"EstimatedFigure">} EstimatedFigure */
-/** @typedef {import("../api/client.js").Schema<"Iteration">} Iteration */
 /** @typedef {import("../../vendor/ui.js").ComponentChildren} Children */
 
 const NAMES = new Set([
@@ -47,8 +47,9 @@ const sign = (unit) => unitSign(unit) ?? "";
 const behind = (unit) => (unit === "arcmin" || unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
 
 /** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
-function entered({ change, rounded, limited, fixed, undetermined, std_error }) {
+function entered({ change, rounded, limited, fixed, undetermined, left, std_error }) {
   const { value } = fmt;
+  if (left) return t.leave;
   if (fixed || (undetermined && change === 0)) return ABSENT;
   const signed = (/** @type {string} */ text) => (change > 0 ? `+${text}` : text);
   if (rounded || limited) return signed(value.input(Number(change.toPrecision(12))).replace("-", "−"));
@@ -56,21 +57,22 @@ function entered({ change, rounded, limited, fixed, undetermined, std_error }) {
 }
 
 /** @param {SettingChange} setting @returns {Children} */
-function notesOf({ unit, limited, fixed, undetermined, rounded, unrounded, unlimited, std_error }) {
+function notesOf({ unit, limited, fixed, undetermined, left, rounded, unrounded, unlimited, std_error }) {
   const { value } = fmt;
   const told = (/** @type {number} */ number) => value.withError(number, std_error, sign(unit));
   return html`<span class="notes">
     ${limited && h(Badge, { kind: "warn", children: t.atLimit })}
     ${fixed && h(Badge, { kind: "plain", children: t.fixed })}
     ${undetermined && h(Badge, { kind: "plain", children: t.undetermined })}
+    ${left && html`<span>${t[left]}</span>`}
     ${rounded && unrounded !== undefined && unrounded !== null && html`<span>${t.rounded(told(unrounded))}</span>`}
     ${unlimited !== undefined && unlimited !== null && limited && html`<span>${t.unlimited(told(unlimited))}</span>`}
   </span>`;
 }
 
 /** A change as it is drawn; none where none was wanted. @param {SettingChange} setting */
-const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined }) =>
-  fixed || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
+const drawnOf = ({ change, std_error, bias_bound, fixed, undetermined, left }) =>
+  fixed || left || (undetermined && change === 0) ? [] : [{ value: change, error: std_error, bias: bias_bound }];
 
 /** From which settings one cannot be told apart. @param {KeptCorrection["result"]} result @param {string} name */
 function inseparableFrom({ indistinguishable }, name) {
@@ -92,7 +94,7 @@ export function Changes({ result, csvName, tools, of }) {
     rows: settings,
     rowKey: ({ name }) => name,
     note: h(StripLegend, { estimates: settings.flatMap(drawnOf) }),
-    rowClass: ({ fixed, undetermined }) => (fixed || undetermined ? "idle" : ""),
+    rowClass: ({ fixed, undetermined, left }) => (fixed || undetermined || left ? "idle" : ""),
     columns: [
       {
         key: "name",
@@ -110,7 +112,7 @@ export function Changes({ result, csvName, tools, of }) {
         numeric: true,
         cell: (row) => {
           const text = entered(row);
-          return html`<b class="change" translate="no">${text}${text === ABSENT ? "" : behind(row.unit)}</b>`;
+          return html`<b class="change" translate="no">${text}${row.left || text === ABSENT ? "" : behind(row.unit)}</b>`;
         },
         csv: ({ change }) => change,
       },
@@ -167,11 +169,13 @@ const FIGURES = /** @type {const} */ ([
   ["twist", "S", "twist_figure"],
 ]);
 
-/** @typedef {{ key: string, name: string, symbol?: string, before?: EstimatedFigure, predicted?: number, measured?: EstimatedFigure, change?: EstimatedFigure, beyond?: EstimatedFigure }} FigureRow */
+/** @typedef {import("../api/client.js").Schema<"CorrectionTargetFigure">} TargetFigure */
+/** @typedef {{ key: string, name: string, symbol?: string, before?: EstimatedFigure, wanted?: TargetFigure, predicted?: number, measured?: EstimatedFigure, change?: EstimatedFigure, beyond?: EstimatedFigure }} FigureRow */
 
 /** @param {KeptCorrection} kept @returns {FigureRow[]} */
 function figureRows({ result, answer }) {
   const { before, after } = result.predicted.figures ?? {};
+  const wanted = result.figures?.left ?? result.figures?.right;
   const plain = (/** @type {number | null | undefined} */ value) =>
     typeof value === "number" ? { value_um: value } : undefined;
   const figures = FIGURES.map(([key, symbol, word]) => {
@@ -182,6 +186,7 @@ function figureRows({ result, answer }) {
       symbol,
       name: t[word],
       before: changes?.before ?? plain(before?.[own]),
+      wanted: wanted?.[own] ?? undefined,
       predicted: changes?.predicted_um ?? after?.[own] ?? undefined,
       measured: changes?.measured ?? plain(answer?.figures?.[own]),
       change: changes?.change,
@@ -224,14 +229,26 @@ const drawnFigure = (row) =>
     return [{ name: t[key], value: of.value_um, error: of.std_error_um, interval: of.interval_um, series, sign }];
   });
 
-/** The limits of a figure that were decided of. @param {Iteration | undefined} iteration @param {string} key */
-function limitsOf(iteration, key) {
-  const figures = iteration?.fits.find(({ chosen }) => chosen)?.figures;
-  return figures?.[/** @type {"twist_um"} */ (`${key}_um`)]?.conformity?.limits_um;
+/** Symbols of the figures that would lie outside their limits after the correction. @param {KeptCorrection["result"]} result */
+export function outsideOf({ figures }) {
+  const sides = [figures?.left, figures?.right];
+  const outside = FIGURES.filter(([key]) =>
+    sides.some((side) => {
+      const figure = side?.[/** @type {"twist_um"} */ (`${key}_um`)];
+      const [low = -Infinity, high = Infinity] = figure?.limits ?? [];
+      return figure && (figure.predicted < low || figure.predicted > high);
+    }),
+  );
+  return outside.map(([, symbol]) => symbol.replace("_", ""));
 }
 
-/** @param {{ kept: KeptCorrection, iteration?: Iteration | undefined, csvName?: string | undefined, of?: string }} props `iteration`: with its limits; `of`: as above */
-export function Figures({ kept, iteration, csvName, of }) {
+/** @typedef {TargetFigure["conformity_before"]} Decision */
+
+/** A value with what is decided of it. @param {Children} value @param {Decision} decision */
+const decided = (value, decision) => (decision ? html`${value} ${h(Conforms, { decision })}` : value);
+
+/** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: as above */
+export function Figures({ kept, csvName, of }) {
   const { value } = fmt;
   const um = "µm";
   const estimated = (/** @type {EstimatedFigure | undefined} */ figure) =>
@@ -256,17 +273,30 @@ export function Figures({ kept, iteration, csvName, of }) {
       cell: ({ name, symbol }) => html`${symbol && html`${h(GearSymbol, { name: symbol })} `}${name}`,
       csv: ({ name, symbol }) => (symbol ? `${symbol} ${name}` : name),
     },
-    column("before", t.before),
+    {
+      ...column("before", t.before),
+      cell: (row) => decided(estimated(row.before), row.wanted?.conformity_before),
+    },
+    {
+      key: "wanted",
+      header: t.wantedFigure,
+      unit: um,
+      numeric: true,
+      cell: ({ wanted, before }) => data(value.deviation(wanted?.target, um, before?.std_error_um)),
+      csv: ({ wanted }) => wanted?.target,
+    },
     {
       key: "predicted",
       header: t.predicted,
       unit: um,
       numeric: true,
       // what was measured and a change without error: as certain as what was measured
-      cell: ({ predicted, before }) => data(value.deviation(predicted, um, before?.std_error_um)),
+      cell: ({ predicted, before, wanted }) =>
+        decided(data(value.deviation(predicted, um, before?.std_error_um)), wanted?.conformity_predicted),
       csv: ({ predicted }) => predicted,
     },
   ];
+  const rows = figureRows(kept);
   if (kept.answer) {
     columns.push(column("measured", t.measured), column("change", t.changed), column("beyond", t.beyond), {
       key: "interval",
@@ -278,7 +308,15 @@ export function Figures({ kept, iteration, csvName, of }) {
       csv: ({ beyond }) => beyond?.interval_um,
     });
   }
-  const rows = figureRows(kept);
+  if (rows.some(({ wanted }) => wanted?.limits))
+    columns.push({
+      key: "limits",
+      header: t.limits_figure,
+      unit: um,
+      numeric: true,
+      cell: ({ wanted }) => data(limitText(wanted?.limits ?? undefined)),
+      csv: ({ wanted }) => wanted?.limits?.join(" … "),
+    });
   const drawn = rows.filter(({ symbol }) => symbol);
   if (drawn.length > 0)
     columns.push({
@@ -287,7 +325,7 @@ export function Figures({ kept, iteration, csvName, of }) {
       screen: true,
       minor: true,
       cell: (row) =>
-        row.symbol && h(Strip, { estimates: drawnFigure(row), limits: limitsOf(iteration, row.key), unit: um }),
+        row.symbol && h(Strip, { estimates: drawnFigure(row), limits: row.wanted?.limits ?? undefined, unit: um }),
     });
   const named = SERIES.filter(({ key }) => drawn.some((row) => row[key] !== undefined)).map((one) => ({
     ...one,
@@ -298,7 +336,7 @@ export function Figures({ kept, iteration, csvName, of }) {
       drawn.length > 0 &&
       h(StripLegend, {
         estimates: drawn.flatMap(drawnFigure),
-        limited: drawn.some(({ key }) => limitsOf(iteration, key)),
+        limited: drawn.some(({ wanted }) => wanted?.limits),
         named,
       }),
     caption: [kept.answer ? t.figures : t.figuresBefore, of].filter(Boolean).join(", "),

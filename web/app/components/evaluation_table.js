@@ -116,7 +116,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
           ? ABSENT
           : told.map(
               ([key, conformity]) =>
-                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(Conforms, { conformity })}</span>`,
+                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(Conforms, { decision: conformity?.decision })}</span>`,
             );
       },
     },

@@ -32,11 +32,11 @@ export function toldFigures(figures) {
   });
 }
 
-/** @param {{ conformity: Conformity | null | undefined }} props */
-export function Conforms({ conformity }) {
-  if (!conformity) return ABSENT;
+/** @param {{ decision: Conformity["decision"] | undefined }} props */
+export function Conforms({ decision }) {
+  if (!decision) return ABSENT;
   const kinds = /** @type {const} */ ({ conforms: "good", does_not_conform: "bad", cannot_be_told: "warn" });
-  return h(Badge, { kind: kinds[conformity.decision], children: t[conformity.decision] });
+  return h(Badge, { kind: kinds[decision], children: t[decision] });
 }
 
 /** Limits as they were asked for. @param {readonly number[] | undefined} limits */
@@ -118,7 +118,7 @@ function columns(percent, limited) {
       cell: limited
         ? ({ figure: { conformity } }) =>
             conformity
-              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { conformity })}</span>`
+              ? html`${data(limitText(conformity.limits_um))}<span class="conformity">${h(Conforms, { decision: conformity?.decision })}</span>`
               : ABSENT
         : undefined,
       csv: ({ figure }) => figure.conformity?.limits_um,

@@ -107,7 +107,9 @@ export function PitchTable({ pitch, tolerances, csvName, of: whose }) {
       {
         key: "conformity",
         header: requirementText.conformity,
-        cell: rows.some(({ conformity }) => conformity) ? ({ conformity }) => h(Conforms, { conformity }) : undefined,
+        cell: rows.some(({ conformity }) => conformity)
+          ? ({ conformity }) => h(Conforms, { decision: conformity?.decision })
+          : undefined,
         csv: ({ conformity }) => conformity && requirementText[conformity.decision],
       },
     ]),

@@ -5,7 +5,7 @@ import { Band, Line } from "../charts/marks.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/requirements.js";
 import { ABSENT, capital } from "../lib/format.js";
-import { ALL_FIGURES, heightAt, limitsOf, SIDES } from "../lib/requirements.js";
+import { ALL_FIGURES, heightAt, limitsOf, SIDES, SURFACE_FIGURES } from "../lib/requirements.js";
 import { h, html } from "../../vendor/ui.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
@@ -21,12 +21,14 @@ export function RequirementsPanel({ requirements, name }) {
   const sides = SIDES.filter((side) => rows.some((figure) => limitsOf(requirements, side, figure.name)));
   const bands = requirements?.k_bands ?? [];
   const ofPitch = requirements?.pitch_limits?.class;
-  const none = of === undefined && ofPitch === undefined && rows.length === 0 && bands.length === 0;
+  const { design } = requirements ?? {};
+  const none = !design && of === undefined && ofPitch === undefined && rows.length === 0 && bands.length === 0;
   return html`<section class="panel" aria-labelledby="requirements">
     <h2 id="requirements">${t.title}</h2>
     ${none ? html`<p class="quiet">${t.none}</p>` : html`<p class="hint">${t.hint}</p>`}
     ${of !== undefined && html`<p><b>${t.classOf(of)}</b></p>`}
     ${ofPitch !== undefined && html`<p><b>${t.pitchClassOf(ofPitch)}</b></p>`}
+    ${design && html`<p>${designText(design)}</p>`}
     ${
       rows.length > 0 &&
       table({
@@ -50,6 +52,22 @@ export function RequirementsPanel({ requirements, name }) {
     }
     ${bands.length > 0 && html`<div class="k-bands">${bands.map((band, i) => h(BandChart, { key: i, band, number: i + 1, name }))}</div>`}
   </section>`;
+}
+
+/** A design in a line. @param {NonNullable<Requirements["design"]>} design */
+function designText(design) {
+  const of = (/** @type {import("../api/client.js").Schema<"SideDesign">} */ figures) =>
+    SURFACE_FIGURES.flatMap(({ name, symbol }) => {
+      const value = figures[`${name}_um`];
+      if (typeof value !== "number") return [];
+      return [
+        html`${h(GearSymbol, { name: symbol })} <span translate="no">${minus(fmt.value.input(value))}\u202fµm</span> `,
+      ];
+    });
+  const count = design.modifications?.length ?? 0;
+  return html`<b>${t.design}:</b> ${of(design)}
+    ${design.left && html`${t.leftFlank} ${of(design.left)}`} ${design.right && html`${t.rightFlank} ${of(design.right)}`}
+    ${count > 0 && t.modifications(count)}`;
 }
 
 /** @param {Requirements | undefined} requirements @param {"both" | "left" | "right"} side @returns {import("./table.js").Column<Figure>} */

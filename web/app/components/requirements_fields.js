@@ -6,6 +6,8 @@ import {
   ALL_FIGURES,
   bandPlace,
   CLASSES,
+  designPlace,
+  designPointer,
   emptyBand,
   FIGURES,
   limitPointer,
@@ -13,6 +15,7 @@ import {
   placeOf,
   requirementsOf,
   sidesOf,
+  SURFACE_FIGURES,
 } from "../lib/requirements.js";
 import { h, html, useId } from "../../vendor/ui.js";
 import { SelectField, TextField } from "./form.js";
@@ -29,6 +32,7 @@ export const shownPointers = (form) => [
   "/requirements/tolerance_limits/class",
   "/requirements/pitch_limits/class",
   ...ALL_FIGURES.flatMap(({ name }) => sidesOf(name).map((side) => limitPointer(side, name))),
+  ...SURFACE_FIGURES.map(({ name }) => designPointer(name)),
   ...form.bands.flatMap((_, i) => ["upper", "lower"].map((edge) => `/requirements/k_bands/${i}/${edge}`)),
 ];
 
@@ -65,6 +69,25 @@ export function RequirementsFields({ form, onChange, error, told }) {
       <p class="hint">${t.limitsHint}</p>
       ${ends(["both"], FIGURES)}
       <details open=${oneFlank(FIGURES)}><summary>${t.oneFlank}</summary>${ends(["left", "right"], FIGURES)}</details>
+    </div>
+    <div role="group" aria-label=${t.design}>
+      <h3>${t.design}</h3>
+      <p class="hint">${t.designHint}</p>
+      <div class="fields">
+        ${SURFACE_FIGURES.map(({ name, symbol }) =>
+          h(TextField, {
+            key: name,
+            label: html`${h(GearSymbol, { name: symbol })} ${t.designOf(t[name])}`,
+            unit: "µm",
+            numeric: true,
+            value: form.design?.[name] ?? "",
+            error,
+            pointer: designPointer(name),
+            fault: faults[designPlace(name)] && t.notANumber,
+            onInput: (value) => onChange({ ...form, design: { ...form.design, [name]: value } }),
+          }),
+        )}
+      </div>
     </div>
     <div role="group" aria-label=${t.pitchLimits}>
       <h3>${t.pitchLimits}</h3>

@@ -39,12 +39,22 @@ export function atAllNodes(surface, list) {
  * leave it aside.
  * @param {import("../api/client.js").Schema<"KeptCorrection">} kept
  */
-export function hasDatum({ method, request }) {
-  return /** @type {{ absolute?: boolean }} */ (request).absolute ?? method === "matrix";
+export function hasDatum({ result }) {
+  return result.absolute;
 }
 
 /**
- * Heights of a correction as they are drawn. @template {FlankSurface} S
- * @param {S} surface @param {import("../api/client.js").Schema<"KeptCorrection">} kept
+ * Heights of a correction as they are drawn: less what is wanted, and less their mean where they have no datum.
+ * @template {FlankSurface} S
+ * @param {S} surface @param {import("../api/client.js").Schema<"KeptCorrection">} kept @returns {S}
  */
-export const ofCorrection = (surface, kept) => (hasDatum(kept) ? surface : withoutMean(surface));
+export function ofCorrection(surface, kept) {
+  const wanted = kept.result.target.deviation_um;
+  const left = wanted
+    ? withHeights(
+        surface,
+        surface.z.map((z, k) => z - (wanted[k] ?? 0)),
+      )
+    : surface;
+  return hasDatum(kept) ? left : withoutMean(left);
+}

@@ -14,7 +14,9 @@ import { parseNumber } from "./format.js";
  * @property {string} noise
  * @property {string} response
  * @property {"" | "true" | "false"} absolute
- * @property {string} target
+ * @property {"" | "design" | "limits" | "nominal" | "given"} aim
+ * @property {string} target the wanted deviations where they are given
+ * @property {"" | "needed" | "all"} used
  * @property {Record<string, LimitDraft>} limits
  */
 
@@ -58,7 +60,9 @@ export function emptyDraft(hasGear) {
     noise: "",
     response: "",
     absolute: "",
+    aim: "",
     target: "",
+    used: "",
     limits: {},
   };
 }
@@ -81,7 +85,9 @@ export function draftOf(request, write) {
     noise: write(request.noise_sigma_um),
     response: write(request.response_uncertainty),
     absolute: request.absolute === undefined || request.absolute === null ? "" : request.absolute ? "true" : "false",
-    target: list(request.target_um),
+    aim: aimOf(request.target),
+    target: typeof request.target === "object" ? list(request.target?.deviation_um) : "",
+    used: request.settings_used ?? "",
     limits: Object.fromEntries(
       Object.entries(limits).map(([name, { fixed, min, max, increment }]) => [
         name,
@@ -89,6 +95,12 @@ export function draftOf(request, write) {
       ]),
     ),
   };
+}
+
+/** @param {CorrectionRequest["target"]} target @returns {Draft["aim"]} */
+function aimOf(target) {
+  if (target === undefined || target === null) return "";
+  return typeof target === "string" ? target : "given";
 }
 
 /** The settings that a draft names, with their units. @param {Draft} draft @returns {{ name: string, unit: string | undefined }[]} */
@@ -142,8 +154,9 @@ export function requestOf(draft) {
   }
   const noise = number(draft.noise, "/noise_sigma_um");
   const response = number(draft.response, "/response_uncertainty");
-  const words = draft.target.split(/[\s;]+/).filter(Boolean);
-  const target = words.map((word) => number(word, "/target_um") ?? 0);
+  const words = draft.aim === "given" ? draft.target.split(/[\s;]+/).filter(Boolean) : [];
+  const wanted = words.map((word) => number(word, "/target") ?? 0);
+  const target = draft.aim === "given" ? { deviation_um: wanted } : draft.aim;
   /** @type {CorrectionRequest} */
   const request = {
     sensitivity: draft.by === "matrix" ? matrixOf(draft.matrix, faults) : machineOf(draft),
@@ -151,7 +164,8 @@ export function requestOf(draft) {
     ...(noise === undefined ? {} : { noise_sigma_um: noise }),
     ...(response === undefined ? {} : { response_uncertainty: response }),
     ...(draft.absolute === "" ? {} : { absolute: draft.absolute === "true" }),
-    ...(target.length > 0 ? { target_um: target } : {}),
+    ...(target === "" ? {} : { target }),
+    ...(draft.used === "" ? {} : { settings_used: draft.used }),
   };
   return { request, faults };
 }

@@ -17,6 +17,8 @@ import { parseNumber } from "./format.js";
  * @property {string} class
  * @property {string} [pitchClass] of pitches and run-out, where it is another
  * @property {Record<string, string>} limits by `placeOf`; what is left empty is not there
+ * @property {Record<string, string>} [design] figures of both flanks that corrections aim at, by their names
+ * @property {Record<string, unknown>} [designOthers] what the form has no fields for of a design
  * @property {BandForm[]} bands
  * @property {Record<string, unknown>} [others] what the form has no fields for, which stays as it is
  */
@@ -66,6 +68,12 @@ const group = (name) =>
 export const limitPointer = (side, name) =>
   `/requirements/${group(name)}${side === "both" ? "" : `/${side}`}/${name}_um`;
 
+/** Where a figure of the design stands in a request. @param {SurfaceFigure} name */
+export const designPointer = (name) => `/requirements/design/${name}_um`;
+
+/** Where it stands in the form. @param {SurfaceFigure} name */
+export const designPlace = (name) => `design ${name}`;
+
 /** Where a limit stands in the form. @param {Side} side @param {FigureName} name @param {0 | 1} end */
 export const placeOf = (side, name, end) => `${side} ${name} ${end}`;
 
@@ -100,7 +108,7 @@ export const emptyBand = () => ({ kind: "profile", flank: "", axis: "roll_length
 /** @param {Requirements | undefined} requirements @param {(value: number) => string} write @returns {RequirementsForm} */
 export function requirementsForm(requirements, write) {
   const form = emptyRequirements();
-  const { tolerance_limits: _, pitch_limits: __, k_bands: ___, ...others } = requirements ?? {};
+  const { tolerance_limits: _, pitch_limits: __, k_bands: ___, design, ...others } = requirements ?? {};
   if (Object.keys(others).length > 0) form.others = others;
   form.class = String(requirements?.tolerance_limits?.class ?? "");
   form.pitchClass = String(requirements?.pitch_limits?.class ?? "");
@@ -111,6 +119,15 @@ export function requirementsForm(requirements, write) {
       form.limits[placeOf(side, name, 0)] = write(limits[0]);
       form.limits[placeOf(side, name, 1)] = write(limits[1]);
     }
+  for (const { name } of SURFACE_FIGURES) {
+    const figure = design?.[`${name}_um`];
+    if (typeof figure === "number") form.design = { ...form.design, [name]: write(figure) };
+  }
+  const more = Object.entries(design ?? {}).filter(
+    ([key]) => !SURFACE_FIGURES.some(({ name }) => key === `${name}_um`),
+  );
+  // a design without figures is the unmodified flank
+  if (more.length > 0 || (design && !form.design)) form.designOthers = Object.fromEntries(more);
   const lines = (/** @type {readonly number[][]} */ points) =>
     points.map((point) => point.map(write).join("  ")).join("\n");
   form.bands = (requirements?.k_bands ?? []).map(({ kind, flank, profile_axis: axis, upper, lower }) => ({
@@ -139,8 +156,10 @@ export function requirementsOf(form) {
     const more = { ...(flank ? { flank } : {}), ...(kind === "profile" ? { profile_axis: axis } : {}) };
     return { kind, ...more, upper: upper ?? [], lower: lower ?? [] };
   });
+  const design = designIn(form, faults);
   const whole = {
     ...form.others,
+    ...(design ? { design } : {}),
     ...(limits ? { tolerance_limits: /** @type {ToleranceLimits} */ (limits) } : {}),
     ...(pitches ? { pitch_limits: /** @type {PitchLimits} */ (pitches) } : {}),
     ...(bands.length > 0 ? { k_bands: /** @type {KBand[]} */ (bands) } : {}),
@@ -204,6 +223,22 @@ export function pointsOf(text) {
 const isNumber = (value) => value !== undefined && Number.isFinite(value);
 
 /**
+ * The design of a form: its figures of both flanks, with what the form has no fields for.
+ * @param {RequirementsForm} form @param {Record<string, Fault>} faults
+ */
+function designIn(form, faults) {
+  /** @type {Record<string, unknown>} */
+  const design = { ...form.designOthers };
+  for (const { name } of SURFACE_FIGURES) {
+    const value = parseNumber(form.design?.[name] ?? "");
+    if (value === undefined) continue;
+    if (Number.isNaN(value)) faults[designPlace(name)] = "notANumber";
+    design[`${name}_um`] = value;
+  }
+  return Object.keys(design).length > 0 || form.designOthers ? design : undefined;
+}
+
+/**
  * The changes from one form to another, made to a third.
  * @param {RequirementsForm} mine @param {RequirementsForm} from @param {RequirementsForm} theirs @returns {RequirementsForm}
  */
@@ -215,11 +250,20 @@ export function requirementsRebased(mine, from, theirs) {
     const value = own === begun ? theirs.limits[place] : own;
     if (value) limits[place] = value;
   }
+  /** @type {Record<string, string>} */
+  const design = {};
+  for (const { name } of SURFACE_FIGURES) {
+    const [own = "", begun = ""] = [mine.design?.[name], from.design?.[name]];
+    const value = own === begun ? theirs.design?.[name] : own;
+    if (value) design[name] = value;
+  }
   const bandsTouched = JSON.stringify(mine.bands) !== JSON.stringify(from.bands);
   return {
     class: mine.class === from.class ? theirs.class : mine.class,
     pitchClass: mine.pitchClass === from.pitchClass ? (theirs.pitchClass ?? "") : (mine.pitchClass ?? ""),
     limits,
+    ...(Object.keys(design).length > 0 ? { design } : {}),
+    ...(theirs.designOthers ? { designOthers: theirs.designOthers } : {}),
     bands: bandsTouched ? mine.bands : theirs.bands,
     ...(theirs.others ? { others: theirs.others } : {}),
   };

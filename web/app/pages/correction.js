@@ -6,7 +6,7 @@ import { useResource } from "../api/resource.js";
 import { Allowed } from "../components/allowed.js";
 import { CorrectionForm } from "../components/correction_form.js";
 import { CorrectionMaps } from "../components/correction_maps.js";
-import { Answer, Apart, Changes, Figures } from "../components/correction_result.js";
+import { Answer, Apart, Changes, Figures, outsideOf } from "../components/correction_result.js";
 import { Facts } from "../components/figure.js";
 import { JobPage, useNews } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
@@ -100,7 +100,7 @@ function Kept({ job, iteration, kept, earlier }) {
     return { data: /** @type {import("../api/client.js").Schema<"Nodes">} */ (data) };
   });
   const measure = toMeasure(job.id);
-  const tools = html`<button type="button" class="button small" onClick=${() => saveForMachine(job.id, iteration.number, name)}>${t.csvForMachine}</button>`;
+  const tools = html`<button type="button" class="button small" onClick=${() => saveForMachine(job.id, iteration.number, name, result)}>${t.csvForMachine}</button>`;
   return html`
     <section class="panel" aria-labelledby="changes">
       <header><h2 id="changes">${t.changes}</h2></header>
@@ -126,10 +126,11 @@ function Kept({ job, iteration, kept, earlier }) {
     <section class="panel" aria-labelledby="figures">
       <h2 id="figures">${measured ? t.figures : t.figuresBefore}</h2>
       <p class="quiet">${result.predicted.figures ? t.figuresAbout : t.noFigures}</p>
-      ${h(Figures, { kept, iteration, csvName: `${name} ${t.figures}` })}
+      ${h(Figures, { kept, csvName: `${name} ${t.figures}` })}
     </section>
     <section class="panel" aria-labelledby="maps">
       <h2 id="maps">${t.maps}</h2>
+      <p class="quiet">${t.mapsAbout}</p>
       ${loaded({ resource: nodes, children: (all) => h(CorrectionMaps, { nodes: all, axes: iteration.axes, kept }) })}
     </section>
     ${
@@ -146,15 +147,19 @@ function factsOf(kept, iteration) {
   const known = kept.method === "form_grinding" || kept.method === "generating_grinding" || kept.method === "matrix";
   return [
     { name: t.madeBy, value: known ? t[/** @type {"matrix"} */ (kept.method)] : data(kept.method) },
+    { name: t.aim, value: t[`aim_${kept.result.target.kind}`] },
     { name: t.madeAt, value: data(fmt.value.time(kept.created_at)) },
     ...(iteration.tooth ? [{ name: t.tooth, value: data(iteration.tooth) }] : []),
     ...(iteration.flank ? [{ name: t.flank, value: t[iteration.flank] }] : []),
   ];
 }
 
-/** The file that controls read, as the interface writes it. @param {string} jobId @param {number} number @param {string} name */
-async function saveForMachine(jobId, number, name) {
-  const place = `/v1/jobs/${encodeURIComponent(jobId)}/iterations/${number}/correction`;
+/** The file that controls read, as the interface writes it. @param {string} jobId @param {number} number @param {string} name @param {KeptCorrection["result"]} result */
+async function saveForMachine(jobId, number, name, result) {
+  const outside = outsideOf(result);
+  if (outside.length > 0 && !confirm(t.outsideLimits(outside.join(", ")))) return;
+  const query = outside.length > 0 ? "?outside_limits=allowed" : "";
+  const place = `/v1/jobs/${encodeURIComponent(jobId)}/iterations/${number}/correction${query}`;
   try {
     const response = await transport(new Request(place, { headers: { accept: "text/csv" } }));
     if (!response.ok) throw new Error(`HTTP ${response.status}`);

@@ -62,19 +62,20 @@ browserTest("a correction is asked for, entered, and compared with what was meas
     const told = answer.figure_changes[key];
     const cells = figures.nth(i).locator("td .cell");
     agrees(await cells.nth(0).textContent(), told.before.value_um);
-    agrees(await cells.nth(1).textContent(), told.predicted_um);
+    agrees(await cells.nth(1).textContent(), result.figures.left[`${key}_um`].target);
+    agrees(await cells.nth(2).textContent(), told.predicted_um);
     const places = (/** @type {string | null} */ text) => /\d+(?:\.(\d+))?/.exec(text ?? "")?.[1]?.length ?? 0;
-    const [before, predicted] = [await cells.nth(0).textContent(), await cells.nth(1).textContent()];
+    const [before, predicted] = [await cells.nth(0).textContent(), await cells.nth(2).textContent()];
     assert.equal(places(predicted), places(before), `${predicted} beside ${before}`);
-    agrees(await cells.nth(2).textContent(), told.measured.value_um);
-    agrees(await cells.nth(3).textContent(), told.change.value_um);
-    agrees(await cells.nth(4).textContent(), told.beyond_predicted.value_um);
+    agrees(await cells.nth(3).textContent(), told.measured.value_um);
+    agrees(await cells.nth(4).textContent(), told.change.value_um);
+    agrees(await cells.nth(5).textContent(), told.beyond_predicted.value_um);
   }
   const rms = figures.nth(5).locator("td .cell");
   agrees(await rms.nth(0).textContent(), answer.rms_before_um);
-  agrees(await rms.nth(1).textContent(), answer.rms_predicted_um);
-  agrees(await rms.nth(2).textContent(), answer.rms_measured_um);
-  agrees(await figures.nth(6).locator("td .cell").nth(1).textContent(), result.predicted.max_um);
+  agrees(await rms.nth(2).textContent(), answer.rms_predicted_um);
+  agrees(await rms.nth(3).textContent(), answer.rms_measured_um);
+  agrees(await figures.nth(6).locator("td .cell").nth(2).textContent(), result.predicted.max_um);
   agrees(await page.locator("dt:text-is('Response ratio') + dd .figure").textContent(), answer.response_ratio);
   assert.equal(await page.locator(".heat-map").count(), 3, "before, predicted and measured");
 
@@ -92,17 +93,18 @@ browserTest("a refusal stands at its field, and nothing typed is lost", { status
   const crowning = page.getByRole("group", { name: "Profile crowning" });
   await crowning.getByLabel("Least").fill("5");
   await crowning.getByLabel("Greatest").fill("1");
-  await page.getByLabel("Target").fill("1 2 x");
+  await page.getByLabel("Target").selectOption("given");
+  await page.getByLabel("Wanted deviations").fill("1 2 x");
   await page.getByRole("button", { name: "Compute the correction" }).click();
   await page.getByText("This is no number.").waitFor();
-  await page.getByLabel("Target").fill("1 2");
+  await page.getByLabel("Wanted deviations").fill("1 2");
   await page.getByRole("button", { name: "Compute the correction" }).click();
   await crowning.locator(".fault").waitFor();
   assert.equal(await crowning.getByLabel("Least").getAttribute("aria-invalid"), "true");
   await page.reload();
   await stands();
   assert.equal(await crowning.getByLabel("Least").inputValue(), "5");
-  assert.equal(await page.getByLabel("Target").inputValue(), "1 2");
+  assert.equal(await page.getByLabel("Wanted deviations").inputValue(), "1 2");
 });
 
 browserTest("a setting at its limit says so, and effects by a matrix have the caller's names", {}, async (world) => {
@@ -132,6 +134,52 @@ browserTest("a setting at its limit says so, and effects by a matrix have the ca
     "<i>c</i> cannot be told apart from b",
   ]);
 });
+
+browserTest(
+  "what is within its limits is left, and the control gets nothing that would be outside",
+  {},
+  async (world) => {
+    const { page, open, stands, job, iteration, call } = world;
+    const requirements = { tolerance_limits: { class: 6, profile_crowning_um: [2, 6], helix_crowning_um: [3, 9] } };
+    const { id } = await job({ requirements });
+    await iteration(id);
+    await open(pathOf(id));
+    await page.getByLabel("What the settings do").selectOption("form_grinding");
+    await page.getByRole("button", { name: "Compute the correction" }).click();
+    await page.getByText("the middle of the limits").first().waitFor();
+    await stands();
+    const { request: asked, result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+    assert.equal(asked.target, undefined, "the job's own, and no zeros");
+    const changes = page.getByRole("table", { name: "Changes of the machine settings" }).locator("tbody tr");
+    for (const [i, setting] of result.settings.entries())
+      if (setting.left) assert.equal(await changes.nth(i).locator("td .cell").first().textContent(), "leave");
+    assert.ok(result.settings.some((/** @type {any} */ setting) => setting.left));
+    const figures = page.getByRole("table", { name: "Figures before and predicted" }).locator("tbody tr");
+    const words = { conforms: "conforms", does_not_conform: "does not conform", cannot_be_told: "cannot be told" };
+    const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning"];
+    for (const [i, name] of names.entries()) {
+      const told = result.figures.left[`${name}_um`];
+      const predicted = await figures.nth(i).locator("td .cell").nth(2).textContent();
+      agrees(predicted, told.predicted);
+      assert.ok(predicted?.includes(words[/** @type {"conforms"} */ (told.conformity_predicted)]), predicted ?? "");
+    }
+    // stopped at its limit: the file is not handed out unasked
+    await call("POST", `/v1/jobs/${id}/iterations/1/correction`, {
+      ...(await request()),
+      limits: { helix_angle: { fixed: true }, profile_angle: { fixed: true } },
+    });
+    await page.reload();
+    await page.getByText("predicted_outside_limits").waitFor();
+    const asking = page.waitForEvent("dialog");
+    const pressed = page.getByRole("button", { name: "CSV for the control" }).click();
+    const dialog = await asking;
+    assert.match(dialog.message(), /outside the limits/);
+    const waiting = page.waitForEvent("download");
+    await dialog.accept();
+    await pressed;
+    assert.ok((await readFile(await (await waiting).path(), "utf8")).includes("Iterations"));
+  },
+);
 
 browserTest("axe finds nothing in an open form", {}, async (world) => {
   const { page, open, job, iteration, call, accessible } = world;

@@ -114,7 +114,7 @@ browserTest("the figures behind the first page are the interface's, part by part
   const keys = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
   for (const [i, key] of keys.entries()) {
     const told = kept.answer.figure_changes[key];
-    const [, before, predicted, measured, change] = figures[i] ?? [];
+    const [, before, , predicted, measured, change] = figures[i] ?? [];
     agrees(before, told.before.value_um, told.before.std_error_um);
     agrees(predicted, told.predicted_um);
     agrees(measured, told.measured.value_um, told.measured.std_error_um);

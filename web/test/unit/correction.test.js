@@ -12,7 +12,8 @@ test("a request becomes a draft and the same request again", () => {
     noise_sigma_um: 0.5,
     response_uncertainty: 0.02,
     absolute: false,
-    target_um: [1, -2.5],
+    target: { deviation_um: [1, -2.5] },
+    settings_used: "all",
   };
   assert.deepEqual(requestOf(draftOf(request, write)), { request, faults: {} });
   /** @type {import("../../app/lib/correction.js").CorrectionRequest} */
@@ -29,10 +30,18 @@ test("a request becomes a draft and the same request again", () => {
   assert.deepEqual(requestOf(draftOf(matrix, write)), { request: matrix, faults: {} });
 });
 
+test("without a target the job's own is aimed at", () => {
+  const draft = { ...emptyDraft(true), target: "1 2" };
+  assert.equal(requestOf(draft).request.target, undefined, "no zeros, and nothing that was typed before");
+  assert.equal(requestOf({ ...draft, aim: "limits" }).request.target, "limits");
+  assert.equal(draftOf(requestOf({ ...draft, aim: "limits" }).request, write).aim, "limits");
+});
+
 test("what is no number is found at its place", () => {
   const draft = {
     ...emptyDraft(false),
     matrix: "a [µm];b [µm]\n1;0,5\n2;x",
+    aim: /** @type {const} */ ("given"),
     target: "1,5 2 y",
     noise: "a",
     limits: {
@@ -44,7 +53,7 @@ test("what is no number is found at its place", () => {
   assert.deepEqual(faults, {
     "/limits/a/min": "number",
     "/noise_sigma_um": "number",
-    "/target_um": "number",
+    "/target": "number",
     "/sensitivity/matrix": "row",
   });
   assert.deepEqual(request.sensitivity.matrix?.[0], [1, 0.5], "commas are decimal beside semicolons");

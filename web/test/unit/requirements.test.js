@@ -5,6 +5,7 @@ import { readFile } from "node:fs/promises";
 import { test } from "node:test";
 import { editOf, patchOf, rebased } from "../../app/lib/job_edit.js";
 import {
+  designPlace,
   emptyBand,
   heightAt,
   limitPointer,
@@ -29,6 +30,18 @@ test("the form of requirements says what they say, with point and with comma", (
     assert.deepEqual(faults, {});
   }
   assert.equal(requirementsOf(requirementsForm(undefined, String)).requirements, undefined);
+});
+
+test("a design is typed for both flanks, and keeps what the form has no fields for", () => {
+  const design = { profile_crowning_um: 4, left: { twist_um: 1 }, modifications: [{ type: "twist", amount_um: 2 }] };
+  const form = requirementsForm(/** @type {any} */ ({ design }), String);
+  assert.deepEqual(requirementsOf(form).requirements, { design });
+  form.design = { profile_crowning: "", helix_crowning: "5,5", twist: "x" };
+  const { requirements, faults } = requirementsOf(form);
+  assert.deepEqual(faults, { [designPlace("twist")]: "notANumber" });
+  const { profile_crowning_um: _, ...others } = design;
+  assert.deepEqual({ ...requirements?.design, twist_um: 0 }, { ...others, helix_crowning_um: 5.5, twist_um: 0 });
+  assert.deepEqual(requirementsOf(requirementsForm({ design: {} }, String)).requirements, { design: {} });
 });
 
 test("what cannot be read of requirements is named where it stands", () => {
@@ -114,6 +127,7 @@ test("what the form has no fields for stays as it is", () => {
   assert.deepEqual(requirementsOf(form).requirements, requirements);
   form.class = "";
   form.limits = {};
+  form.design = {};
   form.bands = [];
   assert.deepEqual(requirementsOf(form).requirements, { to_come: { class: 5 } });
 });

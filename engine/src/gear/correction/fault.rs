@@ -80,6 +80,8 @@ pub enum CorrectionField {
     CoefficientNormLimit,
     /// η.
     ResponseUncertainty,
+    /// The share of the limits that needs no correction.
+    KeepWithin,
 }
 
 /// Which nodes a correction has too few of.

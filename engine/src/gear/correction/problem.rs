@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
     fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField, MOST_ENTRIES, MOST_SETTINGS},
+    figures::HeldFigure,
 };
 use crate::{
     estimation::spec::{Include, Scaling},
@@ -65,6 +66,19 @@ pub enum ResponseErrors {
     PerSetting,
 }
 
+/// Which of the settings that may be changed are changed.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum SettingsUsed {
+    /// All of them.
+    #[default]
+    All,
+    /// Only those that are needed, see [`super::needed`].
+    Needed {
+        /// The share of the limits about their middle within which a figure needs no correction.
+        keep_within: f64,
+    },
+}
+
 /// A correction as it is asked for.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CorrectionSpec {
@@ -103,6 +117,11 @@ pub struct CorrectionSpec {
     /// Without a datum: the trace that each node belongs to, where every trace has a zero of its
     /// own. What the nodes of a trace have in common is left aside then.
     pub traces: Option<Vec<usize>>,
+    /// Which settings are changed.
+    pub used: SettingsUsed,
+    /// Figures of the flanks that the nodes lie on, of which [`SettingsUsed::Needed`] keeps those
+    /// with limits within them.
+    pub figures: Vec<HeldFigure>,
     /// Parts of the fit's result beyond the default.
     pub include: Include,
 }
@@ -124,6 +143,8 @@ impl CorrectionSpec {
             response_errors: ResponseErrors::default(),
             absolute: true,
             traces: None,
+            used: SettingsUsed::default(),
+            figures: Vec::new(),
             include: Include::default(),
         }
     }
@@ -185,6 +206,11 @@ impl Correction {
         if !(0.0..=1.0).contains(&asked.response_uncertainty) {
             let reason = CorrectionReason::Share(asked.response_uncertainty);
             faults.push(CorrectionField::ResponseUncertainty, reason);
+        }
+        if let SettingsUsed::Needed { keep_within } = asked.used
+            && !(0.0..=1.0).contains(&keep_within)
+        {
+            faults.push(CorrectionField::KeepWithin, CorrectionReason::Share(keep_within));
         }
         if !faults.is_empty() {
             return Err(faults);

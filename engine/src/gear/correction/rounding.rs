@@ -15,14 +15,13 @@ use crate::{
     numerics::cancel::{self, Asking},
 };
 
-/// The changes within `change`, which stands within the limits, of the settings with increments
-/// rounded; `None` where none has one.
-pub(super) fn rounded(correction: &Correction, change: &[f64]) -> Result<Option<Vec<f64>>, FitError> {
+/// The changes within `change`, which stands within the limits, of the settings `used` with
+/// increments rounded; `None` where none has one.
+pub(super) fn rounded(correction: &Correction, used: &[usize], change: &[f64]) -> Result<Option<Vec<f64>>, FitError> {
     let settings = &correction.asked().settings;
     let n = change.len();
-    let mut pinned: Vec<Option<f64>> = (0..n).map(|j| (!correction.open.contains(&j)).then_some(change[j])).collect();
-    let mut stepped: Vec<(usize, f64)> =
-        correction.open.iter().filter_map(|&j| Some((j, settings[j].increment?))).collect();
+    let mut pinned: Vec<Option<f64>> = (0..n).map(|j| (!used.contains(&j)).then_some(change[j])).collect();
+    let mut stepped: Vec<(usize, f64)> = used.iter().filter_map(|&j| Some((j, settings[j].increment?))).collect();
     if stepped.is_empty() {
         return Ok(None);
     }

@@ -4,7 +4,8 @@ use super::{
     damping::Trust,
     gain::Gain,
     limits::{Fitted, Limit, fit_free, least_change, stand},
-    problem::{Correction, Setting},
+    needed::{LeftAlone, left_alone},
+    problem::{Correction, Setting, SettingsUsed},
     rounding::rounded,
 };
 use crate::estimation::{FitError, FitResult, Unconverged, result::NormLimitSource};
@@ -40,6 +41,8 @@ pub struct Change {
     pub limited: Option<Limit>,
     /// Whether it was to stay as it is.
     pub fixed: bool,
+    /// Why it is left alone, where it might be changed and need not be.
+    pub left: Option<LeftAlone>,
     /// Whether the deviations say nothing about it, so that it stays as it is, or goes no further
     /// than its limits ask for.
     pub undetermined: bool,
@@ -102,7 +105,8 @@ pub struct Solution {
     pub noise: Option<Noise>,
     /// How λ* came about, where uncertainty chose it.
     pub trust: Option<Trust>,
-    /// The fit of all settings, without limits.
+    /// The fit of the settings that are changed, without limits; of all that may be changed where
+    /// all of them are left alone.
     pub fit: FitResult,
     /// The fit of the free settings, where some are at their limits and some are not.
     pub limited_fit: Option<FitResult>,
@@ -155,17 +159,30 @@ impl Correction {
         // fixed settings stay, and those that nothing is said about go no further than they must
         let mut unlimited = vec![0.0; n];
         self.undetermined.iter().for_each(|&j| unlimited[j] = least_change(&self.asked.settings[j]));
-        let Fitted { result: fit, trust } = fit_free(self, &self.open, &unlimited)?;
-        self.open.iter().zip(&fit.coefficients).for_each(|(&j, coefficient)| unlimited[j] = coefficient.value);
-        let pinned: Vec<Option<f64>> = (0..n).map(|j| (!self.open.contains(&j)).then_some(unlimited[j])).collect();
+        let all = fit_free(self, &self.open, &unlimited)?;
+        let indistinguishable = self.indistinguishable(&all.result);
+        let left = match self.asked.used {
+            SettingsUsed::All => vec![None; n],
+            SettingsUsed::Needed { keep_within } => {
+                let sigma = self.noise(&all.result).map(|noise| noise.sigma);
+                left_alone(self, &unlimited, sigma, keep_within).ok_or(NOT_CONVERGED)?
+            }
+        };
+        let used: Vec<usize> = self.open.iter().copied().filter(|&j| left[j].is_none()).collect();
+        let Fitted { result: fit, trust } = match used.len() {
+            some if some == self.open.len() || some == 0 => all,
+            _ => fit_free(self, &used, &unlimited)?,
+        };
+        used.iter().zip(&fit.coefficients).for_each(|(&j, coefficient)| unlimited[j] = coefficient.value);
+        let pinned: Vec<Option<f64>> = (0..n).map(|j| (!used.contains(&j)).then_some(unlimited[j])).collect();
         let standing = stand(self, &unlimited, &pinned)?;
         let mut warnings = Vec::new();
         if !standing.settled {
             warnings.push(Warning::LimitsNotSettled);
         }
-        let change = rounded(self, &standing.change)?;
+        let change = rounded(self, &used, &standing.change)?;
         let limited_fit = standing.fitted.map(|fitted| fitted.result);
-        let free: Vec<usize> = self.open.iter().copied().filter(|&j| standing.at[j].is_none()).collect();
+        let free: Vec<usize> = used.iter().copied().filter(|&j| standing.at[j].is_none()).collect();
         let of_free = limited_fit.as_ref().unwrap_or(&fit);
         let noise = self.noise(of_free);
         let gain = match free.is_empty() {
@@ -175,23 +192,13 @@ impl Correction {
         let leverage = gain.as_ref().map_or_else(|| vec![0.0; self.asked.deviation.len()], Gain::leverage);
         let errors =
             noise.zip(gain).map(|(noise, gain)| self.errors(of_free, noise, &gain, &standing.change, &leverage));
-        let mut settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited);
+        let mut settings = self.changes(of_free, errors.as_deref(), &standing.change, &standing.at, &unlimited, &left);
         for (setting, change) in settings.iter_mut().zip(change.iter().flatten()) {
             setting.change = *change;
         }
         let predicted = self.predict(change.as_ref().unwrap_or(&standing.change));
         self.warn(&settings, &fit, &mut warnings);
-        Ok(Solution {
-            settings,
-            indistinguishable: self.indistinguishable(&fit),
-            predicted,
-            leverage,
-            noise,
-            trust,
-            fit,
-            limited_fit,
-            warnings,
-        })
+        Ok(Solution { settings, indistinguishable, predicted, leverage, noise, trust, fit, limited_fit, warnings })
     }
 
     fn noise(&self, fit: &FitResult) -> Option<Noise> {
@@ -239,6 +246,7 @@ impl Correction {
         change: &[f64],
         at: &[Option<Limit>],
         unlimited: &[f64],
+        left: &[Option<LeftAlone>],
     ) -> Vec<Change> {
         let mut of_free = fit.coefficients.iter().enumerate();
         self.asked
@@ -246,7 +254,7 @@ impl Correction {
             .iter()
             .enumerate()
             .map(|(j, setting)| {
-                let open = self.open.contains(&j);
+                let open = self.open.contains(&j) && left[j].is_none();
                 let own = if at[j].is_none() && open { of_free.next() } else { None };
                 let [std_error, response_std_error] = match own.zip(errors) {
                     Some(((place, _), errors)) => errors[place].map(Some),
@@ -266,6 +274,7 @@ impl Correction {
                     limited: at[j].or(moved.then_some(held)),
                     unrounded: setting.increment.filter(|_| open).map(|_| change[j]),
                     fixed: setting.fixed,
+                    left: left[j],
                     undetermined,
                 }
             })

@@ -41,6 +41,11 @@ impl Range {
         faults.into_result(Range { profile, helix: [helix[0].min(helix[1]), helix[0].max(helix[1])] })
     }
 
+    /// From two roll lengths (in any order) and two z (in any order).
+    pub fn of_roll_lengths(gear: &Gear, roll_lengths: [f64; 2], helix: [f64; 2]) -> Result<Self, RangeFaults> {
+        Range::new(gear, roll_lengths.map(|roll| gear.diameter(roll)), helix)
+    }
+
     /// The whole usable profile, and the face width from z = 0; `None` where there is no usable
     /// profile, or the width is not given.
     pub fn whole(gear: &Gear) -> Option<Self> {

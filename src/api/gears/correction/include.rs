@@ -75,7 +75,8 @@ impl CorrectionInclude {
     pub fn of_result(self, whole: &str) -> Result<String, Problem> {
         let mut paths: Vec<&[&str]> = Vec::new();
         if !self.nodes {
-            paths.extend([&["predicted", "deviation_um"][..], &["predicted", "uncertainty_um"]]);
+            let target: &[&str] = &["target", "deviation_um"];
+            paths.extend([target, &["predicted", "deviation_um"], &["predicted", "uncertainty_um"]]);
         }
         if !self.result {
             paths.extend([&["result"][..], &["limited_result"]]);
@@ -85,8 +86,11 @@ impl CorrectionInclude {
 
     /// Of a whole request what is answered.
     pub fn of_request(self, whole: &str) -> Result<String, Problem> {
-        let paths: &[&[&str]] =
-            if self.nodes { &[] } else { &[&["sensitivity", "matrix"], &["trace"], &["weight"], &["target_um"]] };
+        let paths: &[&[&str]] = if self.nodes {
+            &[]
+        } else {
+            &[&["sensitivity", "matrix"], &["trace"], &["weight"], &["target", "deviation_um"]]
+        };
         without(whole, paths).map_err(Problem::internal)
     }
 }

@@ -3,16 +3,10 @@
 
 use crate::api::{faults::Faults, measurand::profile_axis::ProfileAxisName};
 use flankfit_engine::{
-    estimation::{FitSpec, Nodes, spec::Model},
+    estimation::Nodes,
     gear::{
         Gear, ProfileAxis, Side,
         correction::machine::{FlankNode, Ranges},
-        evaluation::{
-            ToleranceLimits, figures_of_traces,
-            flank_surface::{Border, EstimatedFigure, FlankFigures, FlankNodes, SurfaceSettings, estimated_figures},
-            settings::{DeviationSign, SlopeSign},
-        },
-        trace::Direction,
     },
 };
 
@@ -81,73 +75,6 @@ pub fn places(nodes: &Nodes, gear: &Gear, side: Side, of: Coordinates) -> Result
         return Err(Faults::one("/sensitivity/profile_axis", detail));
     }
     Ok(places)
-}
-
-/// A flank that the nodes lie on.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Flank {
-    pub gear: Gear,
-    pub side: Side,
-    pub places: Vec<FlankNode>,
-    pub ranges: Ranges,
-    /// The trace of each node, where every trace has a zero of its own.
-    pub traces: Option<Vec<usize>>,
-}
-
-impl Flank {
-    /// The figures of `deviation` (µm, an entry for each node, NaN where undefined) over the
-    /// ranges, by the nodes of a `weight` above 0; signs of ISO 1328-1 with DIN's for slopes.
-    /// `None` where the nodes do not tell them.
-    pub fn figures(&self, deviation: &[f64], weight: Option<&[f64]>) -> Option<FlankFigures> {
-        Some(self.estimated_figures(deviation, weight)?.map(|figure| figure.value))
-    }
-
-    /// The same with the errors of each.
-    pub fn estimated_figures(
-        &self,
-        deviation: &[f64],
-        weight: Option<&[f64]>,
-    ) -> Option<FlankFigures<EstimatedFigure>> {
-        let [root, tip] = self.ranges.profile;
-        if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() == deviation.len()) {
-            let counts = |k: usize| weight.is_none_or(|weight| weight[k] > 0.0);
-            let node = |(k, place): (usize, &FlankNode)| {
-                let height = if counts(k) { deviation[k] } else { f64::NAN };
-                ([place.roll_length, place.z, height], traces[k])
-            };
-            let nodes: Vec<_> = self.places.iter().enumerate().map(node).collect();
-            return figures_of_traces(
-                &nodes,
-                [[root.min(tip), root.max(tip)], self.ranges.helix],
-                &self.gear,
-                self.side,
-            );
-        }
-        let valid: Vec<bool> = (0..deviation.len()).map(|k| weight.is_none_or(|weight| weight[k] > 0.0)).collect();
-        let of = |coordinate: fn(&FlankNode) -> f64| self.places.iter().map(coordinate).collect::<Vec<f64>>();
-        let (profile, z) = (of(|place| place.roll_length), of(|place| place.z));
-        let nodes = FlankNodes {
-            axis: ProfileAxis::RollLength,
-            profile: &profile,
-            z: &z,
-            deviation,
-            valid: Some(&valid),
-            grid: false,
-        };
-        let settings = SurfaceSettings {
-            side: self.side,
-            profile_range: Some([root.min(tip), root.max(tip)]),
-            helix_range: Some(self.ranges.helix),
-            border: Border::default(),
-            given: DeviationSign::Material,
-            // as they are: figures of corrections count along the normal, as their nodes do
-            direction: Direction::Transverse,
-            sign: SlopeSign::Din,
-            limits: ToleranceLimits::default(),
-            spec: FitSpec::new(Model::Linear),
-        };
-        estimated_figures(&self.gear, &nodes, &settings)
-    }
 }
 
 /// What the nodes span.

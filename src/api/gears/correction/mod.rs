@@ -2,6 +2,7 @@
 
 pub mod csv;
 pub mod figure_changes;
+pub mod figures;
 pub mod include;
 pub mod iteration_nodes;
 pub mod predicted;
@@ -10,5 +11,6 @@ pub mod result;
 pub mod same_nodes;
 pub mod sensitivity;
 pub mod stored;
+pub mod target;
 
 pub use self::result::{build, write};

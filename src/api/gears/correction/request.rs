@@ -7,8 +7,9 @@ use utoipa::ToSchema;
 
 use super::{
     include::{CorrectionInclude, CorrectionIncludeName},
-    iteration_nodes::{self, Flank},
+    iteration_nodes,
     sensitivity::{self, Corrected, SensitivityBody},
+    target::{AimBody, AimName, TargetBody, Wanted},
 };
 use crate::{
     api::{
@@ -17,6 +18,7 @@ use crate::{
             reader::fields,
             spec::request::{FitFieldsMembers, RegularizationBody, ScalingName},
         },
+        gears::requirements::RequirementsBody,
         json::{
             error::ReadError,
             location::escape,
@@ -32,7 +34,11 @@ use flankfit_engine::{
     estimation::{Nodes, spec::Scaling},
     gear::{
         Gear,
-        correction::{CorrectionSpec, DEFAULT_RESPONSE_UNCERTAINTY, Damping, ResponseErrors},
+        correction::{
+            CorrectionSpec, DEFAULT_KEEP_WITHIN, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Flank, ResponseErrors, Setting,
+            SettingsUsed,
+        },
+        evaluation::flank_surface::figure_limits,
     },
 };
 
@@ -57,8 +63,18 @@ request! {
         optional trace: Vec<u32>,
         /// For each node. By default the weights of the iteration.
         optional weight: Vec<f64>,
-        /// The deviations that are wanted. Default 0.
-        optional target_um: Vec<f64>,
+        /// What is wanted: `design`, `limits`, `nominal`, or `{"deviation_um": […]}`, a deviation
+        /// for each node. By default the job's design where it has one, else the middle of its
+        /// limits where crownings or the twist have some, else the unmodified flank. A `matrix`
+        /// does not say where on a flank the nodes lie: it aims at 0 or at what is given.
+        optional target: TargetBody,
+        /// Which settings are changed. Default `needed` where a figure of the flank has limits,
+        /// else `all`.
+        optional settings_used: SettingsUsedName,
+        /// With `needed`: the share of its limits, about the middle, within which a figure needs no
+        /// correction. Default 0.7.
+        #[schema(minimum = 0, maximum = 1)]
+        optional keep_within: f64,
         /// Standard deviation of a measured deviation. By default from the residuals.
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma_um: f64,
@@ -104,6 +120,21 @@ pub struct LimitsBody {
     pub fixed: Option<bool>,
 }
 
+/// Which of the settings that may be changed are changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = SettingsUsed)]
+pub enum SettingsUsedName {
+    /// From plain least squares of all settings on, they are left alone one after the other, the
+    /// cheapest first, while every figure that all of them bring or leave within its limits stays
+    /// there (with the guard band of a conformity), and where leaving one alone adds less than 9σ²
+    /// to the weighted sum of squares, or every figure that it moves stays within `keep_within` of
+    /// its limits. Those that remain are solved again.
+    Needed,
+    /// All of them.
+    All,
+}
+
 /// How errors of a sensitivity matrix hang together, for the standard errors of the changes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
@@ -130,9 +161,30 @@ pub struct Read {
     /// The contract's name of the sensitivity.
     pub method: &'static str,
     pub spec: CorrectionSpec,
+    /// What is aimed at; its deviations are those of the spec.
+    pub aim: AimName,
+    /// Nobody said what to aim at.
+    pub aim_assumed: bool,
     /// The flank that the nodes lie on, where the sensitivity is that of a machine.
     pub flank: Option<Flank>,
     pub include: CorrectionInclude,
+}
+
+/// What a request is read with beside the nodes.
+#[derive(Clone, Copy)]
+pub enum Job<'a> {
+    /// What the job requires now.
+    Requires(Option<&'a RequirementsBody>),
+    /// What it required when the correction was kept.
+    Kept(&'a Kept),
+}
+
+/// What became of the requirements of the job in a kept correction.
+#[derive(Clone, Debug, Default)]
+pub struct Kept {
+    pub target: Option<Vec<f64>>,
+    /// Names of the settings that were left alone.
+    pub left: Vec<String>,
 }
 
 /// Reads a request for the nodes of an iteration, which are of `measurand`, and the gear of its
@@ -142,9 +194,11 @@ pub fn read(
     nodes: &Nodes,
     measurand: &Measurand,
     gear: Option<&Gear>,
+    job: Job<'_>,
 ) -> Result<Result<Read, Faults>, ReadError> {
     let mut faults = Faults::default();
     let members: CorrectionMembers<'_> = of_request(text, &mut faults)?;
+    let asked = Asked::read(&members, &mut faults);
     let (regularized, scaled) = (members.regularization.is_given(), members.scaling.is_given());
     let fit = FitFieldsMembers {
         regularization: members.regularization,
@@ -158,7 +212,6 @@ pub fn read(
     let absolute = members.absolute.read(&mut faults);
     let trace = members.trace.read(&mut faults);
     let weight = members.weight.read(&mut faults);
-    let target = members.target_um.read(&mut faults);
     let noise_sigma = members.noise_sigma_um.read(&mut faults);
     let response = members.response_uncertainty.read(&mut faults);
     let axes = AxesBody::of(measurand).map_err(|why| faults.push("/sensitivity", why)).unwrap_or_default();
@@ -170,21 +223,7 @@ pub fn read(
         sensitivity::read(slice, iteration, &mut faults).or_else(|| none(&mut faults))
     });
     let (Some(fit), Some(mut sensitivity)) = (fit, sensitivity) else { return Ok(Err(faults)) };
-    for (name, limits) in limits.iter().flatten() {
-        let LimitsBody { min, max, increment, fixed } = *limits;
-        match sensitivity.settings.iter_mut().find(|setting| setting.name == *name) {
-            Some(setting) => {
-                (setting.min, setting.max, setting.increment) = (min, max, increment);
-                setting.fixed = fixed.unwrap_or(false);
-            }
-            None => {
-                let names: Vec<String> =
-                    sensitivity.settings.iter().map(|setting| format!("`{}`", setting.name)).collect();
-                let detail = format!("there is no such setting; there are {}", names.join(", "));
-                faults.push(format!("/limits/{}", escape(name)), detail);
-            }
-        }
-    }
+    limit(&mut sensitivity.settings, &limits.unwrap_or_default(), &mut faults);
     let traces = match trace {
         Some(trace) => Some(trace.into_iter().map(|trace| trace as usize).collect()),
         None => axes.traces(),
@@ -192,10 +231,32 @@ pub fn read(
     if let Some(flank) = &mut sensitivity.flank {
         flank.traces.clone_from(&traces);
     }
+    let deviation = iteration_nodes::deviations(nodes, factor);
+    let weight = weight.or_else(|| iteration_nodes::weights(nodes));
+    // lists of another length are refused where the correction is checked
+    let fits = weight.as_ref().is_none_or(|weight| weight.len() == deviation.len())
+        && traces.as_ref().is_none_or(|traces: &Vec<usize>| traces.len() == deviation.len());
+    let flank = sensitivity.flank.as_ref().filter(|_| fits);
+    let requirements = match job {
+        Job::Requires(requirements) => requirements,
+        Job::Kept(_) => None,
+    };
+    let limits = flank.zip(requirements.and_then(|requirements| requirements.tolerance_limits));
+    let limits = limits.map(|(flank, limits)| figure_limits(&flank.gear, flank.ranges.helix, &limits.of(flank.side)));
+    let limits = limits.unwrap_or_default();
+    let aim_assumed = matches!(asked.target, Some(None));
+    let aim = match job {
+        Job::Kept(kept) => Some((kept.again(&mut sensitivity.settings), SettingsUsed::All)),
+        Job::Requires(_) => {
+            let wanted = Wanted { flank, deviation: &deviation, weight: weight.as_deref(), limits, requirements };
+            asked.aim(&wanted, &mut faults)
+        }
+    };
+    let Some((aim, used)) = aim else { return Ok(Err(faults)) };
     let damping = if regularized { Damping::Given(fit.regularization) } else { Damping::default() };
     let spec = CorrectionSpec {
-        weight: weight.or_else(|| iteration_nodes::weights(nodes)),
-        target,
+        weight,
+        target: aim.deviation_um,
         damping,
         scaling: if scaled { fit.scaling } else { Scaling::UnitLength },
         noise_sigma,
@@ -204,10 +265,83 @@ pub fn read(
         absolute: absolute.unwrap_or(sensitivity.flank.is_none() && traces.is_none()),
         traces,
         response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
+        used,
         include: include.fit,
-        ..CorrectionSpec::new(iteration_nodes::deviations(nodes, factor), sensitivity.matrix, sensitivity.settings)
+        ..CorrectionSpec::new(deviation, sensitivity.matrix, sensitivity.settings)
     };
-    Ok(faults.into_result(Read { method: sensitivity.name, spec, flank: sensitivity.flank, include }))
+    let target_fits = spec.target.as_ref().is_none_or(|target| target.len() == spec.deviation.len());
+    let figures = flank.filter(|_| target_fits && matches!(job, Job::Requires(_)));
+    let figures = figures.map(|flank| flank.held(&spec, limits)).unwrap_or_default();
+    let spec = CorrectionSpec { figures, ..spec };
+    Ok(faults.into_result(Read {
+        method: sensitivity.name,
+        spec,
+        aim: aim.kind,
+        aim_assumed,
+        flank: sensitivity.flank,
+        include,
+    }))
+}
+
+/// What of a request the requirements of the job have a say in.
+struct Asked {
+    /// `None` where it is refused.
+    target: Option<Option<TargetBody>>,
+    used: Option<SettingsUsedName>,
+    keep_within: Option<f64>,
+}
+
+impl Asked {
+    fn read(members: &CorrectionMembers<'_>, faults: &mut Faults) -> Self {
+        let target = members.target.optional(faults);
+        let used = members.settings_used.read(faults);
+        let keep_within = members.keep_within.read(faults);
+        if used == Some(SettingsUsedName::All) && keep_within.is_some() {
+            faults.push("/keep_within", "it belongs to `settings_used`: \"needed\"; leave it out");
+        }
+        Asked { target, used, keep_within }
+    }
+
+    /// The target, and which settings are changed.
+    fn aim(self, wanted: &Wanted<'_>, faults: &mut Faults) -> Option<(AimBody, SettingsUsed)> {
+        let limited = wanted.limits.named().iter().any(|(_, limits)| limits.is_some());
+        let used = match self.used {
+            Some(SettingsUsedName::All) => SettingsUsed::All,
+            None if !limited => SettingsUsed::All,
+            Some(SettingsUsedName::Needed) | None => {
+                SettingsUsed::Needed { keep_within: self.keep_within.unwrap_or(DEFAULT_KEEP_WITHIN) }
+            }
+        };
+        Some((wanted.target(self.target?, faults)?, used))
+    }
+}
+
+impl Kept {
+    /// The target that was aimed at; the settings that were left alone are fixed.
+    fn again(&self, settings: &mut [Setting]) -> AimBody {
+        for setting in settings.iter_mut().filter(|setting| self.left.contains(&setting.name)) {
+            *setting = Setting { fixed: true, ..Setting::free(setting.name.clone(), setting.unit.clone()) };
+        }
+        AimBody { kind: AimName::Given, deviation_um: self.target.clone() }
+    }
+}
+
+/// Gives the settings their limits.
+fn limit(settings: &mut [Setting], limits: &BTreeMap<String, LimitsBody>, faults: &mut Faults) {
+    for (name, limits) in limits {
+        let LimitsBody { min, max, increment, fixed } = *limits;
+        match settings.iter_mut().find(|setting| setting.name == *name) {
+            Some(setting) => {
+                (setting.min, setting.max, setting.increment) = (min, max, increment);
+                setting.fixed = fixed.unwrap_or(false);
+            }
+            None => {
+                let names: Vec<String> = settings.iter().map(|setting| format!("`{}`", setting.name)).collect();
+                let detail = format!("there is no such setting; there are {}", names.join(", "));
+                faults.push(format!("/limits/{}", escape(name)), detail);
+            }
+        }
+    }
 }
 
 /// What has no value has a fault.

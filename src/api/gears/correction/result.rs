@@ -4,9 +4,10 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
+    figures::{SidedFiguresBody, outside_limits, removes_crowning},
     include::CorrectionInclude,
-    iteration_nodes::Flank,
-    request::{self, Read},
+    request::{self, Job, Read, SettingsUsedName},
+    target::{AimBody, AimName},
 };
 use crate::{
     api::{
@@ -16,7 +17,7 @@ use crate::{
             answer::{result::FitResultBody, text},
             canonical,
         },
-        gears::deviations::registration::IndistinguishableBody,
+        gears::{deviations::registration::IndistinguishableBody, requirements::RequirementsBody},
         json::writer::Json,
         problem::Problem,
         warning::WarningBody,
@@ -27,7 +28,7 @@ use flankfit_engine::{
     estimation::{Field as FitField, FitError, NodeList, Nodes, spec::Include},
     gear::{
         Gear,
-        correction::{Change, Correction, Limit, Predicted, Solution, Trust},
+        correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
     },
 };
@@ -36,8 +37,22 @@ use flankfit_engine::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Correction)]
 pub struct CorrectionBody {
+    /// What was aimed at.
+    pub target: AimBody,
+    /// Whether the mean of the deviations was taken for measured; where it was not, what all nodes
+    /// (of a trace) have in common is left aside.
+    pub absolute: bool,
+    /// Which settings were changed.
+    pub settings_used: SettingsUsedName,
+    /// The share of their limits within which figures need no correction; left out with `all`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub keep_within: Option<f64>,
     /// In the order of the request, or of the machine.
     pub settings: Vec<SettingChangeBody>,
+    /// Figures of the flank before, as wanted and as predicted, against the limits that the job
+    /// requires; left out with a `matrix` and where the nodes do not tell them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<SidedFiguresBody>,
     /// Settings whose effects nearly cancel on these nodes.
     pub indistinguishable: Vec<IndistinguishableBody>,
     pub predicted: PredictedBody,
@@ -95,9 +110,23 @@ pub struct SettingChangeBody {
     pub rounded: bool,
     /// Whether it was to stay as it is.
     pub fixed: bool,
+    /// Why it is left alone; left out where it is changed, fixed or undetermined.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<LeftName>,
     /// Whether the deviations say nothing about the setting (see `absolute`), so that it stays as
     /// it is, or goes no further than its limits ask for.
     pub undetermined: bool,
+}
+
+/// Why a setting is left alone that might be changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = LeftAlone)]
+pub enum LeftName {
+    /// Its change is not distinguishable from none: less than three standard errors.
+    NotDistinguishable,
+    /// Every figure that it moves lies well within its limits, with a guard band.
+    WithinLimits,
 }
 
 /// The flank after the correction, if the machine answers as the sensitivity says. Of the nodes
@@ -197,9 +226,11 @@ pub fn build(
     nodes: &Nodes,
     measurand: &Measurand,
     gear: Option<&Gear>,
+    requirements: Option<&RequirementsBody>,
 ) -> Result<(Built, CorrectionInclude), Problem> {
-    let read = request::read(text, nodes, measurand, gear)?.map_err(Problem::invalid)?;
-    let Read { method, spec, flank, include } = read;
+    let read = request::read(text, nodes, measurand, gear, Job::Requires(requirements))?;
+    let read = read.map_err(Problem::invalid)?;
+    let Read { method, spec, aim, aim_assumed, flank, include } = read;
     let correction = Correction::new(spec).map_err(Problem::invalid)?;
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
@@ -208,7 +239,13 @@ pub fn build(
         let (before, after) = (of(&flank, &spec.deviation)?, of(&flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
-    let result = write(&solution, figures, &canonical::request_sha256(text), include.fit)?;
+    let mut warnings = Vec::new();
+    if aim == AimName::Nominal && aim_assumed {
+        warnings.extend(removes_crowning(&spec.figures));
+    }
+    warnings.extend(outside_limits(&spec.figures, &solution));
+    let asked = Asked { correction: &correction, aim, figures, warnings };
+    let result = write(&solution, asked, &canonical::request_sha256(text), include.fit)?;
     Ok((Built { method: method.to_owned(), result }, include))
 }
 
@@ -216,7 +253,7 @@ pub fn build(
 fn refused(error: FitError) -> Problem {
     let place = |field: &FitField| match field.list() {
         // the deviations of an iteration have been fitted before
-        Some(NodeList::Y) => "/target_um".to_owned(),
+        Some(NodeList::Y) => "/target".to_owned(),
         Some(NodeList::Weight) => "/weight".to_owned(),
         _ if field.is_of_nodes() || field.is_of_model() => "/sensitivity".to_owned(),
         _ => field.pointer(),
@@ -224,16 +261,27 @@ fn refused(error: FitError) -> Problem {
     Problem::of_fit(error, place)
 }
 
+/// What was asked for, and what is to be said beside the solution.
+pub struct Asked<'a> {
+    pub correction: &'a Correction,
+    pub aim: AimName,
+    pub figures: Option<FiguresBeforeAfterBody>,
+    pub warnings: Vec<WarningBody>,
+}
+
 /// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
 /// that of the fits.
-pub fn write(
-    solution: &Solution,
-    figures: Option<FiguresBeforeAfterBody>,
-    digest: &str,
-    include: Include,
-) -> Result<Vec<u8>, Problem> {
+pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
+    let Asked { correction, aim, figures, warnings: more } = asked;
+    let spec = correction.asked();
     let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
         solution;
+    let change: Vec<f64> = settings.iter().map(|setting| setting.change).collect();
+    let sided = (!spec.figures.is_empty()).then(|| SidedFiguresBody::new(&spec.figures, &change));
+    let (used, keep_within) = match spec.used {
+        SettingsUsed::All => (SettingsUsedName::All, None),
+        SettingsUsed::Needed { keep_within } => (SettingsUsedName::Needed, Some(keep_within)),
+    };
     let settings: Vec<SettingChangeBody> = settings.iter().map(SettingChangeBody::from).collect();
     let apart: Vec<IndistinguishableBody> = indistinguishable
         .iter()
@@ -243,7 +291,7 @@ pub fn write(
             sentence: group.sentence.clone(),
         })
         .collect();
-    let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).collect();
+    let warnings: Vec<WarningBody> = warnings.iter().map(WarningBody::from).chain(more).collect();
     let text = |result| {
         let text = text::write(result, None, digest, include).map_err(Problem::internal)?;
         String::from_utf8(text).map_err(Problem::internal)
@@ -251,7 +299,12 @@ pub fn write(
     let mut json = Json::with_capacity(8192 + 48 * predicted.deviation.len());
     let mut object = json.object();
     object
+        .field("target", &AimBody { kind: aim, deviation_um: spec.target.clone() })
+        .field("absolute", &spec.absolute)
+        .field("settings_used", &used)
+        .maybe("keep_within", keep_within)
         .field("settings", &settings)
+        .maybe("figures", sided)
         .field("indistinguishable", &apart)
         .field("predicted", &PredictedBody::new(predicted, figures))
         .maybe("trust", trust.map(TrustBody::from))
@@ -279,6 +332,10 @@ impl From<&Change> for SettingChangeBody {
             limited: matches!(change.limited, Some(Limit::Min | Limit::Max)),
             rounded: change.unrounded.is_some(),
             fixed: change.fixed,
+            left: change.left.map(|left| match left {
+                LeftAlone::NotDistinguishable => LeftName::NotDistinguishable,
+                LeftAlone::WithinLimits => LeftName::WithinLimits,
+            }),
             undetermined: change.undetermined,
         }
     }

@@ -4,7 +4,6 @@
 //! on a gear's flank are compared by their places on it, others by the units of one quantity; what
 //! cannot be turned into each other is not the same, and it is said why.
 
-use super::iteration_nodes::Flank;
 use crate::{
     api::measurand::{
         axes::{AxesBody, AxisBody},
@@ -12,7 +11,7 @@ use crate::{
     },
     jobs::Measurand,
 };
-use flankfit_engine::estimation::Nodes;
+use flankfit_engine::{estimation::Nodes, gear::correction::Flank};
 
 /// Nodes with what they are of.
 pub struct Measured {

@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-use super::iteration_nodes::{self, Coordinates, Flank};
+use super::iteration_nodes::{self, Coordinates};
 use crate::{
     api::{
         faults::Faults,
@@ -19,7 +19,7 @@ use flankfit_engine::{
     gear::{
         Gear, Side,
         correction::{
-            Setting,
+            Flank, Setting,
             fault::{MachineFaults, MachineField},
             machine::{Machine, Ranges},
         },

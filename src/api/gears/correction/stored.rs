@@ -8,9 +8,10 @@ use uuid::Uuid;
 use super::{
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
-    request,
-    result::{CorrectionBody, FlankFiguresBody},
+    request::{self, Job, Kept},
+    result::{CorrectionBody, FlankFiguresBody, LeftName},
     same_nodes::{Measured, same_nodes},
+    target::AimBody,
 };
 use crate::{
     api::{
@@ -153,11 +154,16 @@ impl From<Verdict> for VerdictName {
 #[derive(Deserialize)]
 struct StoredResult {
     settings: Vec<Changed>,
+    #[serde(default)]
+    target: Option<AimBody>,
 }
 
 #[derive(Deserialize)]
 struct Changed {
+    name: String,
     change: f64,
+    #[serde(default)]
+    left: Option<LeftName>,
 }
 
 #[derive(Serialize)]
@@ -238,8 +244,17 @@ fn answer(
     }
     let own_gear = record.draft.gear.as_deref().map(of_text).transpose()?;
     let gear = own_gear.as_ref().or(today);
+    let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+    if result.settings.iter().all(|setting| setting.change == 0.0) {
+        return Ok(Err("the correction changed nothing".to_owned()));
+    }
+    // the job may require something else by now
+    let kept = Kept {
+        target: result.target.and_then(|target| target.deviation_um),
+        left: result.settings.iter().filter(|setting| setting.left.is_some()).map(|s| s.name.clone()).collect(),
+    };
     let read = |of: &Measured| {
-        request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear)
+        request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear, Job::Kept(&kept))
             .map(|read| read.map_err(|faults| first(&faults)))
     };
     let (earlier, later) = match (read(before)?, read(after)?) {
@@ -255,7 +270,6 @@ fn answer(
             "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
         )));
     }
-    let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
     let change: Vec<f64> = result.settings.iter().map(|setting| setting.change).collect();
     // the request says what the sensitivity is, and how the changes follow the noise of the
     // deviations

@@ -180,14 +180,20 @@ pub fn read(
             None
         }),
     };
-    let laws: Vec<Modification> =
-        list.iter().enumerate().filter_map(|(i, body)| body.law(gear, i, &mut faults)).collect();
+    let laws = laws(gear, list, "", &mut faults);
     let Some(range) = faults.into_result(range)? else { return Ok(None) };
     Modifications::new(gear, range, laws).map(Some).map_err(|more| Faults::at("/modifications", &more))
 }
 
+/// The modifications of the list at `{at}/modifications`.
+pub fn laws(gear: &Gear, list: &[ModificationBody], at: &str, faults: &mut Faults) -> Vec<Modification> {
+    let law = |(i, body): (usize, &ModificationBody)| body.law(gear, &format!("{at}/modifications/{i}"), faults);
+    list.iter().enumerate().filter_map(law).collect()
+}
+
 impl ModificationBody {
-    fn law(&self, gear: &Gear, number: usize, faults: &mut Faults) -> Option<Modification> {
+    /// The law of the modification at `at`.
+    fn law(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Modification> {
         let growth = |form: &Option<GrowthName>| match form.unwrap_or_default() {
             GrowthName::Linear => Growth::Linear,
             GrowthName::Parabolic => Growth::Parabolic,
@@ -218,7 +224,6 @@ impl ModificationBody {
             }
             ModificationBody::Twist { amount_um, flank } => (flank, Law::Twist { amount: *amount_um }),
             ModificationBody::Grid { profile, face_width_positions_mm, relief_um, interpolation, flank } => {
-                let at = format!("/modifications/{number}");
                 let rolls = profile.roll_lengths(gear, &format!("{at}/profile/values"));
                 let interpolation = match interpolation.unwrap_or_default() {
                     InterpolationName::Bilinear => Interpolation::Bilinear,
@@ -226,7 +231,7 @@ impl ModificationBody {
                 };
                 let made = rolls.and_then(|rolls| {
                     Topography::new(&rolls, face_width_positions_mm, relief_um, interpolation)
-                        .map_err(|more| Faults::at(&at, &more))
+                        .map_err(|more| Faults::at(at, &more))
                 });
                 (flank, Law::Topography(made.map_err(|more| faults.append(more)).ok()?))
             }

@@ -241,14 +241,16 @@ pub enum DecisionName {
 
 impl From<Conformity> for ConformityBody {
     fn from(found: Conformity) -> Self {
-        ConformityBody {
-            limits_um: found.limits,
-            probability: found.probability,
-            decision: match found.decision {
-                Decision::Conforms => DecisionName::Conforms,
-                Decision::DoesNotConform => DecisionName::DoesNotConform,
-                Decision::CannotBeTold => DecisionName::CannotBeTold,
-            },
+        ConformityBody { limits_um: found.limits, probability: found.probability, decision: found.decision.into() }
+    }
+}
+
+impl From<Decision> for DecisionName {
+    fn from(decision: Decision) -> Self {
+        match decision {
+            Decision::Conforms => DecisionName::Conforms,
+            Decision::DoesNotConform => DecisionName::DoesNotConform,
+            Decision::CannotBeTold => DecisionName::CannotBeTold,
         }
     }
 }

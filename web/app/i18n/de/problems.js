@@ -16,6 +16,7 @@ export default {
   conflict: "So, wie es steht, geht das nicht",
   implausible_unit: "Die Einheiten der Iteration sind unglaubwürdig",
   idempotency_key_in_use: "Die erste Anfrage mit diesem Idempotency-Key läuft noch",
+  predicted_outside_limits: "Nach der Korrektur lägen Kenngrößen außerhalb ihrer Grenzen",
   operation_running: "Der Vorgang ist noch nicht zu Ende",
   operation_cancelled: "Der Vorgang ist abgebrochen worden",
   purged: "Das ist gelöscht worden",

@@ -29,6 +29,11 @@ export default {
   single_pitch: "Teilungs-Einzel\u00adabweichung",
   cumulative_pitch: "Teilungs-Gesamt\u00adabweichung",
   runout: "Rundlauf\u00adabweichung",
+  design: "Auslegung",
+  modifications: (count) => (count === 1 ? "eine Modifikation" : `${count} Modifikationen`),
+  designOf: (figure) => `${figure} laut Auslegung`,
+  designHint:
+    "Worauf Korrekturen zielen, auf beiden Flanken, längs der Normalen. Leer: die Mitte der Grenzen, sonst die unmodifizierte Flanke.",
   pitchLimits: "Grenzen von Teilungen und Rundlauf",
   pitchClass: "Klasse der Teilungen",
   pitchClassOf: (of) => `Teilungen und Rundlauf: Klasse ${of} nach ISO 1328-1:2013`,

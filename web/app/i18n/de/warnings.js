@@ -136,7 +136,10 @@ export default {
   poor_fit: "Nach dem Ausrichten bleibt mehr, als eine Flanke abweicht: Bewegungen, Flanken und Rad prüfen.",
   registration_not_converged: "Das Ausrichten war am Ende seiner Schritte noch nicht fertig.",
   rotation_modulo_pitch: "Kein Punkt nennt seinen Zahn: Die Drehung gilt bis auf ganze Teilungen.",
+  predicted_outside_limits: "Auch nach dieser Korrektur lägen Kenngrößen außerhalb ihrer Grenzen.",
   settings_limited: "Einzelne Einstellungen sind an ihrer Grenze; die übrigen gleichen aus, so weit sie können.",
+  target_removes_crowning:
+    "Die Korrektur zielt auf die unmodifizierte Flanke und nimmt Balligkeit oder Verschränkung weg: Auslegung oder Grenzen im Auftrag angeben.",
   teeth_contradict: "Punkte liegen auf einem anderen Zahn als angegeben.",
   undamped_correction: "Ungedämpft kann eine solche Korrektur bei Wiederholung die Einstellungen weit wegführen.",
   undetermined_settings: "Diese Messung sagt nichts über einzelne Einstellungen; sie bleiben, wie sie sind.",

@@ -27,6 +27,11 @@ export default {
   single_pitch: "Single pitch",
   cumulative_pitch: "Total cumulative pitch",
   runout: "Run-out",
+  design: "Design",
+  modifications: (/** @type {number} */ count) => (count === 1 ? "one modification" : `${count} modifications`),
+  designOf: (/** @type {string} */ figure) => `${figure} by design`,
+  designHint:
+    "What corrections aim at, on both flanks, along the normal. Left empty: the middle of the limits, else the unmodified flank.",
   pitchLimits: "Limits of pitches and run-out",
   pitchClass: "Class of pitches",
   pitchClassOf: (/** @type {number} */ of) => `Pitches and run-out: class ${of} of ISO 1328-1:2013`,

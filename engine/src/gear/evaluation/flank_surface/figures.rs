@@ -9,15 +9,16 @@ use super::{super::fault::SurfaceRefused, Figure, FlankNodes, SurfaceSettings, T
 use crate::{
     estimation::{
         self, FitError, FitResult, FitSpec, Nodes,
+        inference::Inferred,
         spec::{DEFAULT_CONDITION_LIMIT, Model, Regularization, Scaling, Variance},
     },
     gear::Gear,
-    numerics::distribution::fisher::student_two_sided,
+    numerics::distribution::{Student, fisher::student_two_sided},
 };
 
 /// Figures in µm over the trimmed range, signs as asked for; `None` where the nodes do not tell
 /// one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlankFigures<T = f64> {
     /// Profile slope: 2 c_u.
     pub profile_slope: Option<T>,
@@ -43,6 +44,28 @@ impl<T> FlankFigures<T> {
         }
     }
 
+    /// References to the figures.
+    pub fn as_refs(&self) -> FlankFigures<&T> {
+        FlankFigures {
+            profile_slope: self.profile_slope.as_ref(),
+            helix_slope: self.helix_slope.as_ref(),
+            profile_crowning: self.profile_crowning.as_ref(),
+            helix_crowning: self.helix_crowning.as_ref(),
+            twist: self.twist.as_ref(),
+        }
+    }
+
+    /// Each figure with its name.
+    pub fn named(self) -> [(&'static str, Option<T>); 5] {
+        [
+            ("profile_slope", self.profile_slope),
+            ("helix_slope", self.helix_slope),
+            ("profile_crowning", self.profile_crowning),
+            ("helix_crowning", self.helix_crowning),
+            ("twist", self.twist),
+        ]
+    }
+
     /// Each figure that both have, with that of `other`.
     pub fn zip<U>(self, other: FlankFigures<U>) -> FlankFigures<(T, U)> {
         FlankFigures {
@@ -64,6 +87,8 @@ pub struct EstimatedFigure {
     pub std_error: Option<f64>,
     /// Student's interval at 0.95.
     pub interval: Option<[f64; 2]>,
+    /// Degrees of freedom of the standard error.
+    pub freedom: usize,
 }
 
 impl EstimatedFigure {
@@ -73,7 +98,13 @@ impl EstimatedFigure {
         let value = factor * estimate;
         let std_error = std_error.map(|error| factor.abs() * error).filter(|_| freedom > 0);
         let half = std_error.map(|error| student_two_sided(MISS, freedom as f64) * error);
-        EstimatedFigure { value, std_error, interval: half.map(|half| [value - half, value + half]) }
+        EstimatedFigure { value, std_error, interval: half.map(|half| [value - half, value + half]), freedom }
+    }
+
+    /// The estimate with the distribution of its error; `None` without degrees of freedom.
+    pub fn inferred(&self) -> Option<Inferred> {
+        let std_error = self.std_error?;
+        Some(Inferred { value: self.value, std_error, bias_bound: 0.0, student: Student::new(self.freedom as f64) })
     }
 }
 

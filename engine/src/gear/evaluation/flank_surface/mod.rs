@@ -46,7 +46,7 @@ pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figure
 use nodes::Trimmed;
 pub use nodes::{FlankNodes, NodeCounts};
 pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
-pub use projected::FittedFlank;
+pub use projected::{FittedFlank, figure_limits};
 pub use settings::{Border, SurfaceSettings};
 
 /// A figure in µm.

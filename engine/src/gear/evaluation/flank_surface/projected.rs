@@ -98,12 +98,23 @@ impl FittedFlank<'_> {
         }
     }
 
-    /// Nothing but the nodes tells what of the profile is evaluated: they have the whole limits. Of
-    /// the face width they have their share.
     fn slope_limits(&self, limits: &ToleranceLimits) -> [Option<[f64; 2]>; 2] {
-        let tolerances = Tolerances::new(self.gear).ok();
-        let of = |kind, share| limits.slope_over(kind, share, tolerances.as_ref(), Rounding::Rounded);
-        [of(Kind::Profile, 1.0), of(Kind::Helix, share_of_width(self.gear, self.z))]
+        let of_flank = figure_limits(self.gear, self.z, limits);
+        [of_flank.profile_slope, of_flank.helix_slope]
+    }
+}
+
+/// The limits of the figures over nodes that span `z`. Nothing but the nodes tells what of the
+/// profile is evaluated: they have the whole limits. Of the face width they have their share.
+pub fn figure_limits(gear: &Gear, z: [f64; 2], limits: &ToleranceLimits) -> FlankFigures<[f64; 2]> {
+    let tolerances = Tolerances::new(gear).ok();
+    let slope = |kind, share| limits.slope_over(kind, share, tolerances.as_ref(), Rounding::Rounded);
+    FlankFigures {
+        profile_slope: slope(Kind::Profile, 1.0),
+        helix_slope: slope(Kind::Helix, share_of_width(gear, z)),
+        profile_crowning: limits.profile_crowning,
+        helix_crowning: limits.helix_crowning,
+        twist: limits.twist,
     }
 }
 

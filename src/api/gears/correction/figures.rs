@@ -1,0 +1,217 @@
+//! Figures of the flanks before a correction, as wanted and as predicted, against their limits.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{gears::evaluation::conformity::DecisionName, params::Params, warning::WarningBody};
+use flankfit_engine::{
+    fault::words::listed,
+    gear::{
+        Side,
+        correction::{
+            HeldFigure, Limit, Solution,
+            figures::{MEAN, moved_by},
+        },
+        evaluation::flank_surface::FlankFigures,
+    },
+};
+
+/// Figures of each flank that was measured.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SidedCorrectionFigures)]
+pub struct SidedFiguresBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<TargetFiguresBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<TargetFiguresBody>,
+}
+
+/// Figures of the second-order surface over the ranges of the machine, along the normal. One that
+/// the nodes do not tell is left out.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CorrectionTargetFigures)]
+pub struct TargetFiguresBody {
+    /// f_Hα: positive where material grows from root to tip.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_slope_um: Option<TargetFigureBody>,
+    /// f_Hβ, by DIN: positive towards the right hand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_slope_um: Option<TargetFigureBody>,
+    /// C_α.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_crowning_um: Option<TargetFigureBody>,
+    /// C_β.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_crowning_um: Option<TargetFigureBody>,
+    /// 4 c_uv of the surface, with the sign of f_Hβ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub twist_um: Option<TargetFigureBody>,
+}
+
+/// A figure before the correction, as wanted and as predicted, in µm.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CorrectionTargetFigure)]
+pub struct TargetFigureBody {
+    /// As measured.
+    pub before: f64,
+    /// Of the target.
+    pub target: f64,
+    /// If the machine answers as the sensitivity says.
+    pub predicted: f64,
+    /// Of `before` and `predicted` alike, by the noise that the residuals of the surface show; left
+    /// out without degrees of freedom.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error: Option<f64>,
+    /// What the job requires, `[low, high]`: of slopes the share that the nodes span, else by the
+    /// class. Left out where it requires nothing.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(min_items = 2, max_items = 2)]
+    pub limits: Option<[f64; 2]>,
+    /// As of any figure, with a guard band by the standard error.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conformity_before: Option<DecisionName>,
+    /// Likewise of the predicted figure.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub conformity_predicted: Option<DecisionName>,
+}
+
+impl TargetFigureBody {
+    fn new(figure: &HeldFigure, change: &[f64]) -> Self {
+        let (before, predicted) = (figure.measured.value, figure.after(change));
+        let conformity = |value| figure.conformity(value).map(|found| found.decision.into());
+        TargetFigureBody {
+            before,
+            target: figure.target,
+            predicted,
+            std_error: figure.measured.std_error,
+            limits: figure.limits,
+            conformity_before: conformity(before),
+            conformity_predicted: conformity(predicted),
+        }
+    }
+
+    /// Whether the predicted figure lies outside its limits.
+    pub fn is_outside(&self) -> bool {
+        self.limits.is_some_and(|[low, high]| !(low <= self.predicted && self.predicted <= high))
+    }
+}
+
+impl SidedFiguresBody {
+    pub fn new(figures: &[HeldFigure], change: &[f64]) -> Self {
+        let of = |side: Side| {
+            let own: Vec<&HeldFigure> = figures.iter().filter(|figure| figure.side == side).collect();
+            let named = |name: &str| {
+                own.iter().find(|figure| figure.name == name).map(|figure| TargetFigureBody::new(figure, change))
+            };
+            (!own.is_empty()).then(|| TargetFiguresBody {
+                profile_slope_um: named("profile_slope"),
+                helix_slope_um: named("helix_slope"),
+                profile_crowning_um: named("profile_crowning"),
+                helix_crowning_um: named("helix_crowning"),
+                twist_um: named("twist"),
+            })
+        };
+        SidedFiguresBody { left: of(Side::Left), right: of(Side::Right) }
+    }
+
+    /// The figures whose predicted values lie outside their limits, by flank and name.
+    pub fn outside(&self) -> Vec<(Side, &'static str, TargetFigureBody)> {
+        let of = |(side, figures): (Side, Option<TargetFiguresBody>)| {
+            let figures = figures.unwrap_or_default();
+            let named = FlankFigures {
+                profile_slope: figures.profile_slope_um,
+                helix_slope: figures.helix_slope_um,
+                profile_crowning: figures.profile_crowning_um,
+                helix_crowning: figures.helix_crowning_um,
+                twist: figures.twist_um,
+            };
+            named.named().map(|(name, figure)| (side, name, figure))
+        };
+        let all = [(Side::Left, self.left), (Side::Right, self.right)].into_iter().flat_map(of);
+        all.filter_map(|(side, name, figure)| Some((side, name, figure.filter(TargetFigureBody::is_outside)?)))
+            .collect()
+    }
+}
+
+/// A figure to the first decimal, without a negative zero.
+pub fn tenth(figure: f64) -> String {
+    format!("{:.1}", (10.0 * figure).round() / 10.0 + 0.0)
+}
+
+/// The symbol of a figure.
+pub fn symbol(name: &str) -> &'static str {
+    match name {
+        "profile_slope" => "f_Hα",
+        "helix_slope" => "f_Hβ",
+        "profile_crowning" => "C_α",
+        "helix_crowning" => "C_β",
+        _ => "S",
+    }
+}
+
+/// The unmodified flank was aimed at for want of anything else, and the flank has crownings or a
+/// twist: it is not known whether the drawing asks for them.
+pub fn removes_crowning(figures: &[HeldFigure]) -> Option<WarningBody> {
+    let shaped = |figure: &&HeldFigure| {
+        let is_shape = !matches!(figure.name, "profile_slope" | "helix_slope" | MEAN);
+        is_shape && figure.measured.interval.is_some_and(|[low, high]| low > 0.0 || high < 0.0)
+    };
+    let found: Vec<&HeldFigure> = figures.iter().filter(shaped).collect();
+    if found.is_empty() {
+        return None;
+    }
+    let values =
+        listed(found.iter().map(|figure| format!("{} {} µm", symbol(figure.name), tenth(figure.measured.value))));
+    let message = format!(
+        "{values}: the correction aims at the unmodified flank and takes this away. If the drawing asks for it, give \
+         the job's requirements a `design` or limits of these figures; if not, send `target`: \"nominal\""
+    );
+    let names = found.iter().map(|figure| format!("{}_um", figure.name));
+    let params = Params::new().list("figures", names).some();
+    Some(WarningBody { params, ..WarningBody::new("target_removes_crowning", message) })
+}
+
+/// The figures that would still lie outside their limits, and what stops each of them.
+pub fn outside_limits(figures: &[HeldFigure], solution: &Solution) -> Option<WarningBody> {
+    let change: Vec<f64> = solution.settings.iter().map(|setting| setting.change).collect();
+    let found: Vec<&HeldFigure> = figures.iter().filter(|figure| figure.is_outside(figure.after(&change))).collect();
+    if found.is_empty() {
+        return None;
+    }
+    let each = found.iter().map(|figure| {
+        let [low, high] = figure.limits.unwrap_or_default();
+        let after = figure.after(&change);
+        format!(
+            "{} {} µm of {low} to {high} µm: {}",
+            symbol(figure.name),
+            tenth(after),
+            stopped_by(figure, figures, solution)
+        )
+    });
+    let message = format!("still outside the limits after the correction: {}", each.collect::<Vec<_>>().join("; "));
+    let names = found.iter().map(|figure| format!("{}_um", figure.name));
+    let params = Params::new().list("figures", names).some();
+    Some(WarningBody { params, ..WarningBody::new("predicted_outside_limits", message) })
+}
+
+fn stopped_by(figure: &HeldFigure, all: &[HeldFigure], solution: &Solution) -> String {
+    if figure.is_outside(figure.target) {
+        return format!("the target has {} µm", tenth(figure.target));
+    }
+    let moving: Vec<usize> =
+        (0..solution.settings.len()).filter(|&j| moved_by(all, j).any(|moved| moved == figure)).collect();
+    let quoted = |which: &dyn Fn(usize) -> bool| {
+        let names: Vec<String> =
+            moving.iter().filter(|j| which(**j)).map(|&j| format!("`{}`", solution.settings[j].name)).collect();
+        (!names.is_empty()).then(|| listed(names).to_string())
+    };
+    let settings = &solution.settings;
+    let at_limit = quoted(&|j| settings[j].limited.is_some_and(|limit| matches!(limit, Limit::Min | Limit::Max)));
+    match (at_limit, quoted(&|j| settings[j].fixed), quoted(&|j| settings[j].undetermined)) {
+        (Some(names), ..) => format!("{names} at its limit"),
+        (None, Some(names), _) => format!("{names} fixed"),
+        (None, None, Some(names)) => format!("{names} not determined by this measurement"),
+        (None, None, None) if moving.is_empty() => "no setting moves it".to_owned(),
+        (None, None, None) => "the settings that move it are damped or do other things as well".to_owned(),
+    }
+}

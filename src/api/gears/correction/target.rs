@@ -1,0 +1,201 @@
+//! What a correction aims at.
+
+use std::fmt;
+
+use serde::{
+    Deserialize, Deserializer, Serialize,
+    de::{self, MapAccess, Visitor, value::MapAccessDeserializer},
+};
+use utoipa::ToSchema;
+
+use crate::api::{
+    faults::Faults,
+    gears::{flank_design::DesignBody, requirements::RequirementsBody},
+    json::union_schema::documented,
+};
+use flankfit_engine::gear::{
+    correction::{Flank, flank::DesignRefused},
+    evaluation::flank_surface::FlankFigures,
+};
+
+/// What a correction aims at: a name, or the deviation that is wanted at each node.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(untagged)]
+pub enum TargetBody {
+    Named(TargetName),
+    Given(TargetDeviationBody),
+}
+
+/// What the correction aims at.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = CorrectionTargetName)]
+pub enum TargetName {
+    /// The `design` in the job's requirements. The default where the job has one.
+    Design,
+    /// The middle of the limits that the job's requirements have of each figure, or its class of
+    /// slopes; the level of the flank and figures without limits stay as measured. The default
+    /// where there is no design, but limits of a crowning or of the twist.
+    Limits,
+    /// The unmodified flank. The default elsewhere.
+    Nominal,
+}
+
+/// The deviation that is wanted at each node.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[serde(deny_unknown_fields)]
+#[schema(as = TargetDeviation)]
+pub struct TargetDeviationBody {
+    /// µm for each node in the order posted, missing ones too.
+    pub deviation_um: Vec<f64>,
+}
+
+documented!(
+    TargetBody,
+    "CorrectionTarget",
+    "What a correction aims at: a name, or the deviation that is wanted at each node.",
+    TargetName::schema(),
+    TargetDeviationBody::schema(),
+);
+
+impl<'de> Deserialize<'de> for TargetBody {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        struct Read;
+
+        impl<'de> Visitor<'de> for Read {
+            type Value = TargetBody;
+
+            fn expecting(&self, f: &mut fmt::Formatter) -> fmt::Result {
+                f.write_str("\"design\", \"limits\", \"nominal\" or {\"deviation_um\": […]}")
+            }
+
+            fn visit_str<E: de::Error>(self, text: &str) -> Result<TargetBody, E> {
+                match text {
+                    "design" => Ok(TargetBody::Named(TargetName::Design)),
+                    "limits" => Ok(TargetBody::Named(TargetName::Limits)),
+                    "nominal" => Ok(TargetBody::Named(TargetName::Nominal)),
+                    other => Err(E::invalid_value(de::Unexpected::Str(other), &self)),
+                }
+            }
+
+            fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<TargetBody, A::Error> {
+                TargetDeviationBody::deserialize(MapAccessDeserializer::new(map)).map(TargetBody::Given)
+            }
+        }
+
+        deserializer.deserialize_any(Read)
+    }
+}
+
+/// What the correction aimed at.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CorrectionAim)]
+pub struct AimBody {
+    pub kind: AimName,
+    /// The deviation that is wanted at each node in the order posted; left out with `nominal`, 0
+    /// everywhere. Present when `nodes` was included.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub deviation_um: Option<Vec<f64>>,
+}
+
+/// Where the target of a correction came from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = CorrectionAimKind)]
+pub enum AimName {
+    /// The design of the job.
+    Design,
+    /// The middle of the limits of figures.
+    Limits,
+    /// The unmodified flank.
+    Nominal,
+    /// Given with the request.
+    Given,
+}
+
+impl AimBody {
+    /// The unmodified flank.
+    pub const NOMINAL: AimBody = AimBody { kind: AimName::Nominal, deviation_um: None };
+}
+
+/// What is known of the flank and of what is wanted of it.
+pub struct Wanted<'a> {
+    /// The flank that the nodes lie on, with a machine.
+    pub flank: Option<&'a Flank>,
+    pub deviation: &'a [f64],
+    pub weight: Option<&'a [f64]>,
+    /// Of the figures of the flank.
+    pub limits: FlankFigures<[f64; 2]>,
+    pub requirements: Option<&'a RequirementsBody>,
+}
+
+impl Wanted<'_> {
+    /// The target that is asked for, or that of the job.
+    pub fn target(&self, asked: Option<TargetBody>, faults: &mut Faults) -> Option<AimBody> {
+        const AT: &str = "/target";
+        let aim = |kind, deviation| Some(AimBody { kind, deviation_um: Some(deviation) });
+        let design = self.requirements.and_then(|requirements| requirements.design.as_ref());
+        let name = match asked {
+            Some(TargetBody::Given(given)) => return aim(AimName::Given, given.deviation_um),
+            Some(TargetBody::Named(TargetName::Nominal)) => return Some(AimBody::NOMINAL),
+            Some(TargetBody::Named(name)) => name,
+            None => {
+                let FlankFigures { profile_crowning, helix_crowning, twist, .. } = self.limits;
+                return match self.flank {
+                    Some(flank) if let Some(design) = design => {
+                        self.designed(flank, design, faults).and_then(|found| aim(AimName::Design, found))
+                    }
+                    Some(flank) if profile_crowning.or(helix_crowning).or(twist).is_some() => {
+                        let found = flank.target_within(self.deviation, self.weight, self.limits);
+                        found.map_or(Some(AimBody::NOMINAL), |found| aim(AimName::Limits, found))
+                    }
+                    _ => Some(AimBody::NOMINAL),
+                };
+            }
+        };
+        let Some(flank) = self.flank else {
+            let detail = "only with a `machine` is it known where on the flank the nodes lie: send \
+                {\"deviation_um\": […]} with a `matrix`";
+            faults.push(AT, detail);
+            return None;
+        };
+        match (name, design) {
+            (TargetName::Design, Some(design)) => {
+                self.designed(flank, design, faults).and_then(|found| aim(AimName::Design, found))
+            }
+            (TargetName::Design, None) => {
+                faults.push(AT, "the requirements of the job have no `design`: PATCH the job, or name another target");
+                None
+            }
+            (TargetName::Limits, _) if self.limits.named().iter().all(|(_, limits)| limits.is_none()) => {
+                let detail = "the requirements of the job have no limits of slopes, crownings or twist, and no class: \
+                    PATCH the job, or name another target";
+                faults.push(AT, detail);
+                None
+            }
+            (TargetName::Limits, _) => match flank.target_within(self.deviation, self.weight, self.limits) {
+                Some(found) => aim(AimName::Limits, found),
+                None => {
+                    let detail = "the nodes do not tell slopes and crownings, which the limits are of: name another \
+                        target";
+                    faults.push(AT, detail);
+                    None
+                }
+            },
+            (TargetName::Nominal, _) => Some(AimBody::NOMINAL),
+        }
+    }
+
+    fn designed(&self, flank: &Flank, design: &DesignBody, faults: &mut Faults) -> Option<Vec<f64>> {
+        let refused = |why: String| Faults::one("/target", format!("the design that the job requires: {why}"));
+        let first = |faults: &Faults| faults.list().first().map_or_else(String::new, |fault| fault.detail.clone());
+        let found = design.on(&flank.gear, flank.side, "").map_err(|found| refused(first(&found)));
+        let found = found.and_then(|design| {
+            flank.designed(&design).map_err(|why| match why {
+                DesignRefused::Range(found) => refused(first(&Faults::at("", &found))),
+                DesignRefused::Law(found) => refused(first(&Faults::at("", &found))),
+            })
+        });
+        found.map_err(|more| faults.append(more)).ok()
+    }
+}
