@@ -73,7 +73,7 @@ fn what_would_be_formed_from_standard_errors_does_not_hold() {
             })
             .collect();
         let c = &fit(&matrix(&design.x, &y, None), &spec(None)).coefficients[0];
-        hits += usize::from((c.value - truth[0]).abs() <= 2.02 * c.std_error.unwrap());
+        hits += usize::from((c.value - truth[0]).abs() <= 2.02 * c.error_given_lambda().unwrap());
     }
     assert!((hits as f64) < 0.9 * REPETITIONS as f64, "{hits}");
 }
