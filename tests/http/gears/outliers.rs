@@ -1,4 +1,5 @@
-//! Suspected gross errors over HTTP: named with the figures without them, left out by a refit that is kept and replayed.
+//! Suspected gross errors over HTTP: named with the figures without them, left out by a refit that
+//! is kept and replayed.
 
 use serde_json::{Value, json};
 
@@ -145,7 +146,7 @@ async fn what_cannot_be_left_out_is_refused_at_its_place() {
     assert!(refused.pointers().contains(&"/exclude".to_owned()), "{}", refused.text);
 }
 
-/// Raw powers far from 0 are the basis's fault, a grid that does not tell terms apart is the nodes'.
+/// Raw powers far from 0 are the basis's fault, terms that a grid does not tell apart the nodes'.
 #[tokio::test]
 async fn a_dependency_says_whether_it_is_the_basis_or_the_nodes() {
     let app = TestApp::start().await;

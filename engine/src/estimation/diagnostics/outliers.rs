@@ -62,8 +62,8 @@ pub(crate) fn outliers(linear: &LinearProblem, largest: f64) -> Option<Outliers>
     Test { linear, sample, rows, floor: ROUNDING * largest }.suspected(nodes)
 }
 
-/// What a studentised residual times σ is compared with, over σ by the mean absolute residual: below
-/// it none is significant, since that mean is no greater than the root mean square.
+/// What a studentised residual times σ is compared with, over σ by the mean absolute residual:
+/// below it none is significant, since that mean is no greater than the root mean square.
 fn limit(quantile: f64, freedom: f64) -> f64 {
     quantile * (freedom / (freedom - 1.0 + quantile * quantile)).sqrt() / SIGMA_OF_MEAN
 }

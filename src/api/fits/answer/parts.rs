@@ -35,17 +35,17 @@ answer! {
         /// The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
         /// posterior; with `constraints` the best that meets them.
         value: f64 = value,
-        /// A standard error that holds: of `value` where λ* was given or nothing is regularised, of
-        /// `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay within
-        /// it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md); absent
-        /// without degrees of freedom. With a `prior` the standard deviation of the posterior, by
-        /// `prior.sigma`. With `constraints` that of least squares with the derivatives at the active
-        /// places held at 0, as if these places had been known beforehand: too small
-        /// (docs/constraints.md).
+        /// A standard error that holds: of `value` where λ* was given or nothing is regularised,
+        /// of `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay
+        /// within it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md).
+        /// Absent without degrees of freedom. With a `prior` the standard deviation of the
+        /// posterior, by `prior.sigma`. With `constraints` that of least squares with the
+        /// derivatives at the active places held at 0, as if these places had been known
+        /// beforehand: too small (docs/constraints.md).
         std_error?: f64 = std_error,
         /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
-        /// nodes; present where it was. It is too small and leaves the bias out: the truth lay within
-        /// it in 23 to 44 % of the cases, not 68 %.
+        /// nodes; present where it was. It is too small and leaves the bias out: the truth lay
+        /// within it in 23 to 44 % of the cases, not 68 %.
         conditional_std_error?: f64 = conditional_std_error,
         /// Plain least-squares estimate of the posted nodes, whatever the estimator.
         least_squares: f64 = least_squares,

@@ -34,8 +34,8 @@ answer! {
         level: f64 = level,
         /// Heights of the estimate.
         value: Vec<f64> = value,
-        /// Their standard errors, of least squares where the nodes chose λ*; absent without an estimate
-        /// of the noise.
+        /// Their standard errors, of least squares where the nodes chose λ*; absent without an
+        /// estimate of the noise.
         std_error?: Vec<f64> = std_error,
         /// Sharp bounds on the bias of each height, given r; with a `prior` as those of
         /// `coefficients[].bias_bound`.

@@ -1,8 +1,8 @@
 //! Whether a near dependency is the nodes' or the basis's: the same column space in Legendre's
 //! basis over the domain.
 //!
-//! Raw powers far from 0 are nearly collinear wherever the nodes are. In a basis that is orthonormal
-//! over the domain, columns are nearly dependent only where the nodes do not determine a function:
+//! Raw powers far from 0 are nearly collinear wherever the nodes are. In a basis that is
+//! orthonormal over the domain, columns are nearly dependent only where the nodes do not determine a function:
 //! where one that is not small over the domain is small at all of them.
 
 use nalgebra::DMatrix;
