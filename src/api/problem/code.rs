@@ -81,7 +81,7 @@ pub enum ProblemCode {
 
 impl ProblemCode {
     /// Every code.
-    pub const ALL: [ProblemCode; 35] = [
+    pub const ALL: [ProblemCode; 37] = [
         Self::MalformedBody,
         Self::MalformedRequest,
         Self::Unauthorized,
