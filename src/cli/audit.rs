@@ -60,6 +60,14 @@ struct VerifyArguments {
 pub fn run(arguments: &AuditArguments) -> ExitCode {
     let AuditCommand::Verify(arguments) = &arguments.command;
     match verify(arguments) {
+        Ok(findings) if findings.is_empty() => {
+            let _left = writeln!(
+                out(),
+                "empty: there is nothing in this database that was audited; if there should be, its files were removed or \
+                 replaced: restore a backup, and verify it --against seals that were kept elsewhere"
+            );
+            ExitCode::SUCCESS
+        }
         Ok(findings) if findings.faults.is_empty() => {
             let Findings { chains, entries, seals, .. } = findings;
             // the exit code says it to whoever does not read
@@ -68,6 +76,13 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
         }
         Ok(findings) => {
             let mut out = out();
+            if findings.holds_nothing() {
+                let _left = writeln!(
+                    out,
+                    "broken: the database is empty, although it was sealed: its files were removed or replaced; restore a \
+                     backup"
+                );
+            }
             let _left = findings.faults.iter().try_for_each(|fault| writeln!(out, "{}", told(fault)));
             ExitCode::from(BROKEN)
         }

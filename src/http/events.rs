@@ -3,7 +3,8 @@
 //!
 //! Events are read from the store in pages, after the last one sent: a client that reads slowly
 //! holds one page, whatever happens meanwhile, and one that comes back with `Last-Event-ID` goes on
-//! where it was. Being woken only says that it is worth looking.
+//! where it was. Being woken only says that it is worth looking; who looks for the same is answered
+//! by one read (`event_pages`).
 
 use std::{pin::Pin, time::Duration};
 
@@ -27,6 +28,7 @@ use crate::{
     },
     http::{
         caller_state::CallerState,
+        event_pages::PageKey,
         extract::{PathOf, QueryOf},
         shutdown::OpenConnection,
         state::AppState,
@@ -123,7 +125,7 @@ async fn get_job_events(
         Some(text) => text.parse().map(|id| if id > last { 0 } else { id }).map_err(|_| given.refused("this job"))?,
     };
     let changes = state.jobs.listen(job);
-    Ok(Listener::answer(state, Subject::Job { job, after }, changes))
+    Listener::answer(state, Subject::Job { job, after }, changes)
 }
 
 /// Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
@@ -165,7 +167,7 @@ async fn get_events(
             if all { (asked, false) } else { (last, true) }
         }
     };
-    Ok(Listener::answer(state, Subject::All { after, missed }, changes))
+    Listener::answer(state, Subject::All { after, missed }, changes)
 }
 
 /// Whose events are sent, after which.
@@ -183,22 +185,39 @@ enum Subject {
 
 impl Subject {
     /// The next events, if there are any; they count as sent.
-    async fn page(&mut self, jobs: &Jobs) -> Result<Option<String>, RepositoryError> {
+    async fn page(&mut self, state: &CallerState, wakes: u64) -> Result<Option<Bytes>, RepositoryError> {
+        let (jobs, tenant) = (&state.jobs, state.principal.caller.tenant.clone());
         match self {
             Subject::Job { job, after } => {
-                let page = jobs.events(*job, *after, PAGE).await?;
-                let Some(last) = page.last() else { return Ok(None) };
-                *after = last.number;
-                Ok(Some(events::to_text(page)))
+                let (job, begin) = (*job, *after);
+                let key = PageKey { tenant, job: Some(job), after: EventPlace { change: 0, number: begin } };
+                let read = async {
+                    let page = jobs.events(job, begin, PAGE).await?;
+                    let last = page.last().map(|last| EventPlace { change: 0, number: last.number });
+                    Ok(last.map(|last| (events::to_text(page).into(), last)))
+                };
+                let page = state.event_pages.get(key, wakes, read).await?;
+                Ok(page.map(|(text, last)| {
+                    *after = last.number;
+                    text
+                }))
             }
             Subject::All { after, missed } => {
                 if std::mem::take(missed) {
-                    return Ok(Some(events::reset_text(*after, jobs.now())));
+                    return Ok(Some(events::reset_text(*after, jobs.now()).into()));
                 }
-                let page = jobs.all_events(*after, PAGE).await?;
-                let Some(last) = page.last() else { return Ok(None) };
-                *after = last.place;
-                Ok(Some(events::all_to_text(page)))
+                let begin = *after;
+                let key = PageKey { tenant, job: None, after: begin };
+                let read = async {
+                    let page = jobs.all_events(begin, PAGE).await?;
+                    let last = page.last().map(|last| last.place);
+                    Ok(last.map(|last| (events::all_to_text(page).into(), last)))
+                };
+                let page = state.event_pages.get(key, wakes, read).await?;
+                Ok(page.map(|(text, last)| {
+                    *after = last;
+                    text
+                }))
             }
         }
     }
@@ -223,7 +242,7 @@ impl Subject {
 struct Listener {
     state: CallerState,
     subject: Subject,
-    changes: watch::Receiver<()>,
+    changes: watch::Receiver<u64>,
     stopped: Pin<Box<dyn Future<Output = ()> + Send>>,
     /// Whoever listens is not let in any more.
     refused: Pin<Box<dyn Future<Output = ()> + Send>>,
@@ -233,13 +252,13 @@ struct Listener {
 
 impl Listener {
     /// The answer without end.
-    fn answer(state: CallerState, subject: Subject, changes: watch::Receiver<()>) -> Response {
+    fn answer(state: CallerState, subject: Subject, changes: watch::Receiver<u64>) -> Result<Response, Problem> {
         let listener = Listener {
             subject,
             changes,
             stopped: Box::pin(state.shutdown.begun()),
             refused: state.refused(),
-            _open: state.shutdown.register("events"),
+            _open: state.shutdown.register("events", state.settings.max_connections)?,
             begun: false,
             state,
         };
@@ -253,7 +272,7 @@ impl Listener {
         headers.insert(header::CACHE_CONTROL, HeaderValue::from_static("no-store"));
         // proxies that collect answers would keep events back
         headers.insert(HeaderName::from_static("x-accel-buffering"), HeaderValue::from_static("no"));
-        response
+        Ok(response)
     }
 
     /// What is sent next; `None` ends the answer (a client comes back by itself).
@@ -268,9 +287,9 @@ impl Listener {
                 return None;
             }
             // seen before looking, so that what happens while looking wakes again
-            self.changes.borrow_and_update();
-            match self.subject.page(&self.state.jobs).await {
-                Ok(Some(text)) => return Some(text.into()),
+            let wakes = *self.changes.borrow_and_update();
+            match self.subject.page(&self.state, wakes).await {
+                Ok(Some(text)) => return Some(text),
                 Ok(None) => {}
                 Err(error) => return self.end(&error),
             }

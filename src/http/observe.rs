@@ -18,7 +18,7 @@ use uuid::Uuid;
 use super::{
     auth::{self, Principal},
     headers,
-    server::Peer,
+    server::{ForChecks, Peer},
     sites,
     state::AppState,
 };
@@ -105,7 +105,7 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
     let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
 
     let peer = request.extensions().get::<Peer>().copied();
-    let principal = match names_host(&request) {
+    let principal = match names_host(&request).and_then(|()| has_a_place(&request, path.as_ref())) {
         Ok(()) => identify_caller(&state, &mut request, peer).await,
         Err(problem) => Err(problem),
     };
@@ -177,6 +177,16 @@ fn names_host(request: &Request) -> Result<(), Problem> {
         return Ok(());
     }
     Err(Problem::new(ProblemCode::MalformedRequest, "A request of HTTP/1.1 has one header `Host`."))
+}
+
+/// Where all connections are at work only checks are answered.
+fn has_a_place(request: &Request, path: Option<&MatchedPath>) -> Result<(), Problem> {
+    let check = path.is_some_and(|path| CHECKS.contains(&path.as_str()));
+    if check || request.extensions().get::<ForChecks>().is_none() {
+        return Ok(());
+    }
+    let detail = "Every connection of this server is at work; try again in a moment.";
+    Err(Problem::new(ProblemCode::Overloaded, detail).retry_after(1))
 }
 
 /// What happened inside, as loudly as somebody here must look at it: a client that leaves is

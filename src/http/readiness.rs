@@ -35,6 +35,9 @@ fn told(unfit: Unfit) -> &'static str {
         Unfit::OldSchema => "The schema of the database is older than this server: run `flankfit migrate`.",
         Unfit::NewSchema(_) => "The schema of the database is too new for this server: start one of a later version.",
         Unfit::Standby => "The database is a standby, which takes no writes.",
+        Unfit::Misplaced => {
+            "The files of the database were removed or replaced under the server; the log says what to do."
+        }
         Unfit::Clock(_) => "The clocks of this server and of the database are too far apart.",
     }
 }

@@ -5,6 +5,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use tokio::sync::watch;
 
+use crate::api::problem::{Problem, ProblemCode};
+
 /// Whether the server stops, and the connections that stay open.
 pub struct Shutdown {
     draining: AtomicBool,
@@ -49,11 +51,17 @@ impl Shutdown {
         }
     }
 
-    /// Announces a connection that stays open, of this kind.
-    pub fn register(&self, kind: &'static str) -> OpenConnection {
+    /// Announces a connection that stays open, of this kind. Those may be three quarters of all
+    /// connections that there may be.
+    pub fn register(&self, kind: &'static str, connections: usize) -> Result<OpenConnection, Problem> {
+        let most = (connections - connections / 4).max(1);
+        if self.open.receiver_count() >= most {
+            let detail = format!("{most} event streams and WebSockets are open, which is as many as there may be.");
+            return Err(Problem::new(ProblemCode::Overloaded, detail).retry_after(10));
+        }
         let gauge = metrics::gauge!(crate::telemetry::LISTENERS, "kind" => kind);
         gauge.increment(1.0);
-        OpenConnection { _held: self.open.subscribe(), gauge }
+        Ok(OpenConnection { _held: self.open.subscribe(), gauge })
     }
 
     /// Is ready when every such connection has ended.

@@ -5,8 +5,8 @@ use std::{ops::Deref, sync::Arc};
 use metrics_exporter_prometheus::PrometheusHandle;
 
 use super::{
-    auth::Callers, budget::Budget, dashboard::files::Files, long::Running, rates::Rates, readiness::Readiness,
-    shutdown::Shutdown,
+    auth::Callers, budget::Budget, dashboard::files::Files, event_pages::EventPages, long::Running, rates::Rates,
+    readiness::Readiness, shutdown::Shutdown,
 };
 use crate::{
     config::ServeSettings,
@@ -42,6 +42,8 @@ pub struct Shared {
     pub readiness: Readiness,
     /// How much callers may ask for.
     pub rates: Rates,
+    /// What those who listen to the same events are sent.
+    pub event_pages: EventPages,
     /// For connections that stay open.
     pub shutdown: Shutdown,
     /// What is done of requests that are answered later.
@@ -80,6 +82,7 @@ impl AppState {
             keys: RunningKeys::default(),
             readiness: Readiness::default(),
             rates,
+            event_pages: EventPages::default(),
             shutdown: Shutdown::default(),
             long: Running::default(),
         })))

@@ -19,7 +19,8 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    budget::WithPermit, caller_state::CallerState, extract::PathOf, observe::too_late, state::AppState, streams,
+    budget::WithPermit, caller_state::CallerState, extract::PathOf, observe::too_late, shutdown::OpenConnection,
+    state::AppState, streams,
 };
 use crate::{
     api::{
@@ -78,10 +79,11 @@ async fn connect_stream(
     let upgrade = upgrade.map_err(|rejection| {
         Problem::new(ProblemCode::MalformedRequest, format!("This path speaks WebSocket: {}.", rejection.body_text()))
     })?;
+    let open = state.shutdown.register("websocket", state.settings.max_connections)?;
     let limit = state.settings.body_limit.min(LONGEST_MESSAGE);
     Ok(upgrade.max_message_size(limit).max_frame_size(limit).on_upgrade(move |socket| {
         let party = state.principal.party();
-        pool::on_behalf_of(party, serve(state, id, socket))
+        pool::on_behalf_of(party, serve(state, id, socket, open))
     }))
 }
 
@@ -105,8 +107,7 @@ enum SessionEnd {
     Close(u16, &'static str),
 }
 
-async fn serve(state: CallerState, id: Uuid, mut socket: WebSocket) {
-    let _open = state.shutdown.register("websocket");
+async fn serve(state: CallerState, id: Uuid, mut socket: WebSocket, _open: OpenConnection) {
     match session(&state, id, &mut socket).await {
         SessionEnd::Gone => {}
         // The answer to a close is made when it is read, and goes out with the next look for a

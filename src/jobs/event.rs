@@ -98,7 +98,7 @@ impl JobChange {
 }
 
 /// A place in the order of all that happens to the jobs of a tenant.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EventPlace {
     /// Of the transaction; 0 where the store has one writer, whose order is that of its numbers.
     pub change: u64,
@@ -142,47 +142,47 @@ impl StreamEvent {
     }
 }
 
-/// Wakes those who listen to a job, or to all of a tenant. It carries nothing: whoever is woken
+/// Wakes those who listen to a job, or to all of a tenant. It carries a count of wakes: whoever is woken
 /// reads the stored events after the last one seen, so nobody is ever sent twice what is stored
 /// once, and a missed wake costs time, not events.
 #[derive(Debug, Default)]
 pub struct JobNotifier {
-    jobs: Mutex<HashMap<Owned, watch::Sender<()>>>,
-    tenants: Mutex<HashMap<Tenant, watch::Sender<()>>>,
+    jobs: Mutex<HashMap<Owned, watch::Sender<u64>>>,
+    tenants: Mutex<HashMap<Tenant, watch::Sender<u64>>>,
 }
 
 impl JobNotifier {
     /// Hears of the job from now on.
-    pub fn subscribe(&self, job: Owned) -> watch::Receiver<()> {
+    pub fn subscribe(&self, job: Owned) -> watch::Receiver<u64> {
         let mut jobs = self.jobs.lock().unwrap_or_else(PoisonError::into_inner);
         jobs.retain(|_, sender| sender.receiver_count() > 0);
-        jobs.entry(job).or_insert_with(|| watch::channel(()).0).subscribe()
+        jobs.entry(job).or_insert_with(|| watch::channel(0).0).subscribe()
     }
 
     /// Hears of all jobs of the tenant from now on.
-    pub fn subscribe_all(&self, tenant: Tenant) -> watch::Receiver<()> {
+    pub fn subscribe_all(&self, tenant: Tenant) -> watch::Receiver<u64> {
         let mut tenants = self.tenants.lock().unwrap_or_else(PoisonError::into_inner);
         tenants.retain(|_, sender| sender.receiver_count() > 0);
-        tenants.entry(tenant).or_insert_with(|| watch::channel(()).0).subscribe()
+        tenants.entry(tenant).or_insert_with(|| watch::channel(0).0).subscribe()
     }
 
     /// Something happened to the job.
     pub fn notify(&self, job: &Owned) {
         if let Some(sender) = self.jobs.lock().unwrap_or_else(PoisonError::into_inner).get(job) {
-            sender.send_replace(());
+            sender.send_modify(|wakes| *wakes += 1);
         }
         if let Some(sender) = self.tenants.lock().unwrap_or_else(PoisonError::into_inner).get(&job.tenant) {
-            sender.send_replace(());
+            sender.send_modify(|wakes| *wakes += 1);
         }
     }
 
     /// Something may have happened to any job.
     pub fn notify_all(&self) {
         for sender in self.jobs.lock().unwrap_or_else(PoisonError::into_inner).values() {
-            sender.send_replace(());
+            sender.send_modify(|wakes| *wakes += 1);
         }
         for sender in self.tenants.lock().unwrap_or_else(PoisonError::into_inner).values() {
-            sender.send_replace(());
+            sender.send_modify(|wakes| *wakes += 1);
         }
     }
 

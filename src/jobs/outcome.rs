@@ -33,6 +33,8 @@ pub enum Unfit {
     /// Processes on one database give times to what they store.
     #[error("the clock of the database is {:.1} s before ours", .0.as_secs_f64())]
     Clock(SignedDuration),
+    #[error("a file of the database was removed or replaced while it was open")]
+    Misplaced,
 }
 
 /// Why the store did not do what it was asked.

@@ -286,12 +286,12 @@ impl Jobs {
     }
 
     /// Is woken when something happens to any job of the tenant.
-    pub fn listen_to_all(&self) -> watch::Receiver<()> {
+    pub fn listen_to_all(&self) -> watch::Receiver<u64> {
         self.service.notifier.subscribe_all(self.tenant.clone())
     }
 
     /// Is woken when something happens to the job.
-    pub fn listen(&self, job: Uuid) -> watch::Receiver<()> {
+    pub fn listen(&self, job: Uuid) -> watch::Receiver<u64> {
         self.service.notifier.subscribe(self.owned(job))
     }
 

@@ -331,3 +331,43 @@ async fn idle_connections_give_way() {
         assert!(answer.starts_with("HTTP/1.1 200 "), "{answer}");
     }
 }
+
+#[tokio::test]
+async fn checks_are_answered_while_every_connection_is_at_work() {
+    let app = TestApp::start_with(|settings| settings.max_connections = 16).await;
+    let fit = posted("/v1/fits", CURVE);
+    // three quarters may stay open
+    let mut listening = Vec::new();
+    for _ in 0..12 {
+        let mut stream = TcpStream::connect(app.address).await.unwrap();
+        stream.write_all(b"GET /v1/events HTTP/1.1\r\nHost: localhost\r\n\r\n").await.unwrap();
+        let mut told = Vec::new();
+        while !told.ends_with(b"retry: 2000\n\n\r\n") {
+            assert_ne!(stream.read_buf(&mut told).await.unwrap(), 0, "{}", String::from_utf8_lossy(&told));
+        }
+        listening.push(stream);
+    }
+    let another = "GET /v1/events HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n";
+    let answer = raw(app.address, another).await;
+    assert!(answer.starts_with("HTTP/1.1 503 ") && answer.contains("12 event streams"), "{answer}");
+    // bodies that come slowly take all of the others but two
+    let slow = [unfinished(&app, 1000, 1).await, unfinished(&app, 1000, 1).await];
+    until_held(&app, |held| held > 0).await;
+    let refused = async || raw(app.address, &fit).await;
+    let mut answer = refused().await;
+    while answer.starts_with("HTTP/1.1 200 ") {
+        answer = refused().await;
+    }
+    assert!(answer.starts_with("HTTP/1.1 503 ") && answer.contains("\"overloaded\""), "{answer}");
+    assert!(answer.to_ascii_lowercase().contains("retry-after: 1\r\n"), "{answer}");
+    for check in ["/healthz", "/readyz"] {
+        let answer = raw(app.address, &format!("GET {check} HTTP/1.1\r\nHost: localhost\r\n\r\n")).await;
+        assert!(answer.starts_with("HTTP/1.1 200 "), "{check}: {answer}");
+    }
+    drop((listening, slow));
+    let mut answer = refused().await;
+    while answer.starts_with("HTTP/1.1 503 ") {
+        answer = refused().await;
+    }
+    assert!(answer.starts_with("HTTP/1.1 200 "), "{answer}");
+}

@@ -237,6 +237,7 @@ async fn it_is_said_why_nothing_can_be_stored() {
         (Unfit::OldSchema, "older than this server: run `flankfit migrate`"),
         (Unfit::NewSchema(4711), "too new for this server"),
         (Unfit::Standby, "is a standby"),
+        (Unfit::Misplaced, "were removed or replaced"),
         (Unfit::Clock(SignedDuration::from_secs(4711)), "clocks of this server and of the database"),
     ] {
         *server.store.unfit.lock().unwrap() = Some(unfit);

@@ -2,17 +2,31 @@
 //! when there are too many.
 //!
 //! A connection waits for its first request, is idle between two, or is at work. When all slots
-//! are taken, the one that has been without a request for longest is closed for the next client;
-//! where all are at work, new clients wait in the system's queue.
+//! are taken, the one that has been without a request for longest is closed for the next client.
+//! Where all are at work, a few slots are left for checks of the server's state (`/healthz`); who
+//! asks for anything else there is told to come again. Where these are taken too, new clients wait
+//! in the system's queue.
 
 use std::{
     collections::HashMap,
-    sync::{Arc, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Arc, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicBool, Ordering},
+    },
 };
 
-use tokio::{sync::Notify, time::Instant};
+use tokio::{
+    sync::Notify,
+    time::{Duration, Instant, timeout},
+};
 
 use crate::telemetry;
+
+/// Slots for checks, at most an eighth of all.
+const KEPT: usize = 4;
+
+/// After so long it is looked again who may close.
+const AGAIN: Duration = Duration::from_millis(100);
 
 /// What a connection is doing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -87,6 +101,8 @@ impl Connection {
 #[derive(Debug)]
 pub struct Connections {
     most: usize,
+    /// Of these, for checks alone.
+    kept: usize,
     open: Mutex<Open>,
     /// Notified when a slot has become free, or a connection idle while one was wanted.
     change: Notify,
@@ -105,32 +121,35 @@ pub struct ConnectionSlot {
     all: Arc<Connections>,
     key: u64,
     connection: Arc<Connection>,
+    /// Whether it has one of the slots for checks.
+    kept: AtomicBool,
 }
 
 impl Connections {
     /// At least one at a time.
     pub fn new(most: usize) -> Arc<Self> {
         telemetry::metrics();
-        Arc::new(Connections { most: most.max(1), open: Mutex::default(), change: Notify::new() })
+        let most = most.max(1);
+        Arc::new(Connections { most, kept: (most / 8).min(KEPT), open: Mutex::default(), change: Notify::new() })
     }
 
     fn lock(&self) -> MutexGuard<'_, Open> {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ready when there is a slot, which the longest idle connection is asked for if all are
-    /// taken.
+    /// Ready when there is a slot, which the longest idle connection is asked for if all but those
+    /// for checks are taken.
     pub async fn free_slot(&self) {
         loop {
             {
                 let mut open = self.lock();
-                open.wanted = open.all.len() >= self.most;
-                if !open.wanted {
+                open.wanted = open.all.len() >= self.most - self.kept;
+                if !open.wanted || (!close_longest_idle(&open) && open.all.len() < self.most) {
                     return;
                 }
-                close_longest_idle(&open);
             }
-            self.change.notified().await;
+            // one that was asked to close may have got a request meanwhile
+            let _looks_again = timeout(AGAIN, self.change.notified()).await;
         }
     }
 
@@ -145,24 +164,34 @@ impl Connections {
         let connection = Arc::new(Connection { state: Mutex::new(state), close: Notify::new() });
         let mut open = self.lock();
         open.next += 1;
-        let key = open.next;
+        let (key, kept) = (open.next, open.all.len() >= self.most - self.kept);
         open.all.insert(key, Arc::clone(&connection));
         metrics::gauge!(telemetry::CONNECTIONS).increment(1.0);
-        ConnectionSlot { all: Arc::clone(self), key, connection }
+        ConnectionSlot { all: Arc::clone(self), key, connection, kept: AtomicBool::new(kept) }
     }
 }
 
-fn close_longest_idle(open: &Open) {
+/// Whether there is one.
+fn close_longest_idle(open: &Open) -> bool {
     let waiting = open.all.values().filter_map(|connection| Some((connection.waiting_since()?, connection)));
-    if let Some((_, oldest)) = waiting.min_by_key(|(since, _)| *since) {
+    let oldest = waiting.min_by_key(|(since, _)| *since);
+    if let Some((_, oldest)) = oldest {
         telemetry::record_shed("idle_connection");
         oldest.close.notify_one();
     }
+    oldest.is_some()
 }
 
 impl ConnectionSlot {
     pub fn connection(&self) -> &Arc<Connection> {
         &self.connection
+    }
+
+    /// Whether it has one of the slots for checks, and all others are taken still.
+    pub fn is_for_checks(&self) -> bool {
+        let kept = self.kept.load(Ordering::Relaxed) && self.all.lock().all.len() > self.all.most - self.all.kept;
+        self.kept.store(kept, Ordering::Relaxed);
+        kept
     }
 
     /// The answer is out: the next request may come, or another client may have the slot.
@@ -216,5 +245,29 @@ mod tests {
         assert!(is_ready(busy.connection().close.notified()).await);
         drop(busy);
         assert!(is_ready(room).await);
+    }
+
+    #[tokio::test]
+    async fn where_all_are_at_work_there_are_slots_for_checks() {
+        let all = Connections::new(60);
+        let busy = |count: usize| -> Vec<_> {
+            let enter = || {
+                let slot = all.enter();
+                slot.connection().set_phase(Phase::Busy);
+                slot
+            };
+            std::iter::repeat_with(enter).take(count).collect()
+        };
+        let mut ordinary = busy(56);
+        assert!(ordinary.iter().all(|slot| !slot.is_for_checks()));
+        assert!(is_ready(all.free_slot()).await);
+        let kept = busy(4);
+        assert!(kept.iter().all(ConnectionSlot::is_for_checks));
+        assert!(!is_ready(all.free_slot()).await);
+        // it becomes an ordinary one where others have gone
+        ordinary.truncate(52);
+        assert!(!kept[0].is_for_checks());
+        ordinary.extend(busy(1));
+        assert!(!kept[0].is_for_checks() && kept[1].is_for_checks());
     }
 }

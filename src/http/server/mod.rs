@@ -59,6 +59,10 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(250);
 /// Browsers that have been here once come by TLS alone, for a year.
 const HSTS: HeaderValue = HeaderValue::from_static("max-age=31536000");
 
+/// The connection has a slot for checks: nothing else is answered there (a request extension).
+#[derive(Clone, Copy, Debug)]
+pub struct ForChecks;
+
 /// What a listener serves.
 pub struct Service {
     pub router: Router,
@@ -230,7 +234,11 @@ impl Client {
         let Client { service, slot, address, names, .. } = self;
         slot.connection().set_phase(Phase::Busy);
         let expects = request.headers().contains_key(header::EXPECT);
+        let for_checks = slot.is_for_checks();
         let (mut head, body) = request.into_parts();
+        if for_checks {
+            head.extensions.insert(ForChecks);
+        }
         head.extensions.insert(Peer::of(address, &head.headers, &service.state.settings.trusted_proxies));
         names.map(|names| head.extensions.insert(names));
         let (body, rest) = Unread::track(body);
@@ -245,7 +253,7 @@ impl Client {
         if !goes_on {
             slot.connection().set_unread();
         }
-        if !goes_on || service.state.shutdown.is_draining() {
+        if !goes_on || for_checks || service.state.shutdown.is_draining() {
             response.headers_mut().insert(header::CONNECTION, HeaderValue::from_static("close"));
         }
         Ok(response.map(|body| Body::new(Sent { body, slot })))

@@ -148,6 +148,16 @@ pub async fn examine(
 }
 
 impl Findings {
+    /// Whether there is nothing in the store that could be verified.
+    pub fn holds_nothing(&self) -> bool {
+        self.entries == 0 && self.seals == 0
+    }
+
+    /// Whether there is nothing to verify, and nothing that says there was.
+    pub fn is_empty(&self) -> bool {
+        self.holds_nothing() && self.faults.is_empty()
+    }
+
     fn note(&mut self, tenant: &Tenant, place: Place, number: u64, what: What) {
         self.faults.push(Fault { tenant: tenant.clone(), place, number, what });
     }

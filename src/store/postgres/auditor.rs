@@ -20,7 +20,7 @@ pub struct PostgresAuditor(pub(super) PgPool);
 impl PostgresAuditor {
     /// Of a database that a server may use meanwhile.
     pub fn open(settings: &PostgresSettings) -> Self {
-        PostgresAuditor(super::open::readers(settings))
+        PostgresAuditor(super::open::aside(settings))
     }
 
     async fn read_tenants(&self) -> Outcome<BTreeSet<Tenant>> {

@@ -178,7 +178,7 @@ impl PostgresHoldings {
         // one state is read for as long as somebody takes it, and written for as long as it comes
         settings.options =
             settings.options.options([("statement_timeout", "0"), ("idle_in_transaction_session_timeout", "0")]);
-        PostgresHoldings(super::open::readers(&settings))
+        PostgresHoldings(super::open::aside(&settings))
     }
 
     /// Of a database that is open.

@@ -1,15 +1,15 @@
 //! The list of jobs, and how many there are.
 
 use jiff::Timestamp;
-use sqlx::PgPool;
+use sqlx::{PgConnection, PgPool, Postgres, QueryBuilder};
 use uuid::Uuid;
 
 use super::{locate::signed, open::snapshot, time::stamp};
 use crate::{
-    jobs::{Caller, JobCounts, JobFilter, JobPage, JobPlace, JobStatus, MOST_MACHINES},
+    jobs::{Caller, JobCounts, JobFilter, JobPage, JobPlace, JobQuery, MOST_MACHINES, Tenant},
     store::shared::{
-        DayRow, GetJobCounts, ListJobs, ListedJobRow, MachineRow, MachinesRow, Outcome, Read, StatusRow, counts,
-        job_columns,
+        DayRow, FEW, GetJobCounts, ListJobs, ListedJobRow, MachineRow, MachinesRow, Outcome, Parts, Read, StatusRow,
+        counts, job_columns,
     },
 };
 
@@ -21,110 +21,127 @@ macro_rules! searched {
     };
 }
 
-/// What jobs are sorted by where it is by name: the first line of what is searched.
-macro_rules! sort_name {
-    () => {
-        concat!("split_part(", searched!(), ", E'\\n', 1) COLLATE \"C\"")
+/// Answers which jobs of the tenant have parts of a text.
+fn push_found(sql: &mut QueryBuilder<Postgres>, tenant: &Tenant, parts: &Parts) {
+    // behind four line ends, as the index has it
+    let tenant = format!("\n\n\n\n{}", tenant.as_str());
+    let all: Vec<String> = match parts {
+        Parts::Whole(parts) => parts.iter().cloned().chain([tenant]).collect(),
+        Parts::Short(part) => vec![part.clone(), tenant],
     };
+    sql.push("SELECT id FROM jobs_with_parts(").push_bind(all).push(") AS found (id)");
 }
 
-/// Reads a page of jobs behind a place ($2 and the id $3) in an order. What is told of their last
-/// iterations is read of the jobs of the page alone.
-macro_rules! page_of_jobs {
-    ($behind:expr, $order:expr) => {
-        concat!(
-            "WITH page AS MATERIALIZED (
-                 SELECT id FROM jobs WHERE tenant = $1 AND ",
-            $behind,
-            "    AND ($4::text IS NULL OR status = $4) AND ($5::text IS NULL OR machine = $5)
-                 AND ($6::text IS NULL OR part_number = $6) AND ($12::bigint IS NULL OR class = $12)
-                 AND ($7::timestamptz IS NULL OR changed_at >= $7) AND ($8::timestamptz IS NULL OR changed_at < $8)
-                 AND ($9::text IS NULL OR strpos(",
-            searched!(),
-            ", $9) > 0)
-                 AND ($10::text IS NULL OR EXISTS (
-                     SELECT FROM json_each_text(tags::json) AS tag
-                     WHERE tag.key = $10 OR tag.key || ':' || tag.value = $10))
-                 ORDER BY ",
-            $order,
-            "    LIMIT $11
-             )
-             SELECT ",
-            job_columns!(),
-            ", status, iteration_count, changed_at, class, last_measured_at, flank, left_rank, right_rank, decision, rms,
-                 condition,
-                 flank_figures, ",
-            sort_name!(),
-            " AS sort_name
-             FROM page JOIN jobs USING (id)
-             LEFT JOIN LATERAL (
-                 SELECT coalesce(measured_at, created_at) AS last_measured_at, flank FROM measured
-                 WHERE job = jobs.id AND number = iteration_count
-             ) AS last ON true
-             LEFT JOIN LATERAL (
-                 SELECT min(rank) FILTER (WHERE f.flank = 'left') AS left_rank,
-                        min(rank) FILTER (WHERE f.flank = 'right') AS right_rank
-                 FROM flanks f WHERE f.job = jobs.id
-             ) AS ranks ON true
-             LEFT JOIN LATERAL (
-                 SELECT decision FROM decisions WHERE job = jobs.id AND number = iteration_count
-                 ORDER BY position DESC LIMIT 1
-             ) AS decided ON true
-             LEFT JOIN LATERAL (
-                 SELECT f.rms, f.condition, f.flank_figures
-                 FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
-                 WHERE c.job = jobs.id AND c.number = iteration_count ORDER BY c.position DESC LIMIT 1
-             ) AS chosen ON true
-             ORDER BY ",
-            $order
-        )
-    };
+/// Whether few jobs have parts of a text.
+async fn are_few(db: &mut PgConnection, tenant: &Tenant, parts: &Parts) -> Result<bool, sqlx::Error> {
+    let mut sql = QueryBuilder::new("SELECT count(*) FROM (");
+    push_found(&mut sql, tenant, parts);
+    sql.push(" LIMIT ").push_bind(FEW + 1).push(") AS some");
+    Ok(sql.build_query_scalar::<i64>().fetch_one(db).await? <= FEW)
 }
 
-/// A page in the order of a place.
-fn page_in_order_of(place: &JobPlace) -> &'static str {
+/// Restricts jobs to those behind the place where the page begins, and answers their order.
+fn push_place(sql: &mut QueryBuilder<Postgres>, place: &JobPlace) -> &'static str {
     match place {
-        JobPlace::Changed(_) => {
-            page_of_jobs!("(changed_at, id) < ($2::timestamptz, $3)", "changed_at DESC, id DESC")
+        JobPlace::Changed(place) => {
+            let (at, id) = place.unwrap_or((Timestamp::MAX, Uuid::max()));
+            sql.push(" AND (changed_at, id) < (").push_bind(stamp(at)).push(", ").push_bind(id).push(")");
+            " ORDER BY changed_at DESC, id DESC"
         }
-        JobPlace::Name(_) => {
-            page_of_jobs!(concat!("(", sort_name!(), ", id) > ($2::text, $3)"), concat!(sort_name!(), ", id"))
+        JobPlace::Name(place) => {
+            let (name, id) = place.clone().unwrap_or((String::new(), Uuid::nil()));
+            sql.push(" AND (sort_name, id) > (").push_bind(name).push(", ").push_bind(id).push(")");
+            " ORDER BY sort_name, id"
         }
-        // the first value is not asked for
-        JobPlace::Created(_) => page_of_jobs!("id < $3 AND $2 = ''", "id DESC"),
+        JobPlace::Created(id) => {
+            sql.push(" AND id < ").push_bind(id.unwrap_or(Uuid::max()));
+            " ORDER BY id DESC"
+        }
     }
 }
 
+/// The statement of a page of jobs, with one row more than asked for, which tells whether there is
+/// a next page. `few` are parts that few jobs have. What is read of last iterations is read of the
+/// jobs of the page alone.
+fn page(begin: &str, caller: &Caller, query: &JobQuery, few: Option<&Parts>) -> QueryBuilder<Postgres> {
+    let JobFilter { text, status, machine, part_number, class, tag, from, to } = &query.filter;
+    let mut sql = QueryBuilder::new(begin);
+    sql.push("WITH ");
+    if let Some(parts) = few {
+        sql.push("found AS MATERIALIZED (");
+        push_found(&mut sql, &caller.tenant, parts);
+        sql.push("), page AS MATERIALIZED (SELECT id FROM found JOIN jobs USING (id)");
+    } else {
+        sql.push("page AS MATERIALIZED (SELECT id FROM jobs");
+    }
+    sql.push(" WHERE tenant = ").push_bind(caller.tenant.as_str().to_owned());
+    let equal = [
+        (" AND status = ", status.map(|status| status.name().to_owned())),
+        (" AND machine = ", machine.clone()),
+        (" AND part_number = ", part_number.clone()),
+    ];
+    for (condition, value) in equal {
+        if let Some(value) = value {
+            sql.push(condition).push_bind(value);
+        }
+    }
+    if let Some(from) = from {
+        sql.push(" AND changed_at >= ").push_bind(stamp(*from));
+    }
+    if let Some(to) = to {
+        sql.push(" AND changed_at < ").push_bind(stamp(*to));
+    }
+    if let Some(class) = class {
+        sql.push(" AND class = ").push_bind(i64::from(*class));
+    }
+    if let Some(text) = text {
+        sql.push(concat!(" AND strpos(", searched!(), ", ")).push_bind(text.clone()).push(") > 0");
+    }
+    if let Some(tag) = tag {
+        sql.push(" AND EXISTS (SELECT FROM json_each_text(tags::json) AS tag WHERE ").push_bind(tag.clone());
+        sql.push(" IN (tag.key, tag.key || ':' || tag.value))");
+    }
+    let order = push_place(&mut sql, &query.from);
+    sql.push(order).push(" LIMIT ").push_bind(i64::from(query.limit) + 1);
+    sql.push(concat!(
+        ")
+         SELECT ",
+        job_columns!(),
+        ", status, iteration_count, changed_at, class, last_measured_at, flank, left_rank, right_rank, decision,
+             rms, condition, flank_figures, sort_name
+         FROM page JOIN jobs USING (id)
+         LEFT JOIN LATERAL (
+             SELECT coalesce(measured_at, created_at) AS last_measured_at, flank FROM measured
+             WHERE job = jobs.id AND number = iteration_count
+         ) AS last ON true
+         LEFT JOIN LATERAL (
+             SELECT min(rank) FILTER (WHERE f.flank = 'left') AS left_rank,
+                    min(rank) FILTER (WHERE f.flank = 'right') AS right_rank
+             FROM flanks f WHERE f.job = jobs.id
+         ) AS ranks ON true
+         LEFT JOIN LATERAL (
+             SELECT decision FROM decisions WHERE job = jobs.id AND number = iteration_count
+             ORDER BY position DESC LIMIT 1
+         ) AS decided ON true
+         LEFT JOIN LATERAL (
+             SELECT f.rms, f.condition, f.flank_figures
+             FROM fit_choices c JOIN fits f ON f.job = c.job AND f.number = c.number AND f.position = c.fit
+             WHERE c.job = jobs.id AND c.number = iteration_count ORDER BY c.position DESC LIMIT 1
+         ) AS chosen ON true",
+    ));
+    sql.push(order);
+    sql
+}
+
 impl Read<PgPool> for ListJobs {
-    /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &PgPool) -> Outcome<JobPage> {
-        let JobFilter { text, status, machine, part_number, class, tag, from: since, to } = &self.query.filter;
-        let (first, last) = (Uuid::nil(), Uuid::max());
-        let query = sqlx::query_as(page_in_order_of(&self.query.from)).bind(caller.tenant.as_str());
-        // before the first job without a place
-        let query = match &self.query.from {
-            JobPlace::Changed(place) => {
-                let (at, id) = place.unwrap_or((Timestamp::MAX, last));
-                query.bind(stamp(at)).bind(id)
-            }
-            JobPlace::Name(place) => {
-                let (name, id) = place.clone().unwrap_or((String::new(), first));
-                query.bind(name).bind(id)
-            }
-            JobPlace::Created(id) => query.bind("").bind(id.unwrap_or(last)),
+        let mut db = from.acquire().await?;
+        let few = match Parts::of(&self.query.filter) {
+            Some(parts) if are_few(&mut db, &caller.tenant, &parts).await? => Some(parts),
+            _ => None,
         };
-        let rows: Vec<ListedJobRow> = query
-            .bind(status.map(JobStatus::name))
-            .bind(machine.as_deref())
-            .bind(part_number.as_deref())
-            .bind(since.map(stamp))
-            .bind(to.map(stamp))
-            .bind(text.as_deref())
-            .bind(tag.as_deref())
-            .bind(i64::from(self.query.limit) + 1)
-            .bind(class.map(i64::from))
-            .fetch_all(from)
-            .await?;
+        let mut sql = page("", caller, &self.query, few.as_ref());
+        let rows: Vec<ListedJobRow> = sql.build_query_as().fetch_all(&mut *db).await?;
         Ok(JobPage::of(rows.into_iter().map(Into::into).collect(), &self.query))
     }
 }
@@ -147,7 +164,8 @@ impl Read<PgPool> for GetJobCounts {
         .fetch_all(&mut *db)
         .await?;
         let all: MachinesRow = sqlx::query_as(
-            "SELECT count(DISTINCT machine) AS machines, count(machine) AS jobs FROM jobs WHERE tenant = $1",
+            "SELECT count(DISTINCT machine) AS machines, count(*) AS jobs FROM jobs
+             WHERE tenant = $1 AND machine IS NOT NULL",
         )
         .bind(tenant)
         .fetch_one(&mut *db)

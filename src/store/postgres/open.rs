@@ -3,11 +3,13 @@
 use std::{io, time::Duration};
 
 use sqlx::{
-    Connection as _, FromRow, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction, postgres::PgPoolOptions,
+    Connection as _, FromRow, PgConnection, PgPool, Postgres, SqlSafeStr as _, Transaction,
+    postgres::{PgConnectOptions, PgPoolOptions},
 };
 use tracing::Instrument as _;
 
 use super::{error::PostgresError, settings::PostgresSettings};
+use crate::store::shared::READ_TIME;
 
 /// A server that does not answer at all is given up after this.
 const CONNECT_TIME: Duration = Duration::from_secs(5);
@@ -83,15 +85,30 @@ pub async fn check(settings: &PostgresSettings) -> Result<(), PostgresError> {
     }
 }
 
-/// The readers. A connection that the server has closed is found out when it is used; the read is
-/// then tried again.
+/// Connections for what may take long.
+const ASIDE: u32 = 4;
+
+/// The readers for what callers ask: the server ends a read when its time is over.
 pub fn readers(settings: &PostgresSettings) -> PgPool {
+    let limit = format!("{}ms", READ_TIME.as_millis());
+    let options = settings.options.clone().options([("statement_timeout", limit.as_str())]);
+    pool(settings, settings.readers.max(1), options)
+}
+
+/// Readers for what may take long, with the session's own limits.
+pub fn aside(settings: &PostgresSettings) -> PgPool {
+    pool(settings, ASIDE, settings.options.clone())
+}
+
+/// A connection that the server has closed is found out when it is used; the read is then tried
+/// again.
+fn pool(settings: &PostgresSettings, most: u32, options: PgConnectOptions) -> PgPool {
     PgPoolOptions::new()
-        .max_connections(settings.readers.max(1))
+        .max_connections(most)
         .acquire_timeout(settings.patience)
         .test_before_acquire(false)
         .after_connect(|db, _| Box::pin(refuse_standby(db)))
-        .connect_lazy_with(settings.options.clone())
+        .connect_lazy_with(options)
 }
 
 /// A transaction that sees one consistent state and changes nothing.

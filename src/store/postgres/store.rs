@@ -26,7 +26,7 @@ use crate::{
         archive::{Holdings, Key},
         audit::{Auditor, Sealing, Unsealed, WholeSeal},
     },
-    store::shared::{Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, SealAudit, Subject, queue},
+    store::shared::{Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, ReadTurns, SealAudit, Subject, queue},
     telemetry,
 };
 
@@ -36,7 +36,11 @@ pub struct PostgresStore(Arc<Database>);
 /// An open database: writes go to the writers, reads to the pool.
 struct Database {
     settings: Arc<PostgresSettings>,
+    /// For what callers ask, by turns and with a limit of time.
     readers: PgPool,
+    turns: ReadTurns,
+    /// For archives, audits and upkeep, which may take long.
+    aside: PgPool,
     queues: Vec<Queue<Session>>,
     read_seconds: metrics::Histogram,
     ids: Arc<dyn Ids>,
@@ -66,10 +70,21 @@ impl PostgresStore {
             tokio::spawn(Writer { settings, ids, clock, waiting, session: None }.run());
             queues.push(queue);
         }
-        let readers = open::readers(&settings);
-        let wakes = Arc::new(Notifications::new(settings.clone(), readers.clone(), ids.fresh(clock.now())));
+        let (readers, aside) = (open::readers(&settings), open::aside(&settings));
+        let turns = ReadTurns::new(settings.readers);
+        let wakes = Arc::new(Notifications::new(settings.clone(), aside.clone(), ids.fresh(clock.now())));
         let read_seconds = seconds("read");
-        Ok(PostgresStore(Arc::new(Database { settings, readers, queues, read_seconds, ids, clock, wakes })))
+        Ok(PostgresStore(Arc::new(Database {
+            settings,
+            readers,
+            turns,
+            aside,
+            queues,
+            read_seconds,
+            ids,
+            clock,
+            wakes,
+        })))
     }
 }
 
@@ -95,6 +110,10 @@ impl Backend for Database {
 
     fn surroundings(&self) -> (&dyn Ids, &dyn Clock) {
         (&*self.ids, &*self.clock)
+    }
+
+    fn turns(&self) -> &ReadTurns {
+        &self.turns
     }
 
     fn read_seconds(&self) -> &metrics::Histogram {
@@ -123,7 +142,7 @@ impl jobs::Store for PostgresStore {
     }
 
     fn auditor(&self) -> Arc<dyn Auditor> {
-        Arc::new(PostgresAuditor(self.0.readers.clone()))
+        Arc::new(PostgresAuditor(self.0.aside.clone()))
     }
 
     fn credentials(&self) -> Arc<dyn Credentials> {
@@ -135,7 +154,7 @@ impl jobs::Store for PostgresStore {
     }
 
     fn holdings(&self) -> Arc<dyn Holdings> {
-        Arc::new(PostgresHoldings::of(self.0.readers.clone()))
+        Arc::new(PostgresHoldings::of(self.0.aside.clone()))
     }
 
     fn wakes(&self) -> Option<Arc<dyn Wakes>> {
@@ -157,7 +176,7 @@ impl Upkeep for PostgresStore {
     }
 
     fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
-        Box::pin(async { audit_seals::unsealed(&self.0.readers).await.map_err(|error| failure(&error)) })
+        Box::pin(async { audit_seals::unsealed(&self.0.aside).await.map_err(|error| failure(&error)) })
     }
 
     fn turn(&self) -> RepositoryFuture<'_, Option<Turn>> {
@@ -165,7 +184,7 @@ impl Upkeep for PostgresStore {
     }
 
     fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
-        Box::pin(async move { purges::untouched(&self.0.readers, since, most).await.map_err(|error| failure(&error)) })
+        Box::pin(async move { purges::untouched(&self.0.aside, since, most).await.map_err(|error| failure(&error)) })
     }
 
     fn check_writable(&self, now: Timestamp) -> RepositoryFuture<'_, ()> {
@@ -173,12 +192,16 @@ impl Upkeep for PostgresStore {
     }
 
     fn ping(&self) -> RepositoryFuture<'_, ()> {
-        Box::pin(upkeep::ping(&self.0.readers, &*self.0.clock))
+        Box::pin(async {
+            let _turn = self.0.turns.take(&None).await?;
+            upkeep::ping(&self.0.readers, &*self.0.clock).await
+        })
     }
 
     fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
         Box::pin(async {
             self.0.readers.close().await;
+            self.0.aside.close().await;
             join_all(self.0.queues.iter().map(Queue::close)).await;
         })
     }

@@ -24,6 +24,7 @@ use super::{
         VerifyAudit,
     },
     queue::{Queue, Run},
+    read_turns::{EndsRead, READ_TIME, READING, ReadTurns, Watch},
     subject::Subject,
 };
 use crate::{
@@ -55,6 +56,8 @@ pub trait Backend: Send + Sync + 'static {
     fn queue(&self, subject: Subject) -> &Queue<Self::Connection>;
     /// Where ids and times of entries come from.
     fn surroundings(&self) -> (&dyn Ids, &dyn Clock);
+    /// Who reads when.
+    fn turns(&self) -> &ReadTurns;
     /// Hears how long each read took.
     fn read_seconds(&self) -> &metrics::Histogram;
     /// An error of the database as the callers see it.
@@ -70,31 +73,54 @@ pub trait Backend: Send + Sync + 'static {
 pub struct Handle<B> {
     backend: Arc<B>,
     caller: Caller,
+    /// Whose turns its reads take; `None` for the server's own.
+    party: Option<Tenant>,
 }
 
 impl<B: Backend> Handle<B> {
     /// For what is asked before it is known who asks.
     pub fn of_nobody(backend: Arc<B>) -> Self {
-        Handle::new(backend, Caller { tenant: Tenant::root(), actor: "nobody".into(), origin: Default::default() })
+        let caller = Caller { tenant: Tenant::root(), actor: "nobody".into(), origin: Default::default() };
+        Handle { backend, caller, party: None }
     }
 
     pub fn new(backend: Arc<B>, caller: Caller) -> Self {
-        Handle { backend, caller }
+        let party = Some(caller.tenant.clone());
+        Handle { backend, caller, party }
     }
 
+    /// The read has a task of its own, so that it holds its turn until its connection is free,
+    /// although nobody may wait for it any more.
     fn read<O: Read<B::Readers>>(&self, operation: O) -> RepositoryFuture<'_, O::Reply> {
+        let (backend, caller) = (self.backend.clone(), self.caller.clone());
         let reading = async move {
             let begun = Instant::now();
-            let found = loop {
-                match operation.read(&self.caller, self.backend.readers()).await {
-                    Ok(found) => break Ok(found),
-                    Err(StoreError::Refused(error)) => break Err(error),
-                    Err(StoreError::Broken(error)) if self.backend.reads_again(&error, begun) => {}
-                    Err(StoreError::Broken(error)) => break Err(B::failure(&error)),
-                }
+            let turn = match backend.turns().take(&self.party).await {
+                Ok(turn) => turn,
+                Err(error) => return told(Err(error)),
             };
-            self.backend.read_seconds().record(begun.elapsed());
-            told(found)
+            let watch = Watch::lasting(READ_TIME);
+            let _ends_when_left = EndsRead(watch.clone());
+            let read = async move {
+                let _turn = turn;
+                let found = loop {
+                    match operation.read(&caller, backend.readers()).await {
+                        Ok(found) => break Ok(found),
+                        Err(StoreError::Refused(error)) => break Err(error),
+                        Err(StoreError::Broken(error)) if backend.reads_again(&error, begun) => {}
+                        Err(StoreError::Broken(error)) => break Err(B::failure(&error)),
+                    }
+                };
+                backend.read_seconds().record(begun.elapsed());
+                found
+            };
+            match tokio::spawn(READING.scope(watch, read).in_current_span()).await {
+                Ok(found) => told(found),
+                Err(error) => match error.try_into_panic() {
+                    Ok(panic) => std::panic::resume_unwind(panic),
+                    Err(error) => told(Err(RepositoryError::Failed(error.to_string()))),
+                },
+            }
         };
         Box::pin(reading.instrument(telemetry::store_span(B::SYSTEM, type_name::<O>())))
     }

@@ -16,7 +16,9 @@ mod maintenance;
 mod neighbours;
 mod operation;
 mod queue;
+mod read_turns;
 mod row;
+mod search;
 mod subject;
 mod weight;
 
@@ -46,6 +48,9 @@ pub use operation::{
     PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
+#[cfg(test)]
+pub use read_turns::{EndsRead, Watch};
+pub use read_turns::{READ_TIME, READING, ReadTurns};
 pub use row::{
     AnswerRow, BlockRow, ChoiceRow, ClaimedTaskRow, DayRow, DecisionRow, EntryRow, EventRow, FitRow, FitSummaryRow,
     FoundBlock, FoundFitTold, FoundIteration, FoundJobPurge, FoundNodes, FoundPurge, FoundRow, FoundStreamRow,
@@ -59,4 +64,5 @@ pub(in crate::store) use row::{
     claimed_task_columns, entry_columns, figure_columns, job_columns, key_columns, plant_columns, seal_columns,
     task_columns,
 };
+pub use search::{FEW, Parts};
 pub use subject::Subject;

@@ -26,7 +26,7 @@ impl SqliteAuditor {
     /// Of a database that is there, which a server may have open; nothing is written.
     pub async fn open(settings: &StoreSettings) -> Result<Self, OpenError> {
         settings.must_exist()?;
-        Ok(SqliteAuditor(settings.open_readers().await?))
+        Ok(SqliteAuditor(settings.open_aside().await?))
     }
 
     async fn read_tenants(&self) -> Outcome<BTreeSet<Tenant>> {

@@ -62,6 +62,7 @@ const INPUT_OUTPUT: i32 = 10;
 const READ_ONLY: i32 = 8;
 const CANNOT_OPEN: i32 = 14;
 const NOT_A_DATABASE: i32 = 26;
+const INTERRUPTED: i32 = 9;
 
 impl OpenError {
     pub fn from_sqlx(path: PathBuf, source: sqlx::Error) -> Self {
@@ -100,6 +101,7 @@ pub fn failure(error: &sqlx::Error) -> RepositoryError {
         }
         _ => match code(error) {
             Some(BUSY | LOCKED) => RepositoryError::Unavailable("another program holds the database".into()),
+            Some(INTERRUPTED) => RepositoryError::Unavailable("the read took too long and was ended".into()),
             Some(FULL) => RepositoryError::Unavailable("the disk is full".into()),
             Some(READ_ONLY) => RepositoryError::Unavailable("the database is read-only".into()),
             Some(INPUT_OUTPUT) => {

@@ -188,7 +188,7 @@ impl SqliteHoldings {
     /// To read a database, which a server may have open.
     pub async fn open(settings: &StoreSettings) -> Result<Self, OpenError> {
         settings.must_exist()?;
-        Ok(SqliteHoldings { readers: settings.open_readers().await?, writer: Mutex::default(), _lock: None })
+        Ok(SqliteHoldings { readers: settings.open_aside().await?, writer: Mutex::default(), _lock: None })
     }
 
     /// Of a database that is open.
@@ -201,7 +201,7 @@ impl SqliteHoldings {
     pub async fn open_to_write(settings: &StoreSettings) -> Result<Self, OpenError> {
         let lock = lock::take(&settings.path()).await?;
         let writer = Mutex::new(Some(settings.open_writer().await?));
-        Ok(SqliteHoldings { readers: settings.open_readers().await?, writer, _lock: lock })
+        Ok(SqliteHoldings { readers: settings.open_aside().await?, writer, _lock: lock })
     }
 
     async fn read_keys(&self) -> Outcome<Vec<Key>> {

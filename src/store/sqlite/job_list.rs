@@ -1,113 +1,135 @@
 //! The list of jobs, and how many there are.
 
 use jiff::Timestamp;
-use sqlx::SqlitePool;
+use sqlx::{QueryBuilder, Sqlite, SqliteConnection, SqlitePool};
 use uuid::Uuid;
 
 use super::time;
 use crate::{
-    jobs::{Caller, JobCounts, JobFilter, JobPage, JobPlace, JobStatus, MOST_MACHINES},
+    jobs::{Caller, JobCounts, JobFilter, JobPage, JobPlace, JobQuery, MOST_MACHINES},
     store::shared::{
-        DayRow, GetJobCounts, ListJobs, ListedJobRow, MachineRow, MachinesRow, Outcome, Read, StatusRow, counts,
-        job_columns,
+        DayRow, FEW, GetJobCounts, ListJobs, ListedJobRow, MachineRow, MachinesRow, Outcome, Parts, Read, StatusRow,
+        counts, job_columns,
     },
 };
 
-/// What jobs are sorted by where it is by name: the first line of what is searched. (A job that was
-/// imported has that text from the next opening on.)
-macro_rules! sort_name {
-    () => {
-        "substr(coalesce(folded, lower(name) || char(10)), 1,
-                instr(coalesce(folded, lower(name) || char(10)), char(10)) - 1)"
-    };
+/// Answers which jobs have parts of a text.
+fn push_found(sql: &mut QueryBuilder<Sqlite>, parts: &Parts) {
+    match parts {
+        Parts::Whole(parts) => {
+            let quoted: Vec<String> = parts.iter().map(|part| format!("\"{}\"", part.replace('"', "\"\""))).collect();
+            sql.push("SELECT rowid AS seq FROM jobs_text WHERE jobs_text MATCH ").push_bind(quoted.join(" AND "));
+        }
+        Parts::Short(part) => {
+            sql.push("SELECT doc AS seq FROM jobs_text_terms WHERE term >= ").push_bind(part.clone());
+            sql.push(" AND term < ").push_bind(format!("{part}{}", char::MAX));
+        }
+    }
 }
 
-/// Reads a page of jobs behind a place (?2 and the id ?3) in an order. What is told of their last
-/// iterations is read of the jobs of the page alone.
-macro_rules! page_of_jobs {
-    ($behind:expr, $order:expr) => {
-        concat!(
-            "WITH page AS MATERIALIZED (
-                 SELECT seq FROM jobs WHERE tenant = ?1 AND ",
-            $behind,
-            "    AND (?4 IS NULL OR status = ?4) AND (?5 IS NULL OR machine = ?5)
-                 AND (?6 IS NULL OR part_number = ?6) AND (?12 IS NULL OR class = ?12)
-                 AND (?7 IS NULL OR changed_at >= ?7) AND (?8 IS NULL OR changed_at < ?8)
-                 AND (?9 IS NULL OR instr(coalesce(folded, lower(name)), ?9) > 0)
-                 AND (?10 IS NULL OR EXISTS (
-                     SELECT 1 FROM json_each(tags) AS tag WHERE tag.key = ?10 OR tag.key || ':' || tag.value = ?10))
-                 ORDER BY ",
-            $order,
-            "    LIMIT ?11
-             ), listed AS (
-                 SELECT jobs.*, (SELECT i.seq FROM iterations i WHERE i.job = jobs.seq AND i.number = iteration_count)
-                     AS last
-                 FROM page CROSS JOIN jobs USING (seq)
-             )
-             SELECT ",
-            job_columns!(),
-            ", status, iteration_count, changed_at, class, ",
-            sort_name!(),
-            " AS sort_name,
-                 (SELECT coalesce(i.measured_at, i.created_at) FROM iterations i WHERE i.seq = last)
-                     AS last_measured_at,
-                 (SELECT i.flank FROM measured i WHERE i.seq = last) AS flank,
-                 (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.seq AND f.flank = 'left') AS left_rank,
-                 (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.seq AND f.flank = 'right') AS right_rank,
-                 (SELECT d.decision FROM decisions d WHERE d.iteration = last ORDER BY d.position DESC LIMIT 1)
-                     AS decision,
-                 (SELECT f.rms FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
-                  ORDER BY c.position DESC LIMIT 1) AS rms,
-                 (SELECT f.condition FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
-                  ORDER BY c.position DESC LIMIT 1) AS condition,
-                 (SELECT f.flank_figures FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
-                  ORDER BY c.position DESC LIMIT 1) AS flank_figures
-             FROM listed ORDER BY ",
-            $order
-        )
-    };
+/// Whether few jobs have parts of a text.
+async fn are_few(db: &mut SqliteConnection, parts: &Parts) -> Result<bool, sqlx::Error> {
+    let mut sql = QueryBuilder::new("SELECT count(*) FROM (");
+    push_found(&mut sql, parts);
+    sql.push(" LIMIT ").push_bind(FEW + 1).push(")");
+    Ok(sql.build_query_scalar::<i64>().fetch_one(db).await? <= FEW)
 }
 
-/// A page in the order of a place, with the place's values of the statement; without any before the
-/// first job.
-fn page_at(place: &JobPlace) -> (&'static str, String, Vec<u8>) {
-    let (first, last) = (Uuid::nil(), Uuid::max());
-    let (sql, key, id) = match place {
+/// Restricts jobs to those behind the place where the page begins, and answers their order.
+fn push_place(sql: &mut QueryBuilder<Sqlite>, place: &JobPlace) -> &'static str {
+    match place {
         JobPlace::Changed(place) => {
-            let (at, id) = place.unwrap_or((Timestamp::MAX, last));
-            (page_of_jobs!("(changed_at, id) < (?2, ?3)", "changed_at DESC, id DESC"), time::to_text(at), id)
+            let (at, id) = place.unwrap_or((Timestamp::MAX, Uuid::max()));
+            sql.push(" AND (changed_at, id) < (").push_bind(time::to_text(at)).push(", ").push_bind(id).push(")");
+            " ORDER BY changed_at DESC, id DESC"
         }
         JobPlace::Name(place) => {
-            let (name, id) = place.clone().unwrap_or((String::new(), first));
-            let sql = page_of_jobs!(concat!("(", sort_name!(), ", id) > (?2, ?3)"), concat!(sort_name!(), ", id"));
-            (sql, name, id)
+            let (name, id) = place.clone().unwrap_or((String::new(), Uuid::nil()));
+            sql.push(" AND (sort_name, id) > (").push_bind(name).push(", ").push_bind(id).push(")");
+            " ORDER BY sort_name, id"
         }
-        // the first value is not asked for
-        JobPlace::Created(id) => (page_of_jobs!("id < ?3 AND ?2 = ''", "id DESC"), String::new(), id.unwrap_or(last)),
-    };
-    (sql, key, id.as_bytes().to_vec())
+        JobPlace::Created(id) => {
+            sql.push(" AND id < ").push_bind(id.unwrap_or(Uuid::max()));
+            " ORDER BY id DESC"
+        }
+    }
+}
+
+/// The statement of a page of jobs, with one row more than asked for, which tells whether there is
+/// a next page. `few` are parts that few jobs have. What is read of last iterations is read of the
+/// jobs of the page alone.
+fn page(begin: &str, caller: &Caller, query: &JobQuery, few: Option<&Parts>) -> QueryBuilder<Sqlite> {
+    let JobFilter { text, status, machine, part_number, class, tag, from, to } = &query.filter;
+    let mut sql = QueryBuilder::new(begin);
+    sql.push("WITH page AS MATERIALIZED (SELECT seq FROM ");
+    if let Some(parts) = few {
+        sql.push("(SELECT DISTINCT seq FROM (");
+        push_found(&mut sql, parts);
+        sql.push(")) AS found CROSS JOIN jobs USING (seq)");
+    } else {
+        sql.push("jobs");
+    }
+    sql.push(" WHERE tenant = ").push_bind(caller.tenant.as_str().to_owned());
+    let equal = [
+        (" AND status = ", status.map(|status| status.name().to_owned())),
+        (" AND machine = ", machine.clone()),
+        (" AND part_number = ", part_number.clone()),
+        (" AND changed_at >= ", from.map(time::to_text)),
+        (" AND changed_at < ", to.map(time::to_text)),
+    ];
+    for (condition, value) in equal {
+        if let Some(value) = value {
+            sql.push(condition).push_bind(value);
+        }
+    }
+    if let Some(class) = class {
+        sql.push(" AND class = ").push_bind(*class);
+    }
+    if let Some(text) = text {
+        sql.push(" AND instr(folded, ").push_bind(text.clone()).push(") > 0");
+    }
+    if let Some(tag) = tag {
+        sql.push(" AND EXISTS (SELECT 1 FROM json_each(tags) AS tag WHERE ").push_bind(tag.clone());
+        sql.push(" IN (tag.key, tag.key || ':' || tag.value))");
+    }
+    let order = push_place(&mut sql, &query.from);
+    sql.push(order).push(" LIMIT ").push_bind(i64::from(query.limit) + 1);
+    sql.push(concat!(
+        "), listed AS (
+             SELECT jobs.*, (SELECT i.seq FROM iterations i WHERE i.job = jobs.seq AND i.number = iteration_count)
+                 AS last
+             FROM page CROSS JOIN jobs USING (seq)
+         )
+         SELECT ",
+        job_columns!(),
+        ", status, iteration_count, changed_at, class, sort_name,
+             (SELECT coalesce(i.measured_at, i.created_at) FROM iterations i WHERE i.seq = last) AS last_measured_at,
+             (SELECT i.flank FROM measured i WHERE i.seq = last) AS flank,
+             (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.seq AND f.flank = 'left') AS left_rank,
+             (SELECT min(f.rank) FROM flanks f WHERE f.job = listed.seq AND f.flank = 'right') AS right_rank,
+             (SELECT d.decision FROM decisions d WHERE d.iteration = last ORDER BY d.position DESC LIMIT 1)
+                 AS decision,
+             (SELECT f.rms FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
+              ORDER BY c.position DESC LIMIT 1) AS rms,
+             (SELECT f.condition FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
+              ORDER BY c.position DESC LIMIT 1) AS condition,
+             (SELECT f.flank_figures FROM fit_choices c JOIN fits f ON f.seq = c.fit WHERE c.iteration = last
+              ORDER BY c.position DESC LIMIT 1) AS flank_figures
+         FROM listed",
+    ));
+    sql.push(order);
+    sql
 }
 
 impl Read<SqlitePool> for ListJobs {
-    /// One row more than asked for tells whether there is a next page.
     async fn read(&self, caller: &Caller, from: &SqlitePool) -> Outcome<JobPage> {
-        let JobFilter { text, status, machine, part_number, class, tag, from: since, to } = &self.query.filter;
-        let (sql, key, id) = page_at(&self.query.from);
-        let rows: Vec<ListedJobRow> = sqlx::query_as(sql)
-            .bind(caller.tenant.as_str())
-            .bind(key)
-            .bind(id)
-            .bind(status.map(JobStatus::name))
-            .bind(machine.as_deref())
-            .bind(part_number.as_deref())
-            .bind(since.map(time::to_text))
-            .bind(to.map(time::to_text))
-            .bind(text.as_deref())
-            .bind(tag.as_deref())
-            .bind(i64::from(self.query.limit) + 1)
-            .bind(*class)
-            .fetch_all(from)
-            .await?;
+        let mut db = from.acquire().await?;
+        let few = match Parts::of(&self.query.filter) {
+            Some(parts) if are_few(&mut db, &parts).await? => Some(parts),
+            _ => None,
+        };
+        let mut sql = page("", caller, &self.query, few.as_ref());
+        let rows: Vec<ListedJobRow> = sql.build_query_as().fetch_all(&mut *db).await?;
         Ok(JobPage::of(rows.into_iter().map(Into::into).collect(), &self.query))
     }
 }
@@ -130,7 +152,8 @@ impl Read<SqlitePool> for GetJobCounts {
         .fetch_all(&mut *db)
         .await?;
         let all: MachinesRow = sqlx::query_as(
-            "SELECT count(DISTINCT machine) AS machines, count(machine) AS jobs FROM jobs WHERE tenant = ?",
+            "SELECT count(DISTINCT machine) AS machines, count(*) AS jobs FROM jobs
+             WHERE tenant = ? AND machine IS NOT NULL",
         )
         .bind(tenant)
         .fetch_one(&mut *db)
@@ -144,5 +167,64 @@ impl Read<SqlitePool> for GetJobCounts {
         .fetch_all(&mut *db)
         .await?;
         counts(statuses, machines, &all, days)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use sqlx::Row as _;
+
+    use super::*;
+    use crate::{
+        jobs::{JobSort, JobStatus, Tenant, folded},
+        store::sqlite::StoreSettings,
+    };
+
+    /// No list of jobs reads all jobs of a tenant to find those it answers.
+    #[tokio::test]
+    async fn each_filter_and_each_order_goes_by_an_index() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut db = StoreSettings::of_file(folder.path().join("jobs.db")).open_writer().await.unwrap();
+        let caller = Caller { tenant: Tenant::root(), actor: "test".into(), origin: Default::default() };
+        let none = JobFilter::default;
+        let text = |text: &str| JobFilter { text: Some(folded(text)), ..none() };
+        let cases = [
+            (none(), JobSort::Changed, "INDEX jobs_by_change (tenant=?"),
+            (none(), JobSort::Name, "INDEX jobs_by_name (tenant=?"),
+            (none(), JobSort::Created, "INDEX jobs_of_tenant (tenant=?"),
+            (
+                JobFilter { machine: Some("M".into()), ..none() },
+                JobSort::Changed,
+                "jobs_by_machine (tenant=? AND machine=?",
+            ),
+            (
+                JobFilter { part_number: Some("P".into()), ..none() },
+                JobSort::Changed,
+                "jobs_by_part (tenant=? AND part_number=?",
+            ),
+            (JobFilter { class: Some(5), ..none() }, JobSort::Changed, "jobs_by_class (tenant=? AND class=?"),
+            (
+                JobFilter { status: Some(JobStatus::New), ..none() },
+                JobSort::Changed,
+                "jobs_by_status (tenant=? AND status=?",
+            ),
+            (text("zzzz"), JobSort::Changed, "jobs_text VIRTUAL TABLE INDEX"),
+            (text("zz"), JobSort::Name, "jobs_text_terms VIRTUAL TABLE INDEX"),
+            (JobFilter { tag: Some("shift:day".into()), ..none() }, JobSort::Created, "jobs_text VIRTUAL TABLE INDEX"),
+        ];
+        for (filter, sort, expected) in cases {
+            let query = JobQuery { filter, limit: 50, from: JobPlace::beginning(sort) };
+            let parts = Parts::of(&query.filter);
+            let mut sql = page("EXPLAIN QUERY PLAN ", &caller, &query, parts.as_ref());
+            let plan = sql.build().fetch_all(&mut db).await.unwrap();
+            let steps: Vec<String> = plan.iter().map(|row| row.get::<String, _>("detail")).collect();
+            // up to the page, behind which its jobs alone are read
+            let until = steps.iter().position(|step| step.contains("MATERIALIZE page")).unwrap();
+            let page: Vec<&String> = steps[until..].iter().take_while(|step| *step != "SCAN page").collect();
+            assert!(page.iter().any(|step| step.contains(expected)), "{query:?}: {steps:#?}");
+            assert!(!page.iter().any(|step| *step == "SCAN jobs" || step.starts_with("SCAN jobs USING")), "{steps:#?}");
+            let sorts = page.iter().any(|step| step.contains("TEMP B-TREE FOR ORDER BY"));
+            assert_eq!(sorts, parts.is_some(), "{query:?}: {steps:#?}");
+        }
     }
 }

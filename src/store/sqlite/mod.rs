@@ -38,6 +38,7 @@ mod fits;
 mod folded;
 mod gone;
 mod holdings;
+mod in_place;
 mod insert_iterations;
 mod iterations;
 mod job_list;

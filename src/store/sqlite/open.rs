@@ -1,6 +1,6 @@
 //! Opening the database: options, migrations, the writing connection and the readers.
 
-use std::{path::PathBuf, str::FromStr, time::Duration};
+use std::{path::PathBuf, str::FromStr, sync::Arc, time::Duration};
 
 use sqlx::{
     ConnectOptions, SqliteConnection, SqlitePool,
@@ -9,6 +9,7 @@ use sqlx::{
 };
 
 use super::{error::OpenError, folded};
+use crate::store::shared::READING;
 
 static MIGRATIONS: Migrator = sqlx::migrate!("./migrations");
 
@@ -26,6 +27,13 @@ pub struct StoreSettings {
     /// Writes that may wait; more are refused.
     pub queue: usize,
 }
+
+/// Connections for what callers ask.
+const READERS: u32 = 8;
+/// Connections for what may take long.
+const ASIDE: u32 = 4;
+/// Steps of SQLite's machine between two looks at the clock: about a millisecond.
+const STEPS: i32 = 20_000;
 
 /// Rows that are read ahead of whoever takes them. Rows of nodes are large, and the library's 50 of
 /// them would be held beside every archive.
@@ -59,12 +67,12 @@ impl StoreSettings {
         if options.get_filename().as_os_str().is_empty() {
             return Err(refused("no file is named".into()));
         }
-        Ok(StoreSettings { options, readers: 4, queue: 4096 })
+        Ok(StoreSettings { options, readers: READERS, queue: 4096 })
     }
 
     /// Settings for a database file.
     pub fn of_file(path: impl Into<PathBuf>) -> Self {
-        StoreSettings { options: SqliteConnectOptions::new().filename(path.into()), readers: 4, queue: 4096 }
+        StoreSettings { options: SqliteConnectOptions::new().filename(path.into()), readers: READERS, queue: 4096 }
     }
 
     /// Uses a registered SQLite VFS (tests watch the file system through one).
@@ -115,24 +123,38 @@ impl StoreSettings {
             .map_err(|source| OpenError::from_sqlx(self.path(), source))
     }
 
-    /// The readers. The writer must have been opened before: it makes the database and its log.
+    /// The readers for what callers ask: a read is ended when its time is over. The writer must have
+    /// been opened before: it makes the database and its log.
     pub(super) async fn open_readers(&self) -> Result<SqlitePool, OpenError> {
-        let options = self
-            .options
+        let watched = self
+            .reader_pool(self.readers)
+            .after_connect(|db, _| Box::pin(watch(db)))
+            .before_acquire(|db, _| Box::pin(async { watch(db).await.map(|()| true) }));
+        watched
+            .connect_with(self.reader_options("read"))
+            .await
+            .map_err(|error| OpenError::from_sqlx(self.path(), error))
+    }
+
+    /// Readers for what may take long, without a limit of time.
+    pub(super) async fn open_aside(&self) -> Result<SqlitePool, OpenError> {
+        let aside = self.reader_pool(ASIDE).connect_with(self.reader_options("aside")).await;
+        aside.map_err(|error| OpenError::from_sqlx(self.path(), error))
+    }
+
+    fn reader_pool(&self, most: u32) -> SqlitePoolOptions {
+        SqlitePoolOptions::new().max_connections(most).test_before_acquire(false).acquire_timeout(BUSY_TIMEOUT)
+    }
+
+    fn reader_options(&self, name: &'static str) -> SqliteConnectOptions {
+        self.options
             .clone()
             .read_only(true)
             .foreign_keys(true)
             .busy_timeout(BUSY_TIMEOUT)
             .disable_statement_logging()
             .row_buffer_size(ROWS_AHEAD)
-            .thread_name(|i| format!("store-read-{i}"));
-        SqlitePoolOptions::new()
-            .max_connections(self.readers)
-            .test_before_acquire(false)
-            .acquire_timeout(BUSY_TIMEOUT)
-            .connect_with(options)
-            .await
-            .map_err(|source| OpenError::from_sqlx(self.path(), source))
+            .thread_name(move |i| format!("store-{name}-{i}"))
     }
 
     fn writer_options(&self) -> SqliteConnectOptions {
@@ -154,6 +176,17 @@ impl StoreSettings {
     }
 }
 
+/// Has a connection end what it does when the time of the read is over that takes it.
+async fn watch(db: &mut SqliteConnection) -> Result<(), sqlx::Error> {
+    let reading = READING.try_with(Arc::clone);
+    let mut db = db.lock_handle().await?;
+    match reading {
+        Ok(reading) => db.set_progress_handler(STEPS, move || !reading.is_over()),
+        Err(_) => db.remove_progress_handler(),
+    }
+    Ok(())
+}
+
 /// Whether a URL has a user with a password where the other store has them: whatever is wrong with
 /// such a file would be told with the password.
 fn names_a_user(url: &str) -> bool {
@@ -165,6 +198,7 @@ fn names_a_user(url: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::store::shared::{EndsRead, Watch};
 
     #[test]
     fn a_wrong_url_is_not_repeated() {
@@ -185,5 +219,36 @@ mod tests {
         for good in ["sqlite://a@b.db", "sqlite:///data/a:b@c.db", "sqlite:x.db"] {
             assert!(StoreSettings::of_url(good).is_ok(), "{good}");
         }
+    }
+
+    /// Never ends by itself.
+    const ENDLESS: &str =
+        "WITH RECURSIVE c (x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c WHERE x < 0";
+
+    #[tokio::test]
+    async fn a_read_ends_when_its_time_is_over_or_nobody_waits_for_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut settings = StoreSettings::of_file(folder.path().join("jobs.db"));
+        settings.readers = 1;
+        drop(settings.open_writer().await.unwrap());
+        let readers = settings.open_readers().await.unwrap();
+        let read = |sql: &'static str, watch: &Arc<Watch>| {
+            let readers = readers.clone();
+            READING.scope(watch.clone(), async move { sqlx::query(sql).fetch_all(&readers).await.map(drop) })
+        };
+        let short = Watch::lasting(Duration::from_millis(20));
+        let error = read(ENDLESS, &short).await.unwrap_err();
+        assert_eq!(crate::store::sqlite::error::code(&error), Some(9), "interrupted: {error}");
+        // who leaves frees the only reader
+        let left = Watch::lasting(Duration::from_secs(3600));
+        let mut reading = Box::pin(read(ENDLESS, &left));
+        tokio::select! {
+            _ = &mut reading => unreachable!("it does not end"),
+            () = async { while readers.num_idle() > 0 { tokio::task::yield_now().await } } => {}
+        }
+        drop(reading);
+        drop(EndsRead(left));
+        let next = Watch::lasting(Duration::from_secs(3600));
+        read("SELECT 1", &next).await.unwrap();
     }
 }

@@ -23,7 +23,7 @@ use crate::{
         audit::{Auditor, Sealing, Unsealed, WholeSeal},
     },
     store::shared::{
-        Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, Run, SealAudit, StoreError, Subject, queue,
+        Backend, ForgetAnswers, ForgetTold, Handle, Probe, Queue, ReadTurns, Run, SealAudit, StoreError, Subject, queue,
     },
     telemetry,
 };
@@ -33,7 +33,11 @@ pub struct SqliteStore(Arc<Database>);
 
 /// An open database: writes go to the writer, reads to the pool.
 struct Database {
+    /// For what callers ask, by turns and with a limit of time.
     readers: SqlitePool,
+    turns: ReadTurns,
+    /// For archives, audits and upkeep, which may take long.
+    aside: SqlitePool,
     queue: Queue<SqliteConnection>,
     read_seconds: metrics::Histogram,
     ids: Arc<dyn Ids>,
@@ -52,11 +56,12 @@ impl SqliteStore {
         let old = ForgetAnswers { before: clock.now() - ANSWERS_KEPT, most: u32::MAX };
         old.run(&mut connection).await.map_err(|error| OpenError::from_store(path.clone(), error))?;
         tasks::free_all(&mut connection).await.map_err(|error| OpenError::from_store(path, error.into()))?;
-        let readers = settings.open_readers().await?;
+        let (readers, turns) = (settings.open_readers().await?, ReadTurns::new(settings.readers));
+        let aside = settings.open_aside().await?;
         let seconds = |operation| metrics::histogram!(telemetry::STORE_SECONDS, "operation" => operation);
         let (queue, waiting) = queue(settings.queue, seconds("write"));
         tokio::spawn(Writer::new(settings, connection, lock, waiting).run());
-        Ok(SqliteStore(Arc::new(Database { readers, queue, read_seconds: seconds("read"), ids, clock })))
+        Ok(SqliteStore(Arc::new(Database { readers, turns, aside, queue, read_seconds: seconds("read"), ids, clock })))
     }
 }
 
@@ -78,6 +83,10 @@ impl Backend for Database {
         (&*self.ids, &*self.clock)
     }
 
+    fn turns(&self) -> &ReadTurns {
+        &self.turns
+    }
+
     fn read_seconds(&self) -> &metrics::Histogram {
         &self.read_seconds
     }
@@ -97,7 +106,7 @@ impl jobs::Store for SqliteStore {
     }
 
     fn auditor(&self) -> Arc<dyn Auditor> {
-        Arc::new(SqliteAuditor(self.0.readers.clone()))
+        Arc::new(SqliteAuditor(self.0.aside.clone()))
     }
 
     fn credentials(&self) -> Arc<dyn Credentials> {
@@ -109,7 +118,7 @@ impl jobs::Store for SqliteStore {
     }
 
     fn holdings(&self) -> Arc<dyn Holdings> {
-        Arc::new(SqliteHoldings::of(self.0.readers.clone()))
+        Arc::new(SqliteHoldings::of(self.0.aside.clone()))
     }
 }
 
@@ -127,7 +136,7 @@ impl Upkeep for SqliteStore {
     }
 
     fn unsealed(&self) -> RepositoryFuture<'_, Unsealed> {
-        Box::pin(async { audit_seals::unsealed(&self.0.readers).await.map_err(|error| failure(&error)) })
+        Box::pin(async { audit_seals::unsealed(&self.0.aside).await.map_err(|error| failure(&error)) })
     }
 
     /// The process is the only one.
@@ -137,7 +146,7 @@ impl Upkeep for SqliteStore {
 
     fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>> {
         Box::pin(async move {
-            let untouched = purges::untouched(&self.0.readers, &time::to_text(since), most).await;
+            let untouched = purges::untouched(&self.0.aside, &time::to_text(since), most).await;
             untouched.map_err(|error| match error {
                 StoreError::Refused(error) => error,
                 StoreError::Broken(error) => failure(&error),
@@ -150,12 +159,16 @@ impl Upkeep for SqliteStore {
     }
 
     fn ping(&self) -> RepositoryFuture<'_, ()> {
-        Box::pin(async { upkeep::ping(&self.0.readers).await.map_err(|error| failure(&error)) })
+        Box::pin(async {
+            let _turn = self.0.turns.take(&None).await?;
+            upkeep::ping(&self.0.readers).await.map_err(|error| failure(&error))
+        })
     }
 
     fn close(&self) -> Pin<Box<dyn Future<Output = ()> + Send + '_>> {
         Box::pin(async {
             self.0.readers.close().await;
+            self.0.aside.close().await;
             self.0.queue.close().await;
         })
     }

@@ -15,9 +15,11 @@ use sqlx::SqliteConnection;
 
 use super::{
     error::{code, failure},
+    in_place::InPlace,
     open::StoreSettings,
 };
 use crate::{
+    jobs::{RepositoryError, Unfit},
     store::shared::{Queued, Waiting, run_group},
     telemetry,
 };
@@ -30,6 +32,9 @@ const ERASE_PATIENCE: &str = "PRAGMA busy_timeout = 1000";
 const PATIENCE: &str = "PRAGMA busy_timeout = 10000";
 const ERASE_AGAIN: Duration = Duration::from_secs(10);
 
+/// While nothing is written, the files are looked at this often.
+const LOOK: Duration = Duration::from_secs(1);
+
 pub struct Writer {
     settings: StoreSettings,
     connection: SqliteConnection,
@@ -37,6 +42,9 @@ pub struct Writer {
     lock: Option<File>,
     waiting: Waiting<SqliteConnection>,
     commit_seconds: metrics::Histogram,
+    files: InPlace,
+    /// Whether one of them was found to be removed or replaced.
+    misplaced: bool,
     /// Since when the log has what shall be nowhere any more.
     to_erase: Option<Instant>,
 }
@@ -49,12 +57,21 @@ impl Writer {
         waiting: Waiting<SqliteConnection>,
     ) -> Self {
         let commit_seconds = metrics::histogram!(telemetry::STORE_SECONDS, "operation" => "commit");
-        Writer { settings, connection, lock, waiting, commit_seconds, to_erase: None }
+        let files = InPlace::of(&settings.path());
+        Writer { settings, connection, lock, waiting, commit_seconds, files, misplaced: false, to_erase: None }
     }
 
     /// Writes until everybody who could ask is gone or somebody closes the store.
     pub async fn run(mut self) {
-        while let Some(group) = self.waiting.next_group().await {
+        loop {
+            let group = match tokio::time::timeout(LOOK, self.waiting.next_group()).await {
+                Ok(Some(group)) => group,
+                Ok(None) => break,
+                Err(_nothing_came) => {
+                    let _told_in_the_log = self.check_files();
+                    continue;
+                }
+            };
             let begun = Instant::now();
             self.serve(group).await;
             self.commit_seconds.record(begun.elapsed());
@@ -62,15 +79,44 @@ impl Writer {
                 self.erase().await;
             }
         }
-        if let Err(error) = sqlx::Connection::close(self.connection).await {
+        if self.check_files().is_err() {
+            // closing would remove a log by its name, which may be that of another database now
+            std::mem::forget(self.connection);
+        } else if let Err(error) = sqlx::Connection::close(self.connection).await {
             tracing::warn!(%error, "the database did not close cleanly");
         }
         drop(self.lock);
         self.waiting.closed();
     }
 
+    /// Refuses to go on with files that are not those at the path.
+    fn check_files(&mut self) -> Result<(), Unfit> {
+        let missing = self.files.missing();
+        if let Some(file) = missing.filter(|_| !self.misplaced) {
+            tracing::error!(
+                file = %file.display(),
+                "a file of the open database was removed or replaced; nothing is stored any more, since it would be lost. \
+                 Stop this server, put the database and its -wal file back together or restore a backup, and start it \
+                 again"
+            );
+        }
+        self.misplaced = missing.is_some();
+        if self.misplaced { Err(Unfit::Misplaced) } else { Ok(()) }
+    }
+
     async fn serve(&mut self, mut group: Vec<Queued<SqliteConnection>>) {
+        let refuse = |group: Vec<Queued<_>>, why| {
+            group.into_iter().for_each(|write| write.end(Some(RepositoryError::Unfit(why))));
+        };
+        if let Err(why) = self.check_files() {
+            return refuse(group, why);
+        }
         let stored = self.transact(&mut group).await;
+        if stored.is_ok()
+            && let Err(why) = self.check_files()
+        {
+            return refuse(group, why);
+        }
         if stored.is_ok() && group.iter().any(Queued::erases) {
             self.erase().await;
         }
@@ -118,7 +164,10 @@ impl Writer {
             let lost = |error: &sqlx::Error| matches!(error, sqlx::Error::WorkerCrashed | sqlx::Error::Io(_));
             if lost(error) || undone.is_err_and(|error| lost(&error)) {
                 match self.settings.reopen_writer().await {
-                    Ok(connection) => self.connection = connection,
+                    Ok(connection) => {
+                        self.connection = connection;
+                        self.files = InPlace::of(&self.settings.path());
+                    }
                     Err(error) => tracing::error!(%error, "the writing connection was lost and cannot be opened again"),
                 }
             }

@@ -1,0 +1,99 @@
+//! Pages of events, read once for all who want the same.
+//!
+//! Many listen to one job, and each reads after the last event that it has sent. Those who were
+//! woken by the same change and are at the same place share one read, and the bytes made of it.
+
+use std::{
+    collections::HashMap,
+    sync::{Arc, Mutex, PoisonError},
+    time::{Duration, Instant},
+};
+
+use axum::body::Bytes;
+use tokio::sync::OnceCell;
+use uuid::Uuid;
+
+use crate::jobs::{EventPlace, RepositoryError, Tenant};
+
+/// How long a page is handed out without looking again: who is not woken looks seldom.
+const FRESH: Duration = Duration::from_millis(500);
+
+/// Which events: of one job or of all, after a place.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub struct PageKey {
+    pub tenant: Tenant,
+    pub job: Option<Uuid>,
+    pub after: EventPlace,
+}
+
+/// The text of some events with the place of the last; `None` where there are none.
+pub type EventPage = Option<(Bytes, EventPlace)>;
+
+/// A page that is being read, or has just been.
+#[derive(Debug)]
+struct Kept {
+    /// The wakes that whoever began it had seen.
+    wakes: u64,
+    begun: Instant,
+    page: Arc<OnceCell<EventPage>>,
+}
+
+/// See the module's documentation.
+#[derive(Debug, Default)]
+pub struct EventPages(Mutex<HashMap<PageKey, Kept>>);
+
+impl EventPages {
+    /// A page that was read after so many wakes had been seen, by this caller or by another.
+    pub async fn get<F>(&self, key: PageKey, wakes: u64, read: F) -> Result<EventPage, RepositoryError>
+    where
+        F: Future<Output = Result<EventPage, RepositoryError>>,
+    {
+        let page = self.kept(key, wakes);
+        page.get_or_try_init(|| read).await.cloned()
+    }
+
+    fn kept(&self, key: PageKey, wakes: u64) -> Arc<OnceCell<EventPage>> {
+        let mut pages = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(kept) = pages.get(&key).filter(|kept| kept.wakes == wakes && kept.begun.elapsed() < FRESH) {
+            return kept.page.clone();
+        }
+        pages.retain(|_, kept| kept.begun.elapsed() < FRESH);
+        let page = Arc::default();
+        pages.insert(key, Kept { wakes, begun: Instant::now(), page: Arc::clone(&page) });
+        page
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::atomic::{AtomicU64, Ordering};
+
+    use futures_util::future::join_all;
+
+    use super::*;
+
+    #[tokio::test]
+    async fn a_page_is_read_once_for_all_who_were_woken_by_the_same() {
+        let (pages, reads) = (EventPages::default(), AtomicU64::new(0));
+        let key = |number| PageKey { tenant: Tenant::root(), job: None, after: EventPlace { change: 0, number } };
+        let read = async || {
+            reads.fetch_add(1, Ordering::Relaxed);
+            tokio::task::yield_now().await;
+            Ok(Some((Bytes::from_static(b"data"), EventPlace { change: 0, number: 7 })))
+        };
+        let told = join_all((0..1500).map(|_| pages.get(key(3), 1, read()))).await;
+        let first = told[0].as_ref().unwrap().as_ref().unwrap().0.as_ptr();
+        let same = |page: &Result<EventPage, _>| page.as_ref().unwrap().as_ref().unwrap().0.as_ptr() == first;
+        assert!(told.iter().all(same), "the same bytes");
+        assert_eq!(reads.load(Ordering::Relaxed), 1);
+        // who was woken since, and who is at another place, has a read of its own
+        pages.get(key(3), 2, read()).await.unwrap();
+        pages.get(key(4), 2, read()).await.unwrap();
+        assert_eq!(reads.load(Ordering::Relaxed), 3);
+        // a read that failed is none
+        let failed = pages.get(key(5), 2, async { Err(RepositoryError::Overloaded) }).await;
+        assert!(failed.is_err());
+        pages.get(key(5), 2, read()).await.unwrap();
+        assert_eq!(reads.load(Ordering::Relaxed), 4);
+    }
+}
