@@ -16,7 +16,10 @@ use super::{CommandError, audited::Counted, out::out, progress};
 use crate::{
     api::jobs::seals,
     app::open_auditor,
-    jobs::audit::{Chain, Evidence, Fault, Findings, Place, WholeSeal, examine, public_key},
+    jobs::{
+        Tenant,
+        audit::{Chain, Evidence, Fault, Findings, Place, WholeSeal, examine, public_key},
+    },
 };
 
 /// Something is not as it was written.
@@ -68,7 +71,7 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
             );
             ExitCode::SUCCESS
         }
-        Ok(findings) if findings.faults.is_empty() => {
+        Ok(findings) if findings.is_intact() => {
             let Findings { chains, entries, seals, .. } = findings;
             // the exit code says it to whoever does not read
             let _left = writeln!(out(), "intact: {chains} chains, {entries} entries, {seals} seals");
@@ -84,6 +87,9 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
                 );
             }
             let _left = findings.faults.iter().try_for_each(|fault| writeln!(out, "{}", told(fault)));
+            for (tenant, place, why) in &findings.unreadable {
+                let _left = writeln!(out, "broken: {}: {why}", named(tenant, place));
+            }
             ExitCode::from(BROKEN)
         }
         Err(error) => {
@@ -94,12 +100,20 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
 }
 
 fn told(Fault { tenant, place, number, what }: &Fault) -> String {
-    let whose = match place {
-        Place::Chain(Chain::Job(job)) => format!("job {job} of tenant {}, entry", tenant.as_str()),
-        Place::Chain(Chain::Tenant) => format!("tenant {}, entry", tenant.as_str()),
-        Place::Seals => format!("seals of tenant {}, seal", tenant.as_str()),
+    let one = match place {
+        Place::Chain(_) => "entry",
+        Place::Seals => "seal",
     };
-    format!("broken: {whose} {number}: {}", what.name())
+    format!("broken: {}, {one} {number}: {}", named(tenant, place), what.name())
+}
+
+fn named(tenant: &Tenant, place: &Place) -> String {
+    let tenant = tenant.as_str();
+    match place {
+        Place::Chain(Chain::Job(job)) => format!("job {job} of tenant {tenant}"),
+        Place::Chain(Chain::Tenant) => format!("tenant {tenant}"),
+        Place::Seals => format!("seals of tenant {tenant}"),
+    }
 }
 
 fn verify(arguments: &VerifyArguments) -> Result<Findings, CommandError> {

@@ -79,7 +79,10 @@ impl Auditor for Counted {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::jobs::audit::{Evidence, examine};
+    use crate::jobs::{
+        RepositoryError,
+        audit::{Evidence, Place, examine},
+    };
 
     /// Two tenants, the second with as many chains as it has.
     struct Two(usize);
@@ -88,14 +91,24 @@ mod tests {
         Tenant::named(name).unwrap()
     }
 
-    impl Auditor for Two {
-        fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<Tenant>> {
+    impl Two {
+        fn tenants_now<'a>(&self) -> RepositoryFuture<'a, BTreeSet<Tenant>> {
             Box::pin(async { Ok(["one", "two"].map(tenant).into()) })
         }
 
-        fn chains(&self, of: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
-            let count = if of == tenant("two") { self.0 } else { 0 };
+        fn chains_now<'a>(&self, of: &Tenant) -> RepositoryFuture<'a, BTreeSet<Uuid>> {
+            let count = if *of == tenant("two") { self.0 } else { 0 };
             Box::pin(async move { Ok((0..count).map(|n| Uuid::from_u128(n as u128)).collect()) })
+        }
+    }
+
+    impl Auditor for Two {
+        fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<Tenant>> {
+            self.tenants_now()
+        }
+
+        fn chains(&self, of: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
+            self.chains_now(&of)
         }
 
         fn verify(&self, _: Tenant, _: Chain, _: BTreeMap<u64, Sha256Digest>) -> RepositoryFuture<'_, Verdict> {
@@ -105,6 +118,40 @@ mod tests {
         fn whole_seals(&self, _: Tenant, _: u64, _: u32) -> RepositoryFuture<'_, Vec<WholeSeal>> {
             Box::pin(async { Ok(Vec::new()) })
         }
+    }
+
+    /// One chain of the second tenant cannot be read.
+    struct Unreadable;
+
+    impl Auditor for Unreadable {
+        fn tenants(&self) -> RepositoryFuture<'_, BTreeSet<Tenant>> {
+            Two(3).tenants_now()
+        }
+
+        fn chains(&self, of: Tenant) -> RepositoryFuture<'_, BTreeSet<Uuid>> {
+            Two(3).chains_now(&of)
+        }
+
+        fn verify(&self, _: Tenant, chain: Chain, _: BTreeMap<u64, Sha256Digest>) -> RepositoryFuture<'_, Verdict> {
+            Box::pin(async move {
+                match chain {
+                    Chain::Job(job) if job == Uuid::from_u128(1) => Err(RepositoryError::Failed("no number".into())),
+                    _ => Ok(Verdict::Intact { entries: 1, head: None }),
+                }
+            })
+        }
+
+        fn whole_seals(&self, _: Tenant, _: u64, _: u32) -> RepositoryFuture<'_, Vec<WholeSeal>> {
+            Box::pin(async { Ok(Vec::new()) })
+        }
+    }
+
+    #[tokio::test]
+    async fn what_cannot_be_read_hides_nothing_of_the_rest() {
+        let found = examine(&Unreadable, None, &Evidence::default()).await.unwrap().unwrap();
+        let place = Place::Chain(Chain::Job(Uuid::from_u128(1)));
+        assert_eq!(found.unreadable, [(tenant("two"), place, "no number".to_owned())]);
+        assert_eq!((found.chains, found.entries, found.is_intact()), (5, 4, false));
     }
 
     #[tokio::test]

@@ -122,6 +122,11 @@ impl Callers {
         match proof {
             Proof::Key(key) => self.kept.ended(key).await,
             Proof::Token(token) => self.token_ended(token).await,
+            Proof::None if self.demand == Demand::OnceThereIsAKey => {
+                while !matches!(self.are_known().await, Ok(true)) {
+                    sleep(AGAIN).await;
+                }
+            }
             Proof::None | Proof::Listed => future::pending().await,
         }
     }
@@ -148,12 +153,9 @@ impl Callers {
         if &*caller.actor == actor::ANONYMOUS {
             return Ok(true);
         }
-        match caller.actor.strip_prefix(actor::OF_KEYS) {
-            Some(id) => match KeyId::named(id) {
-                Some(id) => self.kept.let_in(id).await,
-                // one of the settings: those of another server may name it
-                None => Ok(true),
-            },
+        match caller.actor.strip_prefix(actor::OF_KEYS).and_then(KeyId::named) {
+            Some(id) => self.kept.let_in(id).await,
+            // of a key of the settings, those of another server perhaps, or of a token
             None if caller.tenant.is_root() => Ok(true),
             None => self.kept.lets_in(&caller.tenant).await,
         }
@@ -320,7 +322,7 @@ fn presented(headers: &HeaderMap) -> Option<(&[u8], Form)> {
 /// Between two looks whether a token still lets in whoever is in already.
 const LOOK: Duration = Duration::from_secs(5);
 
-/// The same for those whose kept requests are done.
+/// The same for those whose kept requests are done, and for those of whom no key was asked.
 const AGAIN: Duration = Duration::from_secs(2);
 
 /// The header that may carry a key instead of `Authorization`.

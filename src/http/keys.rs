@@ -28,7 +28,7 @@ use crate::{
         problem::{Problem, ProblemCode},
         warning::WarningBody,
     },
-    jobs::{Answer, ApiKey, KeyId, List, Role, Scopes, Secret},
+    jobs::{Answer, ApiKey, KeyId, List, Page, PageRequest, Role, Scope, Scopes, Secret, TenantKeys},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -114,7 +114,7 @@ fn check_grant(maker: &Principal, wanted: Scopes) -> Result<(), Problem> {
     match wanted.iter().find(|scope| !grants.contains(*scope)) {
         None => Ok(()),
         Some(scope) => Err(Problem::lacking_scope(format!(
-            "The key would allow `{}`, which this caller has not and so cannot grant.",
+            "The key allows `{}`, which this caller has not: it can neither grant that nor take it away.",
             scope.name()
         ))),
     }
@@ -187,11 +187,40 @@ async fn update_key(
 #[utoipa::path(
     delete, path = "/v1/keys/{key_id}", operation_id = "revoke_key", tag = "keys",
     params(("key_id" = String, Path)),
-    responses((status = 204, description = "The key is revoked."))
+    responses(
+        (status = 204, description = "The key is revoked."),
+        (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
+            body = Problem, content_type = "application/problem+json"),
+        (status = 409, description = "It is the caller's own key, and no other key of the tenant allows `admin`.",
+            body = Problem, content_type = "application/problem+json")
+    )
 )]
 async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<StatusCode, Problem> {
-    state.tenant_keys().revoke(key_id(&id)?).await?;
+    let (keys, id) = (state.tenant_keys(), key_id(&id)?);
+    check_grant(&state.principal, keys.key(id).await?.scopes)?;
+    let own = matches!(&state.principal.proof, Proof::Key(known) if known.key.id == id);
+    if own && !has_another_admin(&keys, id).await? {
+        let detail = "This key is the last one of its tenant that allows `admin`; make another one first.";
+        return Err(Problem::new(ProblemCode::Conflict, detail));
+    }
+    keys.revoke(id).await?;
     Ok(StatusCode::NO_CONTENT)
+}
+
+/// Whether a key other than this one lets an administrator of the tenant in.
+async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem> {
+    let now = keys.now();
+    let mut page = PageRequest { limit: 200, after: None };
+    loop {
+        let Page { items, next } = keys.list(page).await?;
+        if items.iter().any(|key| key.id != id && key.scopes.contains(Scope::Admin) && key.is_valid(now)) {
+            return Ok(true);
+        }
+        match next {
+            Some(after) => page.after = Some(after),
+            None => return Ok(false),
+        }
+    }
 }
 
 /// Gives the holder of a key another secret.

@@ -29,7 +29,7 @@ use crate::{
         json::{value::read_json, writer::text_of},
         problem::Problem,
     },
-    jobs::{Answer, NewPurge, RepositoryError, Stored},
+    jobs::{Answer, NewPurge, RepositoryError, Scope, Stored},
     pool::computing,
 };
 
@@ -56,11 +56,20 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
-    responses((status = 200, description = "The archive, to be saved.", content((String = "application/zstd")),
-        headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits; not of one \
-            that takes long."))))
+    responses(
+        (status = 200, description = "The archive, to be saved.", content((String = "application/zstd")),
+            headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits; not of \
+                one that takes long."))),
+        (status = 403, description = "The caller lacks a scope: `admin` or `read`.", body = Problem,
+            content_type = "application/problem+json")
+    )
 )]
 async fn archive_job(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Response, Problem> {
+    if !state.principal.scopes.contains(Scope::Read) {
+        return Err(Problem::lacking_scope(
+            "An archive holds all that there is of a job: it asks for the scope `read` too.",
+        ));
+    }
     // what there is to refuse is refused before the answer begins
     state.jobs.job(job).await?;
     let (own, spool) = (state.jobs.clone(), Growing::new(state.settings.retention.spool_dir()));

@@ -8,7 +8,7 @@ use std::{panic::AssertUnwindSafe, task::Poll, time::Instant};
 use axum::{
     Extension,
     extract::{MatchedPath, Request, State},
-    http::{HeaderName, HeaderValue, Method, Version, header},
+    http::{HeaderName, HeaderValue, Method, Uri, Version, header},
     middleware::Next,
     response::{IntoResponse, Response},
 };
@@ -24,6 +24,7 @@ use super::{
 };
 use crate::{
     api::problem::{Problem, ProblemCode},
+    jobs::secret,
     pool, telemetry,
 };
 
@@ -102,7 +103,7 @@ async fn respond(state: AppState, id: HeaderValue, mut request: Request, next: N
     let begun = Instant::now();
     let method = request.method().clone();
     let path = request.extensions().get::<MatchedPath>().cloned();
-    let url = tracing::enabled!(tracing::Level::DEBUG).then(|| request.uri().clone());
+    let url = tracing::enabled!(tracing::Level::DEBUG).then(|| masked(request.uri()));
 
     let peer = request.extensions().get::<Peer>().copied();
     let principal = match names_host(&request).and_then(|()| has_a_place(&request, path.as_ref())) {
@@ -212,7 +213,7 @@ fn report(
     response: &Response,
     begun: Instant,
     id: &HeaderValue,
-    (actor, url): (Option<&str>, Option<axum::http::Uri>),
+    (actor, url): (Option<&str>, Option<String>),
 ) {
     let elapsed = begun.elapsed();
     let seconds = elapsed.as_secs_f64();
@@ -247,6 +248,30 @@ fn method_name(method: &Method) -> &'static str {
     }
 }
 
+/// Query parameters whose values may be keys, though nobody asks for them there.
+const SECRET_PARAMETERS: [&str; 5] = ["key", "x-api-key", "api_key", "access_token", "authorization"];
+
+/// Path and query for the log: without the values of parameters that are named like keys, and without
+/// what looks like a key of the store, wherever it is.
+fn masked(uri: &Uri) -> String {
+    const MASK: &str = "***";
+    let value = |pair: &str| match pair.split_once('=') {
+        Some((name, _)) if SECRET_PARAMETERS.iter().any(|known| name.eq_ignore_ascii_case(known)) => {
+            format!("{name}={MASK}")
+        }
+        _ => pair.to_owned(),
+    };
+    let query = uri.query().map(|query| query.split('&').map(value).collect::<Vec<_>>().join("&"));
+    let url = query.map_or_else(|| uri.path().to_owned(), |query| format!("{}?{query}", uri.path()));
+    let mut parts = url.split(secret::PREFIX);
+    let mut told = parts.next().unwrap_or_default().to_owned();
+    for part in parts {
+        let rest = part.trim_start_matches(|c: char| c.is_ascii_alphanumeric() || matches!(c, '_' | '-'));
+        told.extend([secret::PREFIX, MASK, rest]);
+    }
+    told
+}
+
 fn is_sane(id: &HeaderValue) -> bool {
     let bytes = id.as_bytes();
     (1..=LONGEST_ID).contains(&bytes.len()) && bytes.iter().all(u8::is_ascii_graphic)
@@ -271,4 +296,19 @@ pub async fn catch_panic<F: Future>(future: F) -> Result<F::Output, Panicked> {
         Err(_) => Poll::Ready(Err(Panicked)),
     })
     .await
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn keys_are_not_logged_with_the_path() {
+        let told = |uri: &str| masked(&uri.parse().unwrap());
+        assert_eq!(told("/v1/jobs?q=wheel&limit=5"), "/v1/jobs?q=wheel&limit=5");
+        assert_eq!(told("/v1/jobs?key=secret&q=a"), "/v1/jobs?key=***&q=a");
+        assert_eq!(told("/v1/jobs?X-API-Key=secret"), "/v1/jobs?X-API-Key=***");
+        assert_eq!(told("/v1/jobs/ffk_0123_abc-D/x?q=ffk_9&m=1"), "/v1/jobs/ffk_***/x?q=ffk_***&m=1");
+        assert_eq!(told("/healthz"), "/healthz");
+    }
 }

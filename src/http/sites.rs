@@ -3,7 +3,7 @@
 
 use axum::http::{HeaderMap, HeaderValue, Method, header};
 
-use super::state::AppState;
+use super::{media_type::essence, state::AppState};
 use crate::{
     api::problem::{Problem, ProblemCode},
     config::{Host, Hosts, Origin},
@@ -27,13 +27,41 @@ pub fn check(state: &AppState, method: &Method, headers: &HeaderMap) -> Result<(
     }
 }
 
-/// Forms of any page are sent without a preflight, so the browser is believed. What is no browser
-/// says nothing.
+/// Forms of any page are sent without a preflight, so the browser is believed. One that does not
+/// say what the page is (older ones, and all where the server has no TLS) names its origin. What is
+/// no browser says nothing.
 fn is_of_this_site(headers: &HeaderMap, allowed: &[Origin]) -> bool {
-    let Some(site) = headers.get(FETCH_SITE) else { return true };
+    match headers.get(FETCH_SITE) {
+        Some(site) => matches!(site.as_bytes(), b"same-origin" | b"none") || names_origin(headers, allowed),
+        None => is_own_origin(headers) || names_origin(headers, allowed) || !is_sent_without_preflight(headers),
+    }
+}
+
+/// Whether the page is of an origin that the settings name.
+fn names_origin(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     let origin = headers.get(header::ORIGIN).map(HeaderValue::as_bytes);
-    matches!(site.as_bytes(), b"same-origin" | b"none")
-        || allowed.iter().any(|allowed| Some(allowed.as_str().as_bytes()) == origin)
+    allowed.iter().any(|allowed| Some(allowed.as_str().as_bytes()) == origin)
+}
+
+/// Whether the page is this server's own, or there is none.
+fn is_own_origin(headers: &HeaderMap) -> bool {
+    let Some(origin) = headers.get(header::ORIGIN) else { return true };
+    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
+    let own = origin.to_str().ok().and_then(|origin| origin.split_once("://")).map(|(_, host)| host);
+    own.is_some() && own == host
+}
+
+/// Whether a browser sends such a body for a page of any site without asking first.
+fn is_sent_without_preflight(headers: &HeaderMap) -> bool {
+    let Some(media) = headers.get(header::CONTENT_TYPE) else { return true };
+    let media = media.to_str().map(essence).unwrap_or_default();
+    ["multipart/form-data", "application/x-www-form-urlencoded", "text/plain", ""].contains(&media.as_str())
+}
+
+/// Whether a page may open a WebSocket, for which browsers ask nobody: it is this server's own, or of
+/// a named origin.
+pub fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
+    is_own_origin(headers) || names_origin(headers, allowed)
 }
 
 fn is_served(state: &AppState, host: &HeaderValue) -> bool {

@@ -12,7 +12,7 @@ use axum::{
     extract::ws::{
         CloseFrame, Message, Utf8Bytes, WebSocket, WebSocketUpgrade, close_code, rejection::WebSocketUpgradeRejection,
     },
-    http::{HeaderMap, header},
+    http::HeaderMap,
     response::Response,
 };
 use utoipa_axum::{router::OpenApiRouter, routes};
@@ -28,7 +28,6 @@ use crate::{
         problem::{Problem, ProblemCode},
         streams::stream,
     },
-    config::Origin,
     jobs::RepositoryError,
     pool,
 };
@@ -71,7 +70,7 @@ async fn connect_stream(
     headers: HeaderMap,
     upgrade: Result<WebSocketUpgrade, WebSocketUpgradeRejection>,
 ) -> Result<Response, Problem> {
-    if !may_connect(&headers, &state.settings.cors_origins) {
+    if !sites::may_connect(&headers, &state.settings.cors_origins) {
         let detail = "Web pages of this origin may not connect: name it in `--cors-origins`.";
         return Err(Problem::new(ProblemCode::Forbidden, detail));
     }
@@ -85,16 +84,6 @@ async fn connect_stream(
         let party = state.principal.party();
         pool::on_behalf_of(party, serve(state, id, socket, open))
     }))
-}
-
-/// Browsers ask nobody before they open a WebSocket; so the origin of the page is looked at here:
-/// this server's own, or a named one. What is no browser sends none.
-fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
-    let Some(origin) = headers.get(header::ORIGIN) else { return true };
-    let Ok(origin) = origin.to_str() else { return false };
-    let host = headers.get(header::HOST).and_then(|host| host.to_str().ok());
-    let own = origin.split_once("://").map(|(_, host)| host);
-    (own.is_some() && own == host) || allowed.iter().any(|allowed| allowed.as_str() == origin)
 }
 
 /// Why a connection ends.

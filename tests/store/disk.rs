@@ -35,6 +35,8 @@ struct Content {
 static FILES: Mutex<Option<HashMap<PathBuf, Content>>> = Mutex::new(None);
 /// Directories that take no more writes, with the code that SQLite hears.
 static REFUSING: Mutex<Vec<(PathBuf, c_int)>> = Mutex::new(Vec::new());
+/// Files that may not grow beyond a length.
+static MOST: Mutex<Vec<(PathBuf, usize)>> = Mutex::new(Vec::new());
 static REAL: OnceLock<usize> = OnceLock::new();
 
 /// What every file of `directory` holds after a power loss now, written into `to`.
@@ -52,6 +54,18 @@ pub fn refuse(directory: &Path, code: Option<c_int>) {
     let mut all = REFUSING.lock().unwrap();
     all.retain(|(there, _)| there != directory);
     all.extend(code.map(|code| (directory.to_path_buf(), code)));
+}
+
+/// How much every file of a directory may still grow, if that is bounded.
+pub fn fill(directory: &Path, room: Option<usize>) {
+    let mut most = MOST.lock().unwrap();
+    most.retain(|(path, _)| path.parent() != Some(directory));
+    if let Some(room) = room {
+        let of_directory = |(path, _): &(&PathBuf, &Content)| path.parent() == Some(directory);
+        let files = files();
+        let all = files.as_ref().unwrap().iter().filter(of_directory);
+        most.extend(all.map(|(path, content)| (path.clone(), content.written.len() + room)));
+    }
 }
 
 /// Whether everything written to the file has been synced.
@@ -147,6 +161,11 @@ unsafe extern "C" fn write(
         return *code;
     }
     drop(refusing);
+    let path = unsafe { (*file.cast::<File>()).path.as_ref() };
+    let end = offset as usize + count as usize;
+    if MOST.lock().unwrap().iter().any(|(bounded, most)| Some(bounded) == path && end > *most) {
+        return sqlite::SQLITE_FULL;
+    }
     let code = unsafe { (*(*real(file)).pMethods).xWrite.unwrap()(real(file), bytes, count, offset) };
     if code == sqlite::SQLITE_OK {
         let bytes = unsafe { std::slice::from_raw_parts(bytes.cast::<u8>(), count as usize) };

@@ -42,6 +42,7 @@ const RELEASED: &[(i64, &str)] = &[
     (28, "5da634d2390d0b119471f89b70e283d1"),
     (29, "1c7e41659d5c1ef960151a6cb41d6f6f"),
     (32, "89da9887fabb2c5e7439fdf0cfcf49de"),
+    (33, "a387a4803ba38d7dfeb94fefc1eb69e0"),
 ];
 
 fn hex(bytes: &[u8]) -> String {

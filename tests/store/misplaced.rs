@@ -1,10 +1,13 @@
 //! Files of the database that are taken away while it is open: nothing is said to be stored there.
 
-use std::{fs, path::Path};
+use std::{fs, path::Path, sync::Arc};
 
-use flankfit::jobs::{RepositoryError, Unfit};
+use flankfit::{
+    jobs::{RepositoryError, SystemClock, Unfit},
+    store::{OpenError, SqliteStore, StoreSettings},
+};
 
-use crate::support::Place;
+use crate::support::{Place, ids};
 
 fn moved(file: &Path) -> std::path::PathBuf {
     file.with_extension("moved")
@@ -39,4 +42,19 @@ async fn nothing_is_acknowledged_that_goes_into_a_file_that_was_taken_away() {
         store.close().await;
         assert_eq!(fs::read_to_string(place.beside("jobs.db-wal")).unwrap(), "another");
     }
+}
+
+/// Another name of the file has another lock beside it.
+#[tokio::test]
+async fn a_file_with_two_names_is_opened_by_neither() {
+    let place = Place::new();
+    place.open().await.close().await;
+    let other = place.beside("other.db");
+    fs::hard_link(place.file(), &other).unwrap();
+    for name in [place.file(), other.clone()] {
+        let opened = SqliteStore::open(StoreSettings::of_file(&name), ids(), Arc::new(SystemClock)).await;
+        assert!(matches!(opened.err(), Some(OpenError::Linked { path }) if path == name));
+    }
+    fs::remove_file(other).unwrap();
+    place.open().await.close().await;
 }

@@ -156,3 +156,22 @@ async fn a_full_disk_is_told_and_got_over() {
     let (_, stored) = place.stored_iteration(&store, job.id).await;
     assert_eq!(stored.number, 1, "nothing was half stored");
 }
+
+/// Where no iteration has room the store is not ready, though a row would still fit.
+#[tokio::test]
+async fn a_disk_that_takes_no_iteration_is_not_called_writable() {
+    let place = Place::new();
+    let store = open_watched(&place).await;
+    let job = place.stored_job(&store).await;
+    let directory = place.file().parent().unwrap().to_path_buf();
+    // three pages with their heads
+    disk::fill(&directory, Some(3 * (4096 + 24)));
+    let full = |error: RepositoryError| {
+        assert!(matches!(&error, RepositoryError::Unavailable(said) if said.contains("the disk is full")), "{error}");
+    };
+    full(store.insert_iteration(place.iteration(job.id), None).await.unwrap_err());
+    full(store.store.check_writable(place.now()).await.unwrap_err());
+    disk::fill(&directory, None);
+    store.store.check_writable(place.now()).await.unwrap();
+    place.stored_iteration(&store, job.id).await;
+}

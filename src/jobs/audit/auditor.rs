@@ -65,6 +65,8 @@ pub struct Findings {
     pub seals: u64,
     /// The first fault of each chain.
     pub faults: Vec<Fault>,
+    /// What could not be read at all, and why.
+    pub unreadable: Vec<(Tenant, Place, String)>,
 }
 
 /// What is held against the store.
@@ -132,15 +134,23 @@ pub async fn examine(
             }
             (met, chains) = (true, BTreeSet::from([job]));
         }
-        findings.examine_seals(auditor, &tenant, evidence).await?;
+        match findings.examine_seals(auditor, &tenant, evidence).await {
+            Err(RepositoryError::Failed(why)) => findings.unreadable.push((tenant.clone(), Place::Seals, why)),
+            examined => examined?,
+        }
         let jobs = chains.into_iter().map(|id| (id, Chain::Job(id)));
         let tenants_own = job.is_none().then_some((own, Chain::Tenant));
         for (id, chain) in tenants_own.into_iter().chain(jobs) {
             let sealed = heads.remove(&id).unwrap_or_default();
             findings.chains += 1;
-            match auditor.verify(tenant.clone(), chain, sealed).await? {
-                Verdict::Intact { entries, .. } => findings.entries += entries,
-                Verdict::Broken { number, what } => findings.note(&tenant, Place::Chain(chain), number, what),
+            match auditor.verify(tenant.clone(), chain, sealed).await {
+                Ok(Verdict::Intact { entries, .. }) => findings.entries += entries,
+                Ok(Verdict::Broken { number, what }) => findings.note(&tenant, Place::Chain(chain), number, what),
+                // a value that does not read hides nothing of the other chains
+                Err(RepositoryError::Failed(why)) => {
+                    findings.unreadable.push((tenant.clone(), Place::Chain(chain), why))
+                }
+                Err(error) => return Err(error),
             }
         }
     }
@@ -148,9 +158,14 @@ pub async fn examine(
 }
 
 impl Findings {
+    /// Whether all is as it was written.
+    pub fn is_intact(&self) -> bool {
+        self.faults.is_empty() && self.unreadable.is_empty()
+    }
+
     /// Whether there is nothing in the store that could be verified.
     pub fn holds_nothing(&self) -> bool {
-        self.entries == 0 && self.seals == 0
+        self.entries == 0 && self.seals == 0 && self.unreadable.is_empty()
     }
 
     /// Whether there is nothing to verify, and nothing that says there was.

@@ -9,7 +9,7 @@ use subtle::ConstantTimeEq as _;
 
 use super::key::KeyId;
 
-const PREFIX: &str = "ffk_";
+pub const PREFIX: &str = "ffk_";
 /// Digits of the id, of the secret and of the CRC, and where they begin.
 const ID: (usize, usize) = (4, 16);
 const SECRET: (usize, usize) = (21, 64);

@@ -6,7 +6,7 @@ use sqlx::{PgConnection, PgPool};
 use super::{error::failure, migrate::unfit, session::Session, time::stamp};
 use crate::{
     jobs::{Clock, RepositoryError, Unfit},
-    store::shared::{Moment, Outcome, Probe, Run},
+    store::shared::{Moment, Outcome, PROBE, Probe, Run},
     telemetry,
 };
 
@@ -64,10 +64,11 @@ pub async fn alone(db: &mut PgConnection) -> Result<bool, sqlx::Error> {
 impl Run<Session> for Probe {
     async fn run(&self, session: &mut Session) -> Outcome<()> {
         sqlx::query(
-            "INSERT INTO probe (id, checked_at) VALUES (1, $1)
-             ON CONFLICT (id) DO UPDATE SET checked_at = excluded.checked_at",
+            "INSERT INTO probe (id, checked_at, filler) VALUES (1, $1, $2)
+             ON CONFLICT (id) DO UPDATE SET checked_at = excluded.checked_at, filler = excluded.filler",
         )
         .bind(stamp(self.now))
+        .bind(PROBE.as_slice())
         .execute(&mut session.db)
         .await?;
         Ok(())

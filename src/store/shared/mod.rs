@@ -35,7 +35,7 @@ pub use keyed::{behind, place};
 pub use lists::{Counted, Listed, in_order, page, told};
 pub use maintenance::{
     ClaimTask, EndTask, FindCertificate, FindKey, ForgetAnswers, ForgetTasks, ForgetTold, GiveTaskBack, HasKeys,
-    NOTED_EVERY, NoteUses, Probe, RenewTasks, SealAudit,
+    NOTED_EVERY, NoteUses, PROBE, Probe, RenewTasks, SealAudit,
 };
 pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
 pub use operation::{

@@ -36,6 +36,11 @@ pub enum OpenError {
          --database-url", path = path.display(), lock = lock.display()
     )]
     InUse { path: PathBuf, lock: PathBuf },
+    #[error(
+        "the database {path} has another name (a hard link), by which another server could write it; remove that name, or \
+         name a copy", path = path.display()
+    )]
+    Linked { path: PathBuf },
     /// SQLite's code 26.
     #[error("{path} is not an SQLite database", path = path.display())]
     NotADatabase { path: PathBuf },

@@ -23,6 +23,7 @@ const PAUSE: Duration = Duration::from_millis(100);
 /// Takes the lock of a database; it is held until the file is dropped. `None` where the file system
 /// knows no locks.
 pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
+    refuse_linked(database)?;
     let path = lock_file(database);
     let file = OpenOptions::new().create(true).truncate(false).write(true).open(&path).map_err(|error| {
         let path = database.to_path_buf();
@@ -43,6 +44,16 @@ pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
         }
     }
     Err(OpenError::InUse { path: database.to_path_buf(), lock: path })
+}
+
+/// Refuses a file that has another name (a hard link): its log and its lock would stand beside one
+/// of the names only.
+fn refuse_linked(database: &Path) -> Result<(), OpenError> {
+    #[cfg(unix)]
+    if fs::metadata(database).is_ok_and(|file| std::os::unix::fs::MetadataExt::nlink(&file) > 1) {
+        return Err(OpenError::Linked { path: database.to_path_buf() });
+    }
+    Ok(())
 }
 
 /// `jobs.db.lock`, beside the file that the path leads to in the end: two names of one database are

@@ -410,3 +410,37 @@ async fn the_first_key_is_made_on_the_database() {
     assert!(!done && said.contains("in use"), "{said}");
     app.stop().await;
 }
+
+/// Nobody locks the tenant out, and nobody takes away what they could not give.
+#[tokio::test]
+async fn the_last_administrator_stays_and_is_not_revoked_from_below() {
+    let app = start().await;
+    let (first, second) = (key_of(&app, "default", Role::Admin).await, key_of(&app, "default", Role::Admin).await);
+    let place = |key: &str| format!("/v1/keys/{}", &key[4..20]);
+    let revoke = async |by: &str, key: &str| send(request(&app, by, Method::DELETE, &place(key), &json!({}))).await;
+    let made = post(&app, &first, "/v1/keys", &json!({"name": "keys alone", "scopes": ["admin"]})).await;
+    let below = text(&made.json()["key"]);
+    revoke(&below, &first).await.problem(403, "forbidden");
+    // such a key makes no archives either, which hold what it may not read
+    let engineer = key_of(&app, "default", Role::Engineer).await;
+    let job = post(&app, &engineer, "/v1/jobs", &json!({"name": "wheel"})).await.header("location").to_owned();
+    post(&app, &below, &format!("{job}/archive"), &json!({})).await.problem(403, "forbidden");
+    assert_eq!(revoke(&first, &below).await.status, 204);
+    assert_eq!(revoke(&second, &second).await.status, 204, "there is another one");
+    revoke(&first, &first).await.problem(409, "conflict");
+    assert_eq!(get(&app, &first, "/v1/whoami").await.status, 200);
+    app.stop().await;
+}
+
+/// Who listens without a key does not go on once keys are asked for.
+#[tokio::test]
+async fn connections_without_a_key_end_when_there_is_one() {
+    let app = start().await;
+    if is_postgres() {
+        return;
+    }
+    let mut listener = Listener::of(app.get("/v1/events"), None).await.unwrap();
+    key_of(&app, "default", Role::Admin).await;
+    assert!(listener.next().await.is_none());
+    app.stop().await;
+}

@@ -25,6 +25,19 @@ async fn pages_of_other_sites_change_nothing() {
         assert_eq!(for_page(&app, site, "http://localhost").await.status, 200, "{site}");
     }
     assert_eq!(send(app.post("/v1/fits", CURVE)).await.status, 200);
+    // a browser that says no more than the origin: a form needs no leave, JSON does
+    let form = async |origin: String| {
+        let form = "--x\r\nContent-Disposition: form-data; name=\"none\"\r\n\r\n\r\n--x--\r\n";
+        let asked = app.post("/v1/fits", form).header("content-type", "multipart/form-data; boundary=x");
+        send(asked.header("origin", origin)).await
+    };
+    form("https://evil.example".to_owned()).await.problem(403, "cross_site");
+    form("null".to_owned()).await.problem(403, "cross_site");
+    for origin in ["https://cell.example".to_owned(), format!("http://{}", app.address)] {
+        assert_ne!(form(origin.clone()).await.status, 403, "{origin}");
+    }
+    let json = app.post("/v1/fits", CURVE).header("origin", "https://evil.example");
+    assert_eq!(send(json).await.status, 200);
     // who reads sees nothing without CORS, and a link from elsewhere leads somewhere
     for path in ["/v1/jobs", "/jobs"] {
         assert_eq!(send(app.get(path).header("sec-fetch-site", "cross-site")).await.status, 200, "{path}");
