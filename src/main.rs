@@ -6,6 +6,7 @@ use std::{
     ffi::{c_int, c_long},
     io::Write as _,
     process::ExitCode,
+    time::Duration,
 };
 
 /// Answers are built from many short-lived vectors on several threads; this allocator is made for
@@ -31,6 +32,7 @@ const WRONG_PROCESSOR: u8 = 78;
 #[inline(never)]
 fn run() -> ExitCode {
     give_back_freed_memory();
+    give_back_while_idle();
     flankfit::cli::main()
 }
 
@@ -54,4 +56,31 @@ fn give_back_freed_memory() {
         }
         mi_option_set_default(PURGE_DELAY, KEPT_FOR);
     }
+}
+
+/// Between two times that an idle program gives memory back.
+const COLLECT_EVERY: Duration = Duration::from_secs(5);
+
+/// Gives freed memory back to the system while nothing is allocated: the allocator looks for what has
+/// been kept long enough only when it is asked for something, and a large answer that nobody reads
+/// may be the last thing that a server was asked for.
+fn give_back_while_idle() {
+    let collecting = || {
+        loop {
+            std::thread::sleep(COLLECT_EVERY);
+            // the allocator collects for threads alone that have allocated something
+            drop(std::hint::black_box(Box::new(0_u8)));
+            #[expect(unsafe_code, reason = "the allocator's collection has no safe interface")]
+            // SAFETY: the declaration is that of mimalloc.h, which this program links; any thread may
+            // call the function.
+            unsafe {
+                unsafe extern "C" {
+                    fn mi_collect(force: bool);
+                }
+                mi_collect(false);
+            }
+        }
+    };
+    // without that thread memory is given back later, which is no reason not to run
+    let _thread = std::thread::Builder::new().name("memory".to_owned()).spawn(collecting);
 }
