@@ -14,6 +14,7 @@ use uuid::Uuid;
 
 use super::{CommandError, out::out, progress};
 use crate::{
+    api::jobs::carried,
     app::open_holdings,
     jobs::archive::{self, ArchiveError, ArchiveReader, ArchiveWriter, Digested, Holdings, Key},
 };
@@ -143,7 +144,7 @@ pub fn import(arguments: &ImportArguments) -> Result<(), CommandError> {
     let runtime = runtime()?;
     let count = progress::shown("import", || -> Result<Count, CommandError> {
         let stages = parts(3);
-        let jobs = stages.run(1, || archive::listed(whole))?;
+        let jobs = stages.run(1, || archive::listed(whole, carried::check))?;
         let to = runtime.block_on(open_holdings(&arguments.database_url, true))?;
         let store = || -> Result<Count, CommandError> {
             let new = stages.run(1, || new_of(&runtime, &*to, &jobs))?;

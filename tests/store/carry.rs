@@ -11,7 +11,8 @@ use std::{
 
 use flankfit::jobs::{
     Choice, Decision, DecisionEvent, Event, FinishedStream, NewTask, Precondition, RecordKind, Repository, Scope,
-    Scopes, archive::TABLES,
+    Scopes,
+    archive::{ArchiveReader, ArchiveWriter, Listed, Row, Section, TABLES, Value},
 };
 use sqlx::{AssertSqlSafe, Connection as _, PgConnection};
 use uuid::Uuid;
@@ -272,6 +273,73 @@ async fn a_file_that_is_not_as_it_was_written_stores_nothing() {
     assert!(said.contains(&format!("job {job} is there already and differs")), "{said}");
     let (_, after) = exported(&place, "after", &url(&to));
     assert_eq!(after, before);
+}
+
+/// The same file with other rows, digested anew.
+fn doctored(whole: &[u8], change: impl Fn(&mut Row)) -> Vec<u8> {
+    let mut reader = ArchiveReader::begin(whole).unwrap();
+    let mut writer = ArchiveWriter::begin(Vec::new()).unwrap();
+    let mut current = None;
+    while let Some(part) = reader.next_part().unwrap() {
+        match part {
+            Listed::Section(key) => {
+                let (section, first) = Section::begin(&key);
+                writer.line(&first).unwrap();
+                current = Some(section);
+            }
+            Listed::Row(mut row) => {
+                change(&mut row);
+                writer.line(&current.as_mut().unwrap().row(&row)).unwrap();
+            }
+            Listed::End(_) => writer.end(&current.take().unwrap().end()).unwrap(),
+        }
+    }
+    writer.finish().unwrap()
+}
+
+/// A file whose digests are right is refused too, with the place of what does not read.
+#[tokio::test]
+async fn what_could_not_be_answered_later_is_not_stored() {
+    let (place, _) = filled().await;
+    let (_, whole) = exported(&place, "whole", &url(&place.file()));
+    let to = place.beside("new.db");
+    let text = |text: &str| Value::Text(text.to_owned());
+    for (table, column, value) in [
+        ("iteration", "axes", text("}{")),
+        ("job", "gear", text(r#"{"teeth":2147483648,"normal_module_mm":1.0}"#)),
+        ("job", "tags", text("[]")),
+        ("job", "requirements", text("{")),
+        ("fit", "result", text("[")),
+        ("fit", "spec", text("1")),
+        ("record", "request", text("\u{0}")),
+        ("nodes", "data", Value::Bytes(vec![1])),
+        ("nodes", "count", Value::Integer(5)),
+        ("block", "data", Value::Bytes(vec![1])),
+        ("block", "sequence", Value::Integer(1 << 62)),
+        ("stream", "sequence", Value::Integer(-1)),
+    ] {
+        let bad = place.beside("bad");
+        let change = |row: &mut Row| {
+            let columns = row.table().columns;
+            if row.table().name == table && !row.is_emptied() {
+                row.values[columns.iter().position(|known| known.name == column).unwrap()] = value.clone();
+            }
+        };
+        fs::write(&bad, doctored(&whole, change)).unwrap();
+        let said = refused(&["import", bad.to_str().unwrap(), "--database-url", &url(&to)]);
+        assert!(said.contains("line ") && said.contains(&format!("of `{table}` cannot be read")), "{said}");
+        assert!(!to.exists(), "nothing was stored");
+    }
+    // nothing is empty but by a purge
+    let empty = doctored(&whole, |row| {
+        if let ("block", Some(data)) = (row.table().name, row.values.get_mut(4)) {
+            *data = Value::Bytes(Vec::new());
+        }
+    });
+    let bad = place.beside("bad");
+    fs::write(&bad, empty).unwrap();
+    let said = refused(&["import", bad.to_str().unwrap(), "--database-url", &url(&to)]);
+    assert!(said.contains("the job is not purged"), "{said}");
 }
 
 #[tokio::test]

@@ -223,7 +223,7 @@ impl Values {
             measurand: Measurand {
                 flank: Some(Side::Right),
                 tooth: Some("3".to_owned()),
-                axes: Some(Arc::from(r#"{"u":{}}"#)),
+                axes: Some(Arc::from(r#"{"u":{"quantity":"face_width","unit":"mm"}}"#)),
                 units_accepted: false,
             },
             details: MeasurementDetails {

@@ -3,6 +3,7 @@
 pub mod acceptance;
 pub mod amendments;
 pub mod audit;
+pub mod carried;
 pub mod events;
 pub mod fits;
 pub mod import;

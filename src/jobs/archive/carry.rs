@@ -76,15 +76,37 @@ pub async fn export_seen<W: Write>(
     Ok(begun)
 }
 
-/// The jobs of a file, all of which is as it was written.
-pub fn listed<R: Read>(file: R) -> Result<Vec<(Key, Digested)>, ArchiveError> {
+/// The jobs of a file, all of which is as it was written and reads by `check`.
+pub fn listed<R: Read>(
+    file: R,
+    check: impl Fn(&Row) -> Result<(), String>,
+) -> Result<Vec<(Key, Digested)>, ArchiveError> {
     let mut reader = ArchiveReader::begin(file)?;
     let (mut jobs, mut current) = (Vec::new(), None);
+    // the first line without the content that only a purge takes away
+    let mut emptied = None;
     while let Some(next) = reader.next_part()? {
+        let unreadable = |line, why, job| Err(ArchiveError::Unreadable { line, job, why });
         match next {
             Listed::Section(key) => current = Some(key),
-            Listed::Row(_) => {}
-            Listed::End(told) => jobs.extend(current.take().map(|key| (key, told))),
+            Listed::Row(row) => {
+                let Some(Key { job, .. }) = &current else { continue };
+                if let Err(why) = check(&row) {
+                    return unreadable(reader.line(), why, *job);
+                }
+                match row.table().name {
+                    "purge" => emptied = None,
+                    _ if row.is_emptied() => emptied = emptied.or(Some(reader.line())),
+                    _ => {}
+                }
+            }
+            Listed::End(told) => {
+                let Some(key) = current.take() else { continue };
+                if let Some(line) = emptied.take() {
+                    return unreadable(line, "it is empty, and the job is not purged".to_owned(), key.job);
+                }
+                jobs.push((key, told));
+            }
         }
     }
     Ok(jobs)

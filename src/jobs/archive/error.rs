@@ -22,6 +22,8 @@ pub enum ArchiveError {
         "line {line} of the file is longer than {longest} bytes, as none of an export is; nothing of it was stored"
     )]
     TooLong { line: u64, longest: u64 },
+    #[error("line {line} of the file, job {job}: {why}; nothing of it was stored")]
+    Unreadable { line: u64, job: Uuid, why: String },
     #[error("job {0} is there already and differs; nothing was stored")]
     Differs(Uuid),
     #[error("job {job} was not stored, the jobs before it were: {error}")]

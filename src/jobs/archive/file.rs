@@ -143,6 +143,11 @@ impl<R: Read> ArchiveReader<R> {
         Ok(line)
     }
 
+    /// The line that was read last, counted from 1.
+    pub fn line(&self) -> u64 {
+        self.lines
+    }
+
     fn damaged(&self) -> ArchiveError {
         ArchiveError::Damaged { line: self.lines }
     }

@@ -39,6 +39,18 @@ impl Row {
         self.table().columns.iter().zip(&self.values).find(|(column, _)| column.name == name).map(|(_, value)| value)
     }
 
+    /// Whether it is without the content that a purge takes away.
+    pub fn is_emptied(&self) -> bool {
+        let purged = ["nodes", "fit", "record", "stream", "block"].contains(&self.table().name);
+        let is_empty = |value: &Value| match value {
+            Value::Bytes(bytes) => bytes.is_empty(),
+            Value::Text(text) => text.is_empty(),
+            _ => false,
+        };
+        let mut columns = self.table().columns.iter().zip(&self.values);
+        purged && columns.any(|(column, value)| matches!(column.kind, Kind::Document | Kind::Bytes) && is_empty(value))
+    }
+
     /// `{"table":{"column":…}}`, without columns that hold nothing.
     pub fn to_line(&self) -> String {
         let mut line = format!("{{\"{}\":{{", self.table().name);
