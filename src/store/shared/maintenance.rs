@@ -38,7 +38,7 @@ impl Operation for ForgetTold {
 
 /// What is written to find out whether the database can be written: more than a small iteration takes,
 /// since a few bytes may fit where that does not.
-pub const PROBE: [u8; 64 << 10] = [0; 64 << 10];
+pub static PROBE: [u8; 64 << 10] = [0; 64 << 10];
 
 /// Writes what nobody reads, to find out whether anything can be written.
 pub struct Probe {

@@ -28,7 +28,8 @@ async fn pages_of_other_sites_change_nothing() {
     // a browser that says no more than the origin: a form needs no leave, JSON does
     let form = async |origin: String| {
         let form = "--x\r\nContent-Disposition: form-data; name=\"none\"\r\n\r\n\r\n--x--\r\n";
-        let asked = app.post("/v1/fits", form).header("content-type", "multipart/form-data; boundary=x");
+        let asked =
+            app.client.post(app.url("/v1/fits")).body(form).header("content-type", "multipart/form-data; boundary=x");
         send(asked.header("origin", origin)).await
     };
     form("https://evil.example".to_owned()).await.problem(403, "cross_site");
