@@ -42,10 +42,11 @@ INSERT INTO job_texts (job, tenant, folded) SELECT id, tenant, coalesce(
 -- What is new waits in a list that each search reads, hence a short one.
 CREATE INDEX job_texts_by_part ON job_texts USING gin (text_parts(tenant, folded)) WITH (gin_pending_list_limit = 256);
 
--- Jobs whose text has all of these parts. What the planner does not know is how many there are: it always goes by the index.
-CREATE FUNCTION jobs_with_parts(parts text[]) RETURNS SETOF uuid LANGUAGE sql STABLE SET enable_seqscan = off
+-- At most so many jobs whose text has all of these parts. What the planner does not know is how many there are: it always goes by the
+-- index.
+CREATE FUNCTION jobs_with_parts(parts text[], most bigint) RETURNS SETOF uuid LANGUAGE sql STABLE SET enable_seqscan = off
 SET search_path FROM CURRENT AS $$
-    SELECT job FROM job_texts WHERE text_parts(tenant, folded) @> parts
+    SELECT job FROM job_texts WHERE text_parts(tenant, folded) @> parts LIMIT most
 $$;
 
 -- What jobs are sorted by where it is by name: the first line of what is searched. The trigger comes after folded_of_jobs.

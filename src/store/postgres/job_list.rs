@@ -21,7 +21,7 @@ macro_rules! searched {
     };
 }
 
-/// Answers which jobs of the tenant have parts of a text.
+/// Answers which jobs of the tenant have parts of a text: all of them where they are few.
 fn push_found(sql: &mut QueryBuilder<Postgres>, tenant: &Tenant, parts: &Parts) {
     // behind four line ends, as the index has it
     let tenant = format!("\n\n\n\n{}", tenant.as_str());
@@ -29,14 +29,14 @@ fn push_found(sql: &mut QueryBuilder<Postgres>, tenant: &Tenant, parts: &Parts) 
         Parts::Whole(parts) => parts.iter().cloned().chain([tenant]).collect(),
         Parts::Short(part) => vec![part.clone(), tenant],
     };
-    sql.push("SELECT id FROM jobs_with_parts(").push_bind(all).push(") AS found (id)");
+    sql.push("SELECT id FROM jobs_with_parts(").push_bind(all).push(", ").push_bind(FEW + 1).push(") AS found (id)");
 }
 
 /// Whether few jobs have parts of a text.
 async fn are_few(db: &mut PgConnection, tenant: &Tenant, parts: &Parts) -> Result<bool, sqlx::Error> {
     let mut sql = QueryBuilder::new("SELECT count(*) FROM (");
     push_found(&mut sql, tenant, parts);
-    sql.push(" LIMIT ").push_bind(FEW + 1).push(") AS some");
+    sql.push(") AS some");
     Ok(sql.build_query_scalar::<i64>().fetch_one(db).await? <= FEW)
 }
 
