@@ -36,7 +36,7 @@ fn push_found(sql: &mut QueryBuilder<Postgres>, tenant: &Tenant, parts: &Parts) 
 async fn are_few(db: &mut PgConnection, tenant: &Tenant, parts: &Parts) -> Result<bool, sqlx::Error> {
     let mut sql = QueryBuilder::new("SELECT count(*) FROM (");
     push_found(&mut sql, tenant, parts);
-    sql.push(") AS some");
+    sql.push(") AS counted");
     Ok(sql.build_query_scalar::<i64>().fetch_one(db).await? <= FEW)
 }
 
