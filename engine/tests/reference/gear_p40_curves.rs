@@ -206,10 +206,10 @@ fn every_printed_deviation_comes_back() {
     }
 }
 
-/// ISO 1328-1 extends the mean profile line to the ends of the evaluation range: L_α. The instrument
-/// takes another length. The distance from the first to the last sample within the range explains all
-/// but one value; the number of samples in the range times the 480th part of the measuring range
-/// explains them all.
+/// ISO 1328-1 extends the mean profile line to the ends of the evaluation range: L_α. The
+/// instrument takes another length. The distance from the first to the last sample within the range
+/// explains all but one value; the number of samples in the range times the 480th part of the
+/// measuring range explains them all.
 #[test]
 fn the_length_that_profile_slopes_of_the_instrument_are_taken_over() {
     let mut tallies = [Tally::default(); 3];

@@ -409,9 +409,9 @@ async fn pitches_of_a_file_are_held_against_it_too() {
     assert!(file.text.contains("100.000"), "the limit of the run-out: {}", file.text);
 }
 
-/// The run-out of a gear of 17 teeth that is 20 µm off its axis: left and right flanks are moved along
-/// their normals, and the space behind a tooth is bounded by its left flank where counting runs
-/// counterclockwise.
+/// The run-out of a gear of 17 teeth that is 20 µm off its axis: left and right flanks are moved
+/// along their normals, and the space behind a tooth is bounded by its left flank where counting
+/// runs counterclockwise.
 #[tokio::test]
 async fn the_direction_of_counting_decides_the_run_out() {
     let app = TestApp::start().await;

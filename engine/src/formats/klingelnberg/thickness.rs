@@ -1,10 +1,10 @@
 //! Tooth thickness: span and dimension over balls, and the profile shift that they tell.
 //!
 //! Of external gears only. On the base circle a tooth of profile shift x has the arc
-//! `s_b = d_b ((π/2 + 2 x tan α_n)/z + inv α_t)`, a span over k teeth is `W_k = ((k − 1) p_bt + s_b)
-//! cos β_b`, and a ball of diameter D has its centre where `inv α_K = D/(d_b cos β_b) − η_b`, with η_b
-//! half the angle of a space on the base circle. Over balls it measures `2 r_K + D`, and with an odd
-//! number of teeth the chord between two centres.
+//! `s_b = d_b ((π/2 + 2 x tan α_n)/z + inv α_t)`, a span over k teeth is `W_k = ((k − 1) p_bt +
+//! s_b) cos β_b`, and a ball of diameter D has its centre where `inv α_K = D/(d_b cos β_b) − η_b`,
+//! with η_b half the angle of a space on the base circle. Over balls it measures `2 r_K + D`, and
+//! with an odd number of teeth the chord between two centres.
 
 use std::f64::consts::{PI, TAU};
 
@@ -59,12 +59,12 @@ impl Curves {
         facts
     }
 
-    /// Tooth thickness from the places where the pitch measurement touched both flanks of each tooth:
-    /// centres of the ball of code 102, in the plane of rotation. `None` where places are missing, on
-    /// internal gears, or where k (code 281) is not said.
+    /// Tooth thickness from the places where the pitch measurement touched both flanks of each
+    /// tooth: centres of the ball of code 102, in the plane of rotation. `None` where places are
+    /// missing, on internal gears, or where k (code 281) is not said.
     ///
-    /// Tables of known files turn so that the polar angle of a place on the gear is that of its point
-    /// plus the angle of the table.
+    /// Tables of known files turn so that the polar angle of a place on the gear is that of its
+    /// point plus the angle of the table.
     pub fn thickness(&self, gear: &Gear) -> Option<Thickness> {
         let teeth = gear.data().teeth as usize;
         let radius = 0.5 * self.header.number(102)?;

@@ -21,7 +21,8 @@ pub(super) const DEEPEST: usize = 32;
 /// Gears that are read.
 pub(super) const GEARS: [&str; 2] = ["cylindrical_gear", "ring_gear"];
 
-/// Other components that are kept: flanks (`flank_geometry` up to REXS 1.2) and their measured traces.
+/// Other components that are kept: flanks (`flank_geometry` up to REXS 1.2) and their measured
+/// traces.
 const PARTS: [&str; 4] = ["cylindrical_gear_flank", "flank_geometry", "profile_deviation", "helix_deviation"];
 
 /// Relations that are kept: of a gear with its flanks, and of a flank with its traces.

@@ -4,8 +4,8 @@
 //! A gear is a component of type `cylindrical_gear` or `ring_gear`. Pressure angle and profile
 //! shift are attributes of its flanks (components `flank_geometry` up to version 1.2,
 //! `cylindrical_gear_flank` from 1.3 on, tied to it by a relation of type `flank` with the roles
-//! `gear`, `left` and `right`) or of the gear itself. Lengths and angles are converted by the unit that each attribute names. A positive helix angle
-//! is right-hand (ISO 21771).
+//! `gear`, `left` and `right`) or of the gear itself. Lengths and angles are converted by the unit
+//! that each attribute names. A positive helix angle is right-hand (ISO 21771).
 //!
 //! A topography is three lists on a flank, `topographical_deviation_amounts`,
 //! `diameters_of_topographical_deviation` and `coordinates_of_topographical_deviation`: one amount

@@ -7,8 +7,8 @@
 //! range of δ, `f_u` = greatest |f_pi − f_pi₋₁|.
 //!
 //! Over k pitches the editions of ISO 1328-1 differ. Annex D of 2013: `F_pk` = greatest range of δ
-//! within any k pitches (k + 1 flanks), and `F_pSk` = greatest |δ at the end − δ at the start| of the
-//! consecutive sectors of k pitches that begin at the first tooth. 1995: `F_pk` = greatest
+//! within any k pitches (k + 1 flanks), and `F_pSk` = greatest |δ at the end − δ at the start| of
+//! the consecutive sectors of k pitches that begin at the first tooth. 1995: `F_pk` = greatest
 //! |δᵢ₊ₖ − δᵢ|, which testers print as F_pz/8 for k = z/8.
 //!
 //! A tooth that was not measured leaves out what needs it. What is left is then a lower bound of
@@ -81,12 +81,12 @@ pub struct Pitch {
     pub cumulative: Option<f64>,
     /// k.
     pub sector: Option<usize>,
-    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of index deviations within k pitches, at
-    /// the tooth where the sector ends.
+    /// F_pk of ISO 1328-1:2013, Annex D: the greatest range of index deviations within k pitches,
+    /// at the tooth where the sector ends.
     pub sector_pitch_2013: Option<Extreme>,
     /// Of the consecutive sectors that begin at the first tooth, the sum of k pitches of greatest
-    /// amount, at the tooth where the sector ends; F_pSk of ISO 1328-1:2013, Annex D, is its amount.
-    /// Pitches left over behind the last whole sector belong to none.
+    /// amount, at the tooth where the sector ends; F_pSk of ISO 1328-1:2013, Annex D, is its
+    /// amount. Pitches left over behind the last whole sector belong to none.
     pub sector_sum_2013: Option<Extreme>,
     /// The sum of any k pitches of greatest amount, at the tooth where the sector ends; F_pk of
     /// ISO 1328-1:1995 is its amount.
@@ -203,9 +203,9 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     })
 }
 
-/// R_s: how much the thickness of the teeth varies, µm along the measuring circle, from the flanks of
-/// both sides counted in one direction. Teeth without both flanks are left out; `None` where no tooth
-/// has both.
+/// R_s: how much the thickness of the teeth varies, µm along the measuring circle, from the flanks
+/// of both sides counted in one direction. Teeth without both flanks are left out; `None` where no
+/// tooth has both.
 pub fn thickness_variation(left: &Pitch, right: &Pitch) -> Option<f64> {
     let thickness: Vec<_> =
         left.index.iter().zip(&right.index).map(|(left, right)| Some((*left)? - (*right)?)).collect();
@@ -268,7 +268,8 @@ fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
 /// The greatest range within k pitches. Sectors with a tooth that was not measured are left out.
 fn widest_sector(index: &[Option<f64>], k: usize) -> Option<Extreme> {
     let teeth = index.len();
-    // the flanks that may still be the highest, and the lowest, of a sector, by steps around the gear
+    // the flanks that may still be the highest, and the lowest, of a sector, by steps around the
+    // gear
     let (mut high, mut low) = (VecDeque::<(usize, f64)>::new(), VecDeque::<(usize, f64)>::new());
     let mut in_a_row = 0;
     let mut ranges = vec![None; teeth];

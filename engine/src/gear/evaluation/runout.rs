@@ -138,8 +138,8 @@ pub fn from_pitches(
 }
 
 /// How well readings of the tooth spaces go with the index deviations of both flanks if teeth are
-/// counted in one direction: their coefficient of correlation. `None` where nothing varies, or where
-/// fewer than three spaces have both.
+/// counted in one direction: their coefficient of correlation. `None` where nothing varies, or
+/// where fewer than three spaces have both.
 pub fn agreement(
     left: &[Option<f64>],
     right: &[Option<f64>],

@@ -146,8 +146,8 @@ pub struct PitchEvaluationBody {
     pub left: Option<PitchBody>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub right: Option<PitchBody>,
-    /// R_s: greatest less least thickness of the measured teeth, on the measuring circle. There where
-    /// both flanks were measured on one circle.
+    /// R_s: greatest less least thickness of the measured teeth, on the measuring circle. There
+    /// where both flanks were measured on one circle.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tooth_thickness_variation_um: Option<f64>,
     #[serde(default, skip_serializing_if = "Option::is_none")]

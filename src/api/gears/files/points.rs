@@ -62,8 +62,8 @@ pub(in crate::api) fn of_list(
     of_deviations(gear.clone(), deviations, warnings)
 }
 
-/// Reads what was measured of one gear of a model: topographies, or else traces. Deviations are along
-/// the normal, the sign as it is stored.
+/// Reads what was measured of one gear of a model: topographies, or else traces. Deviations are
+/// along the normal, the sign as it is stored.
 pub(in crate::api) fn of_model(
     model: &RexsModel,
     spec: &ImportSpecBody,
