@@ -9,13 +9,13 @@ use std::{
 
 use flankfit::{
     jobs::{
-        Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask, EventPlace,
-        FinishedStream, FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch, JobQuery, KeyId,
-        KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit, NewIteration, NewKey, NewPlant,
-        NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition, Predecessor,
-        Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError, RepositoryFuture,
-        Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors, Task, TaskQuery, TaskResult, Tasks,
-        Tenant, ToldEvent, Trace, Turn, Upkeep, Wakes,
+        Amendment, Answer, ApiKey, Block, Caller, Choice, ClaimedTask, Credentials, DecisionEvent, EndedTask,
+        EventPlace, FinishedStream, FitRecord, FitSummary, Iteration, Job, JobCounts, JobEvent, JobPage, JobPatch,
+        JobQuery, KeyId, KeyPatch, Keys, KnownKey, Lease, ListedIteration, Measurand, NewBlock, NewFit, NewIteration,
+        NewKey, NewPlant, NewPurge, NewRun, NewStream, NewTask, Page, PageRequest, Plant, PlantPatch, Precondition,
+        Predecessor, Predecessors, Receipt, Record, RecordKind, RecordSummary, Repository, RepositoryError,
+        RepositoryFuture, Resource, Rotation, San, Store, Stored, Stream, StreamState, Successors, Task, TaskQuery,
+        TaskResult, Tasks, Tenant, ToldEvent, Trace, Turn, Upkeep, Wakes,
         archive::{Holdings, Key},
         audit::{Auditor, Chain, Entry, Seal, Sealing, Unsealed, Verdict, WholeSeal},
     },
