@@ -3,7 +3,7 @@
 -- the iteration. The method is 'posted' where the record was stored with its iteration, else 'changed'.
 ALTER TABLE records DROP CONSTRAINT records_kind_check;
 ALTER TABLE records ADD CONSTRAINT records_kind_check
-    CHECK (kind IN ('measurand', 'curve', 'surface', 'deviations', 'evaluation', 'pitch', 'correction')) NOT VALID;
+    CHECK (kind IN ('measurand', 'curve', 'surface', 'deviations', 'evaluation', 'pitch', 'correction', 'gear_correction', 'applied')) NOT VALID;
 ALTER TABLE records VALIDATE CONSTRAINT records_kind_check;
 ALTER TABLE records ADD COLUMN measurand text CHECK (measurand IS NULL OR measurand::json IS NOT NULL);
 CREATE INDEX measurands ON records (job, number, position) WHERE kind = 'measurand';

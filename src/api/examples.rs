@@ -142,6 +142,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "iteration_correction",
         "A form grinder's settings by the nodes of a flank"
     ),
+    example!("create_applied_changes", "applied_changes", "Only the two angles were entered"),
     example!("create_iteration_evaluation", "iteration_evaluation", "A helix that was measured with the nodes"),
     example!("create_iteration_pitch", "iteration_pitch", "Single pitches of the left flank, and readings of a ball"),
     example!(

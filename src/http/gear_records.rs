@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    amendments,
+    amendments, applied,
     budget::WithPermit,
     caller_state::CallerState,
     extract::{PathOf, QueryOf},
@@ -183,8 +183,8 @@ async fn create_iteration_correction(request: RecordRequest) -> Result<Response,
 /// The correction of an iteration that was made last, with what was measured of it.
 ///
 /// Predicted and measured are compared with the next iteration of the same flank and tooth, by the
-/// gear that the job had when the correction was made; `not_compared` says why where they cannot
-/// be.
+/// gear that the job had when the correction was made and by the changes that were entered
+/// (`applied`), else the proposed ones; `not_compared` says why where they cannot be.
 /// What is given node by node, and the fits of the settings, come with `include`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/correction", operation_id = "get_iteration_correction",
@@ -228,7 +228,9 @@ async fn get_iteration_correction(
         return Ok(format.response(state.pool.run(written).await??));
     }
     let (before, _before) = measured(&state, job, number).await?.into_parts();
-    let (after, _after) = match state.jobs.successors(job, number).await? {
+    let successors = state.jobs.successors(job, number).await?;
+    let applied = applied::entered_after(&state, job, &record, number, successors.alike).await?;
+    let (after, _after) = match successors {
         Successors { alike: Some(next), .. } => {
             let (after, permit) = measured(&state, job, next).await?.into_parts();
             (After::Same(next, after), Some(permit))
@@ -237,8 +239,8 @@ async fn get_iteration_correction(
         Successors { .. } => (After::Nothing, None),
     };
     let today = of_job(&state.jobs.job(job).await?)?;
-    let body =
-        state.pool.run(move || stored_correction::write(&record, &before, &after, today.as_ref(), include)).await??;
+    let write = move || stored_correction::write(&record, applied, &before, &after, today.as_ref(), include);
+    let body = state.pool.run(write).await??;
     Ok(format.response(body))
 }
 

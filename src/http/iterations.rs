@@ -11,7 +11,7 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    amendments,
+    amendments, applied,
     body::Payload,
     budget::WithPermit,
     caller_state::CallerState,
@@ -84,10 +84,13 @@ async fn create_iteration(
     idempotent(state, key, scope, payload, move |state, payload, key| async move {
         state.jobs.check_exists(job).await?;
         let plans = state.plans.clone();
-        let work = move |nodes, spec, measurement| draft(nodes, spec, measurement, &plans);
+        let work = move |nodes, spec, mut measurement: Measurement| {
+            let applied = measurement.applied.take();
+            Ok((draft(nodes, spec, measurement, &plans)?, applied))
+        };
         // the permit for the nodes is held until they are stored
-        let (draft, permit) = read_fit_and(&state, payload, work).await?.into_parts();
-        let (draft, _permit) = match draft {
+        let ((draft, applied), permit) = read_fit_and(&state, payload, work).await?.into_parts();
+        let (mut draft, _permit) = match draft {
             Drafted::Made(draft) => (*draft, permit),
             Drafted::Waiting(waiting) => {
                 let Waiting { nodes, spec, measurand, details } = *waiting;
@@ -97,6 +100,9 @@ async fn create_iteration(
                 (of_parts(nodes, measurand, details, computed)?, permit)
             }
         };
+        if let Some(applied) = applied {
+            draft.records.push(applied::before_next(&state, job, &draft.measurand, &applied).await?);
+        }
         let keyed = key.map(|key| key.answered_by(created));
         let (iteration, stored) =
             state.jobs.add_iteration(job, draft, keyed).await.map_err(|error| of_measured(error, "/tooth"))?;
@@ -107,7 +113,7 @@ async fn create_iteration(
 
 /// Fits. Processor work.
 fn draft(nodes: Nodes, spec: FitSpec, measurement: Measurement, plans: &Plans) -> Result<Drafted, Problem> {
-    let Measurement { measurand, accept_units, details } = measurement;
+    let Measurement { measurand, accept_units, details, applied: _ } = measurement;
     let mut measurand = measurand.checked(Some(&nodes)).map_err(Problem::invalid)?;
     measurand.units_accepted = accept_units.unwrap_or(false);
     if prior::waits(&spec) || fit_figures::may_be_told(&nodes) {

@@ -3,6 +3,7 @@
 
 mod accept;
 mod amendments;
+mod applied;
 pub mod audit;
 mod auth;
 pub mod body;

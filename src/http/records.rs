@@ -94,20 +94,32 @@ impl FromRequest<AppState> for RecordRequest {
 }
 
 impl RecordRequest {
-    /// Makes the record on the pool, as far as there is room for it, keeps it with the iteration
-    /// and answers it.
+    /// Makes the record of the iteration's nodes on the pool, as far as there is room for it, keeps
+    /// it with the iteration and answers it.
     pub async fn keep(
         self,
         route: &str,
         build: impl FnOnce(&[u8], &RecordContext, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
+        let context = async |state: CallerState, job, number| {
+            let nodes = stored::nodes(&state, job, number).await?;
+            let measurand = state.jobs.measurand(job, number).await?;
+            Ok(RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() })
+        };
+        self.keep_of(route, context, build).await
+    }
+
+    /// The same of what `context` reads.
+    pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<C, Problem>>>(
+        self,
+        route: &str,
+        context: impl FnOnce(CallerState, Uuid, u32) -> F,
+        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
         let RecordRequest { state, job, number, key, payload } = self;
         let iteration = format!("/v1/jobs/{job}/iterations/{number}");
         idempotent(state, key, format!("POST {iteration}/{route}"), payload, move |state, payload, key| async move {
-            let nodes = stored::nodes(&state, job, number).await?;
-            let measurand = state.jobs.measurand(job, number).await?;
-            let context =
-                RecordContext { job: state.jobs.job(job).await?, nodes, measurand, plans: state.plans.clone() };
+            let context = context(state.clone(), job, number).await?;
             let limit = state.settings.body_limit;
             let mut permit = state.budget.permit();
             let made = move || {

@@ -21,10 +21,12 @@ pub enum RecordKind {
     Correction,
     /// What the nodes are of, added or changed after they were measured.
     Measurand,
+    /// Changes of machine settings that were made, as far as they are not those of the correction.
+    Applied,
 }
 
 impl RecordKind {
-    pub const ALL: [RecordKind; 7] = [
+    pub const ALL: [RecordKind; 8] = [
         RecordKind::Curve,
         RecordKind::Surface,
         RecordKind::Deviations,
@@ -32,6 +34,7 @@ impl RecordKind {
         RecordKind::Pitch,
         RecordKind::Correction,
         RecordKind::Measurand,
+        RecordKind::Applied,
     ];
 
     /// The contract's name.
@@ -44,6 +47,7 @@ impl RecordKind {
             RecordKind::Pitch => "pitch",
             RecordKind::Correction => "correction",
             RecordKind::Measurand => "measurand",
+            RecordKind::Applied => "applied",
         }
     }
 

@@ -160,6 +160,7 @@ impl Stored {
             ("create_iteration_evaluation", "evaluations"),
             ("create_iteration_pitch", "pitch"),
             ("create_iteration_correction", "correction"),
+            ("create_applied_changes", "correction/applied"),
             ("create_iteration_curve", "curves"),
             ("create_iteration_surface", "surfaces"),
         ] {

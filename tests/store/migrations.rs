@@ -41,6 +41,8 @@ const RELEASED: &[(i64, &str)] = &[
     (27, "2bae9d513e0938acb341efa27a194b1e"),
     (28, "5da634d2390d0b119471f89b70e283d1"),
     (29, "1c7e41659d5c1ef960151a6cb41d6f6f"),
+    (30, "f01ac38af9a76da1700e8728017af159"),
+    (31, "4c72886ed8f90aba078b7fcf72c89683"),
     (32, "89da9887fabb2c5e7439fdf0cfcf49de"),
     (33, "a387a4803ba38d7dfeb94fefc1eb69e0"),
 ];
@@ -255,7 +257,9 @@ async fn older_records_stay_beside_pitches() {
              VALUES (randomblob(16), 1, '{kind}', 'm', '{at}', '{{}}', '{{}}')"
         )
     };
-    sqlx::raw_sql(sqlx::AssertSqlSafe(insert("pitch"))).execute(&mut own).await.unwrap();
+    for kind in ["pitch", "correction", "gear_correction", "applied"] {
+        sqlx::raw_sql(sqlx::AssertSqlSafe(insert(kind))).execute(&mut own).await.unwrap();
+    }
     for kind in ["pitches", "", "Pitch"] {
         let refused = sqlx::raw_sql(sqlx::AssertSqlSafe(insert(kind))).execute(&mut own).await.unwrap_err();
         assert!(refused.to_string().contains("CHECK constraint failed"), "{refused}");

@@ -25,6 +25,7 @@ mod fit_shapes;
 mod fitted_flank;
 mod flank_errors;
 mod gear_correction;
+mod gear_correction_applied;
 mod gear_correction_compare;
 mod gear_correction_errors;
 mod gear_correction_figures;

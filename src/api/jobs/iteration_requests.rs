@@ -8,6 +8,7 @@ use uuid::Uuid;
 use crate::{
     api::{
         fits::spec::{nodes::NodesBody, request::FitSpecBody},
+        gears::correction::applied::AppliedRequestBody,
         json::{
             id::id,
             present::present,
@@ -64,6 +65,9 @@ request! {
         /// That the units are right, however implausible (warning `implausible_unit`).
         optional accept_units: bool,
         flatten details: MeasurementDetailsBody,
+        /// What was entered on the machine before this measurement, as `POST …/correction/applied`
+        /// takes it: after the newest correction of the flank's iteration before this one.
+        optional applied: AppliedRequestBody,
     }
 }
 

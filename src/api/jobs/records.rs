@@ -28,10 +28,12 @@ pub enum RecordKindName {
     Pitch,
     Correction,
     Measurand,
+    /// The changes that were entered on the machine after a correction.
+    Applied,
 }
 
 /// What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
-/// correction, or a change of what its nodes are of.
+/// correction, the changes that were made of one, or a change of what its nodes are of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobRecord)]
 pub struct RecordBody {
@@ -106,6 +108,7 @@ impl From<RecordKind> for RecordKindName {
             RecordKind::Pitch => RecordKindName::Pitch,
             RecordKind::Correction => RecordKindName::Correction,
             RecordKind::Measurand => RecordKindName::Measurand,
+            RecordKind::Applied => RecordKindName::Applied,
         }
     }
 }

@@ -59,6 +59,7 @@ const SCOPES: &[(Scope, &[&str])] = &[
             "create_iteration_deviations",
             "create_iteration_evaluation",
             "create_iteration_pitch",
+            "create_applied_changes",
             "simulate_closed_loop",
             "create_stream",
             "add_stream_nodes",

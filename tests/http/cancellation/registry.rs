@@ -70,6 +70,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("create_iteration_evaluation", Bounded("{job}/iterations/1/evaluations", dear::traces)),
     ("create_iteration_pitch", Trivial("sums over at most 10,000 teeth")),
     ("create_iteration_correction", Dear("{job}/iterations/1/correction", dear::correction)),
+    ("create_applied_changes", Trivial("names of settings")),
     ("import_iteration", Bounded("{job}/import", dear::points_file)),
     ("create_iteration_curve", Dear("{curve_job}/iterations/1/curves", dear::curve_of_nodes)),
     ("create_iteration_surface", Dear("{job}/iterations/1/surfaces", dear::surface_of_nodes)),

@@ -75,6 +75,7 @@ fn operations_ask_for_what_they_do() {
     let measure = [
         "add_stream_nodes",
         "connect_stream",
+        "create_applied_changes",
         "create_iteration",
         "create_iteration_deviations",
         "create_iteration_evaluation",

@@ -2,6 +2,7 @@
 
 mod conformity;
 mod correction;
+mod correction_applied;
 mod correction_flank;
 mod correction_kept;
 mod correction_target;

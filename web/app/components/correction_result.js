@@ -44,7 +44,7 @@ const settingCell = (name) =>
 const sign = (unit) => unitSign(unit) ?? "";
 
 /** The sign of an angle stands at its number. @param {string | null | undefined} unit */
-const behind = (unit) => (unit === "arcmin" || unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
+export const unitOf = (unit) => (unit === "arcmin" || unit === "deg" ? sign(unit) : `\u202f${sign(unit)}`);
 
 /** A change as it is entered: of a step all digits, else to the second digit of its error. @param {SettingChange} setting */
 function entered({ change, rounded, limited, fixed, undetermined, left, std_error }) {
@@ -54,6 +54,12 @@ function entered({ change, rounded, limited, fixed, undetermined, left, std_erro
   const signed = (/** @type {string} */ text) => (change > 0 ? `+${text}` : text);
   if (rounded || limited) return signed(value.input(Number(change.toPrecision(12))).replace("-", "−"));
   return signed(std_error ? value.deviation(change, undefined, std_error) : value.three(change));
+}
+
+/** A change as the form of what was entered begins with it. @param {SettingChange} setting */
+export function proposedText(setting) {
+  const text = setting.left ? ABSENT : entered(setting);
+  return text === ABSENT ? "0" : text.replace(/^\+/, "");
 }
 
 /** @param {SettingChange} setting @returns {Children} */
@@ -112,7 +118,7 @@ export function Changes({ result, csvName, tools, of }) {
         numeric: true,
         cell: (row) => {
           const text = entered(row);
-          return html`<b class="change" translate="no">${text}${row.left || text === ABSENT ? "" : behind(row.unit)}</b>`;
+          return html`<b class="change" translate="no">${text}${row.left || text === ABSENT ? "" : unitOf(row.unit)}</b>`;
         },
         csv: ({ change }) => change,
       },
@@ -120,7 +126,7 @@ export function Changes({ result, csvName, tools, of }) {
         key: "error",
         header: t.error,
         numeric: true,
-        cell: ({ std_error, unit }) => data(std_error ? `± ${value.significant(std_error, 2)}${behind(unit)}` : ABSENT),
+        cell: ({ std_error, unit }) => data(std_error ? `± ${value.significant(std_error, 2)}${unitOf(unit)}` : ABSENT),
         csv: ({ std_error }) => std_error,
       },
       {
@@ -129,7 +135,7 @@ export function Changes({ result, csvName, tools, of }) {
         numeric: true,
         minor: true,
         cell: ({ bias_bound, unit }) =>
-          data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${behind(unit)}` : ABSENT),
+          data(typeof bias_bound === "number" ? `${value.significant(bias_bound, 2)}${unitOf(unit)}` : ABSENT),
         csv: ({ bias_bound }) => bias_bound,
       },
       {
@@ -349,14 +355,14 @@ export function Figures({ kept, csvName, of }) {
   });
 }
 
-/** How the machine answered. @param {{ answer: MachineAnswer }} props */
-export function Answer({ answer }) {
+/** How the machine answered. @param {{ answer: MachineAnswer, entered: boolean }} props `entered`: compared with what was entered */
+export function Answer({ answer, entered }) {
   const { value } = fmt;
   const kind = { as_predicted: "good", weaker: "warn", stronger: "warn", different: "bad", undecided: "plain" };
   const { verdict, response_ratio: ratio, response_ratio_std_error: error } = answer;
   const um = "\u202fµm";
   return html`<p class="verdict">
-      ${h(Badge, { kind: /** @type {"good"} */ (kind[verdict]), children: t[verdict] })} ${t[`sentence_${verdict}`]}
+      ${h(Badge, { kind: /** @type {"good"} */ (kind[verdict]), children: entered ? t.ofEntered(t[verdict]) : t[verdict] })} ${t[`sentence_${verdict}`]}
     </p>
     ${h(Facts, {
       items: [

@@ -4,6 +4,7 @@ import { answer, api, transport } from "../api/client.js";
 import { useRecords } from "../api/records.js";
 import { useResource } from "../api/resource.js";
 import { Allowed } from "../components/allowed.js";
+import { Applied } from "../components/applied.js";
 import { CorrectionForm } from "../components/correction_form.js";
 import { CorrectionMaps } from "../components/correction_maps.js";
 import { Answer, Apart, Changes, Figures, outsideOf } from "../components/correction_result.js";
@@ -81,7 +82,7 @@ function Correction({ job, number, news }) {
                 resource: kept,
                 lines: 12,
                 children: (correction) => html`
-                  ${h(Kept, { job, iteration: of, kept: correction, earlier: made.length - 1 })}
+                  ${h(Kept, { job, iteration: of, kept: correction, earlier: made.length - 1, onApplied: kept.reload })}
                   <details class="panel another"><summary><h2>${t.another}</h2></summary>${form(of)}</details>`,
               })
             : html`${h(Empty, { children: t.none })}
@@ -90,8 +91,8 @@ function Correction({ job, number, news }) {
   });
 }
 
-/** @param {{ job: Job, iteration: Iteration, kept: KeptCorrection, earlier: number }} props */
-function Kept({ job, iteration, kept, earlier }) {
+/** @param {{ job: Job, iteration: Iteration, kept: KeptCorrection, earlier: number, onApplied: () => void }} props */
+function Kept({ job, iteration, kept, earlier, onApplied }) {
   const { result, answer: measured, not_compared: refused } = kept;
   const name = `${job.name} ${iteration.number}`;
   const nodes = useResource(`nodes ${job.id} ${iteration.number}`, async (signal) => {
@@ -108,13 +109,17 @@ function Kept({ job, iteration, kept, earlier }) {
       <p class="quiet">${t.changesAbout} ${t.errorAbout}${earlier > 0 && html` ${t.earlier(earlier)}`}</p>
       ${h(Changes, { result, csvName: `${name} ${t.changes}`, tools })}
     </section>
+    <section class="panel" aria-labelledby="entered">
+      <h2 id="entered">${t.enteredTitle}</h2>
+      ${h(Applied, { jobId: job.id, number: iteration.number, kept, onDone: onApplied })}
+    </section>
     <section class="panel" aria-labelledby="apart"><h2 id="apart">${t.apart}</h2>${h(Apart, { result })}</section>
     <section class="panel" aria-labelledby="answered">
       <header>
         <h2 id="answered">${t.answered}</h2>
         ${measured && html`<p class="quiet">${t.answeredBy(measured.iteration)}</p>`}
       </header>
-      ${measured && h(Answer, { answer: measured })}
+      ${measured && h(Answer, { answer: measured, entered: Boolean(kept.applied) })}
       ${!measured && refused && html`<p>${t.notCompared} <span lang="en">${refused}</span></p>`}
       ${
         !measured &&

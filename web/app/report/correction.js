@@ -21,7 +21,7 @@ export function Corrections({ told }) {
         ${h(Changes, { result, tools: null, of: common.iteration(iteration.number) })}</div>
       ${h(Apart, { result })}
       <div class="keep"><h3>${answer ? t.answeredBy(answer.iteration) : words.answered}</h3>
-        ${answer ? h(Answer, { answer }) : refused ? html`<p>${words.notCompared} <span lang="en">${refused}</span></p>` : html`<p>${t.notAnswered}</p>`}</div>
+        ${answer ? h(Answer, { answer, entered: Boolean(kept.applied) }) : refused ? html`<p>${words.notCompared} <span lang="en">${refused}</span></p>` : html`<p>${t.notAnswered}</p>`}</div>
       <div class="keep"><h3>${answer ? t.figuresOfCorrection : words.figuresBefore}</h3>
         <p class="quiet">${result.predicted.figures ? words.figuresAbout : words.noFigures}</p>
         ${h(Figures, { kept, of: common.iteration(iteration.number) })}</div>

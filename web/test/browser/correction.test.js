@@ -181,6 +181,50 @@ browserTest(
   },
 );
 
+browserTest("what was entered is kept, and the next measurement is compared with it", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await iteration(id, "flank_z52_remachined.json");
+  await open(pathOf(id));
+  const { result } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+  const entered = page.getByRole("region", { name: "Entered on the machine" });
+  const crowning = result.settings.find((/** @type {{ name: string }} */ { name }) => name === "helix_crowning");
+  agrees(await entered.getByLabel("Helix crowning").inputValue(), crowning.change);
+  await entered.getByLabel("Helix crowning").fill("one");
+  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  await entered.getByText("This is no number.").waitFor();
+  await entered.getByLabel("Helix crowning").fill("−0,5");
+  await entered.getByLabel("Note").fill("within its limits");
+  await entered.getByRole("button", { name: "Save what was entered" }).click();
+  const rows = entered.getByRole("table", { name: "Entered" }).locator("tbody tr");
+  await rows.first().waitFor();
+  await stands();
+  const { applied, answer } = await call("GET", `/v1/jobs/${id}/iterations/1/correction`);
+  assert.equal(applied.note, "within its limits");
+  for (const [i, setting] of applied.settings.entries()) {
+    const proposed = result.settings[i];
+    assert.equal(setting.change, setting.name === "helix_crowning" ? -0.5 : proposed.change, "the others as proposed");
+    agrees(await rows.nth(i).locator("td .cell").nth(0).textContent(), setting.change);
+  }
+  const words = {
+    as_predicted: "as predicted",
+    weaker: "weaker",
+    stronger: "stronger",
+    different: "otherwise than predicted",
+    undecided: "cannot be told",
+  };
+  await page
+    .getByText(`${words[/** @type {"weaker"} */ (answer.verdict)]}`, { exact: false })
+    .first()
+    .waitFor();
+  await page.getByText("for the changes entered").waitFor();
+  // the form begins with the entry
+  await entered.getByText("Correct this entry").click();
+  assert.equal(await entered.getByLabel("Helix crowning").inputValue(), "-0.5");
+});
+
 browserTest("axe finds nothing in an open form", {}, async (world) => {
   const { page, open, job, iteration, call, accessible } = world;
   const { id } = await job();

@@ -116,6 +116,13 @@ impl<'a> Gain<'a> {
         leverage
     }
 
+    /// How far each free setting follows a change of the flank that is all its own: the diagonal of
+    /// `V F Vᵀ`, which sums to that of H.
+    pub(crate) fn following(&self) -> Vec<f64> {
+        let n = self.factor.len();
+        (0..n).map(|j| (0..n).map(|i| self.v[(j, i)] * self.v[(j, i)] * self.factor[i]).sum()).collect()
+    }
+
     /// Σ (1 − h) w u²: what errors of J of their own at each entry add to the residual sum of
     /// squares.
     pub(crate) fn response_rss(&self, change: &[f64], leverage: &[f64]) -> f64 {

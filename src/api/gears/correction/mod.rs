@@ -1,5 +1,6 @@
 //! Corrections of machine settings from deviations of a flank.
 
+pub mod applied;
 pub mod csv;
 pub mod figure_changes;
 pub mod figures;

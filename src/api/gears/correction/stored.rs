@@ -6,6 +6,7 @@ use utoipa::ToSchema;
 use uuid::Uuid;
 
 use super::{
+    applied::AppliedChangesBody,
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
     request::{self, Job, Kept},
@@ -24,7 +25,7 @@ use crate::{
     jobs::Record,
 };
 use flankfit_engine::{
-    estimation::FitError,
+    estimation::{FitError, Unconverged},
     gear::{
         Gear, Refused,
         correction::{Answer, Correction, Verdict, compare, compare_figures},
@@ -50,6 +51,10 @@ pub struct StoredCorrectionBody {
     #[schema(value_type = Object)]
     pub request: serde_json::Value,
     pub result: CorrectionBody,
+    /// What was entered on the machine, where it was said; the newest entry. `answer` is compared
+    /// with these changes then, and with those of `result` otherwise.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub applied: Option<AppliedChangesBody>,
     /// What the next iteration of the same flank and tooth measured; left out before there is one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub answer: Option<MachineAnswerBody>,
@@ -70,7 +75,8 @@ pub struct MachineAnswerBody {
     pub nodes: usize,
     /// Root mean square of the deviations that the correction was made for.
     pub rms_before_um: f64,
-    /// Root mean square of the deviations that it predicted.
+    /// Root mean square of the deviations predicted for the changes that were entered, here and
+    /// below: those of `applied`, else those of the correction.
     pub rms_predicted_um: f64,
     /// Root mean square of the deviations that were measured after it.
     pub rms_measured_um: f64,
@@ -152,16 +158,18 @@ impl From<Verdict> for VerdictName {
 
 /// The parts of a stored result that are looked at again: what was to be changed.
 #[derive(Deserialize)]
-struct StoredResult {
-    settings: Vec<Changed>,
+pub(super) struct StoredResult {
+    pub settings: Vec<Changed>,
     #[serde(default)]
     target: Option<AimBody>,
 }
 
 #[derive(Deserialize)]
-struct Changed {
-    name: String,
-    change: f64,
+pub(super) struct Changed {
+    pub name: String,
+    #[serde(default)]
+    pub unit: String,
+    pub change: f64,
     #[serde(default)]
     left: Option<LeftName>,
 }
@@ -175,6 +183,8 @@ struct Written<'a> {
     gear: Option<Box<RawValue>>,
     request: Box<RawValue>,
     result: Box<RawValue>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    applied: Option<AppliedChangesBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
     answer: Option<MachineAnswerBody>,
     #[serde(skip_serializing_if = "Option::is_none")]
@@ -191,10 +201,12 @@ pub enum After {
     Same(u32, Measured),
 }
 
-/// The answer to who asks for a kept correction. `today` is the gear of the job, for corrections
-/// that were kept without the gear that they were made for. Processor work.
+/// The answer to who asks for a kept correction. `applied` is what was entered after it; `today` is
+/// the gear of the job, for corrections that were kept without the gear that they were made for.
+/// Processor work.
 pub fn write(
     record: &Record,
+    applied: Option<AppliedChangesBody>,
     before: &Measured,
     after: &After,
     today: Option<&Gear>,
@@ -208,7 +220,7 @@ pub fn write(
             let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
             (None, Some(why))
         }
-        After::Same(number, measured) => match answer(record, before, *number, measured, today)? {
+        After::Same(number, measured) => match answer(record, applied.as_ref(), before, (*number, measured), today)? {
             Ok(mut answer) => {
                 if !include.nodes {
                     (answer.predicted_um, answer.measured_um) = (None, None);
@@ -225,6 +237,7 @@ pub fn write(
         gear: record.draft.gear.as_ref().map(|gear| raw(gear.to_string())).transpose()?,
         request: raw(include.of_request(&record.draft.request)?)?,
         result: raw(include.of_result(&record.draft.result)?)?,
+        applied,
         answer,
         not_compared,
         warnings: [],
@@ -234,9 +247,9 @@ pub fn write(
 
 fn answer(
     record: &Record,
+    applied: Option<&AppliedChangesBody>,
     before: &Measured,
-    number: u32,
-    after: &Measured,
+    (number, after): (u32, &Measured),
     today: Option<&Gear>,
 ) -> Result<Result<MachineAnswerBody, String>, Problem> {
     if before.nodes.posted() != after.nodes.posted() {
@@ -270,7 +283,7 @@ fn answer(
             "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
         )));
     }
-    let change: Vec<f64> = result.settings.iter().map(|setting| setting.change).collect();
+    let proposed: Vec<f64> = result.settings.iter().map(|setting| setting.change).collect();
     // the request says what the sensitivity is, and how the changes follow the noise of the
     // deviations
     let of_gear = earlier.flank.is_some();
@@ -282,7 +295,7 @@ fn answer(
         Err(why) => return Ok(Err(why)),
     };
     let changes = solution.settings.iter().map(|setting| setting.change);
-    if change.len() != changes.len() || (of_gear && own_gear.is_none() && !same_changes(&change, changes)) {
+    if proposed.len() != changes.len() || (of_gear && own_gear.is_none() && !same_changes(&proposed, changes)) {
         return Ok(Err(
             "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
         ));
@@ -290,9 +303,18 @@ fn answer(
     let Some(noise) = solution.noise else {
         return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
     };
+    let entered = applied.map(|applied| applied.settings.iter().map(|setting| setting.change).collect());
+    let change: Vec<f64> = entered.unwrap_or_else(|| proposed.clone());
+    let leverage = match change == proposed {
+        true => solution.leverage,
+        false => match correction.leverage_of(&solution, &shares(&change, &proposed)) {
+            Some(leverage) => leverage,
+            None => return Ok(Err(why(FitError::NotConverged(Unconverged::Comparison)))),
+        },
+    };
     let measured = later.spec.deviation;
     let predicted = correction.predict(&change).deviation;
-    match compare(&correction.comparison(&change, solution.leverage, noise, measured.clone())) {
+    match compare(&correction.comparison(&change, leverage, noise, measured.clone())) {
         Ok(answer) => {
             let flank = later.flank.as_ref();
             let weight = later.spec.weight.as_deref();
@@ -309,6 +331,16 @@ fn answer(
         }
         Err(Refused::Fit(error)) => Ok(Err(why(error))),
     }
+}
+
+/// How far each change that was entered follows the proposed one, and with it the noise that the
+/// proposal was computed from.
+fn shares(entered: &[f64], proposed: &[f64]) -> Vec<f64> {
+    let share = |(entered, proposed): (&f64, &f64)| match *proposed {
+        0.0 => 0.0,
+        proposed => (entered / proposed).clamp(0.0, 1.0),
+    };
+    entered.iter().zip(proposed).map(share).collect()
 }
 
 /// Whether a correction comes out as it was told, but for rounding.

@@ -129,6 +129,7 @@ export default {
   record_pitch: "Auswertung von Teilungen",
   record_correction: "Korrektur",
   record_measurand: "Änderung von Flanke, Zahn oder Achsen",
+  record_applied: "An der Maschine eingegeben",
   earlierEntries: "Von langen Listen sind die letzten hundert Einträge genannt.",
   earlierFit: "eine nicht aufgeführte Anpassung",
   noWarnings: "Es gibt keine Warnungen.",

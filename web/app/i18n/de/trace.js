@@ -34,6 +34,7 @@ export default {
   concession: "Als Sonderfreigabe angenommen.",
   unitsAccepted: "Einheiten bestätigt",
   nothingSaid: "nichts angegeben",
+  applied: "An der Maschine eingegeben",
   left: "linke Flanke",
   right: "rechte Flanke",
   tooth: "Zahn",

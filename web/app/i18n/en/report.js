@@ -127,6 +127,7 @@ export default {
   record_pitch: "evaluation of pitches",
   record_correction: "correction",
   record_measurand: "change of flank, tooth or axes",
+  record_applied: "Entered on the machine",
   earlierEntries: "Of long lists the last hundred entries are told.",
   earlierFit: "a fit that is not listed",
   noWarnings: "There are no warnings.",

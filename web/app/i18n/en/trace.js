@@ -33,6 +33,7 @@ export default {
   concession: "Accepted as a concession.",
   unitsAccepted: "units accepted",
   nothingSaid: "nothing said",
+  applied: "Entered on the machine",
   left: "left flank",
   right: "right flank",
   tooth: "Tooth",

@@ -4,8 +4,9 @@ use crate::{
     fault::Common,
     gear::correction::{
         fault::{ComparisonFaults, ComparisonField, ComparisonReason, NodeList},
+        gain::Gain,
         problem::Correction,
-        solution::Noise,
+        solution::{Change, Noise, Solution},
     },
 };
 
@@ -37,6 +38,22 @@ pub struct Comparison {
 }
 
 impl Correction {
+    /// The leverage of changes that were entered in place of those of `solution`: setting j follows
+    /// the computed change by the share `share[j]` (1 as computed, 0 entered regardless of it), and
+    /// the noise of the measurement with it. `None` where the singular values do not converge.
+    pub fn leverage_of(&self, solution: &Solution, share: &[f64]) -> Option<Vec<f64>> {
+        let is_free = |one: &Change| one.limited.is_none() && one.left.is_none() && !one.fixed && !one.undetermined;
+        let free: Vec<usize> = (0..share.len()).filter(|&j| is_free(&solution.settings[j])).collect();
+        if free.is_empty() {
+            return Some(solution.leverage.clone());
+        }
+        let following = Gain::new(self, &free, solution.limited_fit.as_ref().unwrap_or(&solution.fit))?.following();
+        let all: f64 = following.iter().sum();
+        let entered: f64 = following.iter().zip(&free).map(|(one, &j)| one * share[j]).sum();
+        let part = if all > 0.0 { entered / all } else { 0.0 };
+        Some(solution.leverage.iter().map(|h| part * h).collect())
+    }
+
     /// What is compared when the settings were changed by `change` and the flank then measured as
     /// `measured`.
     pub fn comparison(&self, change: &[f64], leverage: Vec<f64>, noise: Noise, measured: Vec<f64>) -> Comparison {

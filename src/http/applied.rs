@@ -1,0 +1,135 @@
+//! `…/correction/applied`: the changes that were entered on the machine.
+
+use axum::response::Response;
+use utoipa_axum::{router::OpenApiRouter, routes};
+use uuid::Uuid;
+
+use super::{
+    caller_state::CallerState,
+    idempotency::IdempotencyKey,
+    records::{NewRecord, RecordRequest},
+    state::AppState,
+};
+use crate::{
+    api::{
+        faults::Faults,
+        gears::correction::applied::{self, AppliedChangesBody, AppliedRequestBody},
+        jobs::records::RecordBody,
+        json::value::read_json,
+        problem::{Problem, ProblemCode, Room},
+    },
+    jobs::{Measurand, PageRequest, Predecessors, Record, RecordDraft, RecordKind},
+};
+
+/// Records of one page.
+const PAGE: u32 = 200;
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(create_applied_changes))
+}
+
+/// Keeps the changes that were entered on the machine after the iteration's correction.
+///
+/// They belong to its newest correction, whose comparison with the next measurement then takes them
+/// in place of the proposed changes. Settings that are not named were changed as proposed. Nothing
+/// is overwritten: the newest entry counts, and earlier ones stay in the trace.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/iterations/{number}/correction/applied", operation_id = "create_applied_changes",
+    tag = "iterations",
+    params(
+        ("job_id" = Uuid, Path),
+        ("number" = u32, Path),
+        IdempotencyKey
+    ),
+    request_body(content = AppliedRequestBody, description = "The changes that were entered."),
+    responses(
+        (status = 201, description = "The record: its `result` has every setting with the change that was entered and \
+            the proposed one.", body = RecordBody,
+            headers(("Location" = String, description = "Where the record is.")))
+    )
+)]
+async fn create_applied_changes(request: RecordRequest) -> Result<Response, Problem> {
+    let correction = async |state: CallerState, job, number| match newest(&state, job, number).await? {
+        Some(correction) => Ok((number, correction)),
+        None => Err(Problem::new(
+            ProblemCode::NotFound,
+            format!("Iteration {number} has no correction: make one before entering what was set of it."),
+        )),
+    };
+    let build = |text: &[u8], (number, correction): &(u32, Record), _: Room| {
+        let draft = applied::draft(&read_json::<AppliedRequestBody>(text)?, correction, *number, "")?;
+        Ok(NewRecord::from(draft))
+    };
+    request.keep_of("correction/applied", correction, build).await
+}
+
+async fn newest(state: &CallerState, job: Uuid, number: u32) -> Result<Option<Record>, Problem> {
+    Ok(state.jobs.latest_record(job, number, RecordKind::Correction).await?)
+}
+
+/// Returns the record of what was entered before an iteration of `measurand` that is about to be
+/// stored: after the newest correction of the flank's iteration before it.
+pub async fn before_next(
+    state: &CallerState,
+    job: Uuid,
+    measurand: &Measurand,
+    asked: &AppliedRequestBody,
+) -> Result<RecordDraft, Problem> {
+    let wanted = Predecessors { of: measurand.clone(), from: 1, before: None, most: 1 };
+    let Some(previous) = state.jobs.predecessors(job, wanted).await?.pop() else {
+        let detail = format!("the job has no earlier iteration of {} that was corrected", measurand.words());
+        return Err(Problem::invalid(Faults::one("/applied", detail)));
+    };
+    match newest(state, job, previous.number).await? {
+        Some(correction) => applied::draft(asked, &correction, previous.number, "/applied"),
+        None => {
+            let detail = format!("iteration {}, the last of {}, has no correction", previous.number, measurand.words());
+            Err(Problem::invalid(Faults::one("/applied", detail)))
+        }
+    }
+}
+
+/// Returns what was entered after a correction: the newest entry kept with its iteration or with
+/// the one that measured it, `next`.
+pub async fn entered_after(
+    state: &CallerState,
+    job: Uuid,
+    correction: &Record,
+    iteration: u32,
+    next: Option<u32>,
+) -> Result<Option<AppliedChangesBody>, Problem> {
+    let mut newest: Option<AppliedChangesBody> = None;
+    for number in [Some(iteration), next].into_iter().flatten() {
+        let Some(found) = newest_entry(state, job, correction.id, number).await? else { continue };
+        if newest.as_ref().is_none_or(|newest| newest.created_at.0 <= found.created_at.0) {
+            newest = Some(found);
+        }
+    }
+    Ok(newest)
+}
+
+/// Returns the newest entry for the correction that is kept with the iteration.
+async fn newest_entry(
+    state: &CallerState,
+    job: Uuid,
+    correction: Uuid,
+    number: u32,
+) -> Result<Option<AppliedChangesBody>, Problem> {
+    let mut entries = Vec::new();
+    let mut page = PageRequest { limit: PAGE, after: None };
+    loop {
+        let listed = state.jobs.records(job, number, page).await?;
+        entries.extend(listed.items.into_iter().filter(|record| record.kind == RecordKind::Applied));
+        match listed.next {
+            Some(next) => page.after = Some(next),
+            None => break,
+        }
+    }
+    while let Some(entry) = entries.pop() {
+        let record = state.jobs.record(job, number, entry.id).await?;
+        if let Some(found) = applied::entered_after(correction, &record)? {
+            return Ok(Some(found));
+        }
+    }
+    Ok(None)
+}
