@@ -122,11 +122,6 @@ impl Callers {
         match proof {
             Proof::Key(key) => self.kept.ended(key).await,
             Proof::Token(token) => self.token_ended(token).await,
-            Proof::None if self.demand == Demand::OnceThereIsAKey => {
-                while !matches!(self.are_known().await, Ok(true)) {
-                    sleep(AGAIN).await;
-                }
-            }
             Proof::None | Proof::Listed => future::pending().await,
         }
     }
@@ -322,7 +317,7 @@ fn presented(headers: &HeaderMap) -> Option<(&[u8], Form)> {
 /// Between two looks whether a token still lets in whoever is in already.
 const LOOK: Duration = Duration::from_secs(5);
 
-/// The same for those whose kept requests are done, and for those of whom no key was asked.
+/// The same for those whose kept requests are done.
 const AGAIN: Duration = Duration::from_secs(2);
 
 /// The header that may carry a key instead of `Authorization`.

@@ -44,7 +44,7 @@ fn check_value(table: &str, column: &str, value: &Value, count: Option<&Value>) 
         ("job", "tags", Value::Text(text)) => read::<BTreeMap<String, String>>(text),
         ("iteration" | "stream", "axes", Value::Text(text)) => read::<AxesBody>(text),
         ("fit", "spec" | "result" | "flank_figures", Value::Text(text))
-        | ("record", "request" | "result", Value::Text(text))
+        | ("record", "request" | "result" | "measurand", Value::Text(text))
         | ("stream", "spec", Value::Text(text))
             // of a purged job
             if !text.is_empty() =>

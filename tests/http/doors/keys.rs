@@ -431,16 +431,3 @@ async fn the_last_administrator_stays_and_is_not_revoked_from_below() {
     assert_eq!(get(&app, &first, "/v1/whoami").await.status, 200);
     app.stop().await;
 }
-
-/// Who listens without a key does not go on once keys are asked for.
-#[tokio::test]
-async fn connections_without_a_key_end_when_there_is_one() {
-    let app = start().await;
-    if is_postgres() {
-        return;
-    }
-    let mut listener = Listener::of(app.get("/v1/events"), None).await.unwrap();
-    key_of(&app, "default", Role::Admin).await;
-    assert!(listener.next().await.is_none());
-    app.stop().await;
-}
