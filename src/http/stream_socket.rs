@@ -19,7 +19,7 @@ use utoipa_axum::{router::OpenApiRouter, routes};
 use uuid::Uuid;
 
 use super::{
-    budget::WithPermit, caller_state::CallerState, extract::PathOf, observe::too_late, shutdown::OpenConnection,
+    budget::WithPermit, caller_state::CallerState, extract::PathOf, observe::too_late, shutdown::OpenConnection, sites,
     state::AppState, streams,
 };
 use crate::{

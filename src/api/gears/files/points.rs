@@ -83,7 +83,7 @@ pub(in crate::api) fn of_model(
     warnings.extend(notices(&model.notes));
     let message = "a model does not say what its amounts count from; they are taken for positive where material stands \
         out, along the normal";
-    warnings.push(NoticeBody::new("sign_assumed", message));
+    warnings.push(NoticeBody::new("sign_assumed", &message));
     if !topographies {
         let traces = traces(of_gear, &gear, &mut warnings);
         let mut settings = spec.evaluation.clone().unwrap_or_default();
