@@ -12,7 +12,7 @@ use flankfit_engine::{
         Gear, GearData, Hand, Kind, ProfileAxis, Side, Trace,
         evaluation::{
             Posted, ToleranceLimits, evaluate,
-            flank_surface::{Border, FlankNodes, SurfaceSettings, flank_surface},
+            flank_surface::{Border, FigureTerms, FlankNodes, SurfaceSettings, flank_surface},
             pitch::{PitchMeasured, PitchSettings, pitch},
             runout::{Counting, from_pitches},
             settings::{DeviationSign, HelixSettings, ProfileSettings, Settings, SlopeSign},
@@ -98,6 +98,7 @@ fn flank_surface_of_a_grid(bencher: Bencher, (rows, columns): (usize, usize)) {
         border: Border { root: 5.0, tip: 5.0, toe: 5.0, heel: 5.0 },
         given: DeviationSign::Material,
         direction: Direction::Transverse,
+        terms: FigureTerms::default(),
         sign: SlopeSign::Din,
         limits: ToleranceLimits::default(),
         spec: FitSpec::new(model),

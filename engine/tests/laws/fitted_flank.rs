@@ -9,7 +9,7 @@ use flankfit_engine::{
         Gear, GearData, ProfileAxis, Side,
         evaluation::{
             ToleranceLimits,
-            flank_surface::{Figure, FittedFlank, FlankNodes, flank_surface},
+            flank_surface::{Figure, FigureTerms, FittedFlank, FlankNodes, Reference, flank_surface},
             settings::SlopeSign,
         },
     },
@@ -26,7 +26,9 @@ const ROLL: [f64; 2] = [18.0, 26.0];
 const Z: [f64; 2] = [1.0, 19.0];
 
 fn flank(gear: &Gear, side: Side) -> FittedFlank<'_> {
-    FittedFlank { gear, side, axis: ProfileAxis::RollLength, u: 1.0, v: 1.0, height: 1.0, roll_lengths: ROLL, z: Z }
+    let axis = ProfileAxis::RollLength;
+    let terms = FigureTerms { reference: Reference::Evaluated, ..FigureTerms::default() };
+    FittedFlank { gear, side, axis, u: 1.0, v: 1.0, height: 1.0, terms, roll_lengths: ROLL, z: Z }
 }
 
 fn polynomial(degree: Degree, basis: PolynomialBasis, terms: Terms) -> Model {

@@ -14,7 +14,7 @@ use flankfit_engine::{
     },
 };
 
-use super::gear_evaluation::gear;
+use super::{gear_evaluation::gear, gear_evaluation_surface::AS_FITTED};
 use crate::oracle::random::Random;
 
 const ROLL: [f64; 2] = [18.0, 26.0];
@@ -46,6 +46,7 @@ fn figures(deviation: &[f64]) -> Option<FlankFigures<EstimatedFigure>> {
         border: Border::default(),
         given: DeviationSign::Material,
         direction: Direction::Transverse,
+        terms: AS_FITTED,
         sign: SlopeSign::Din,
         limits: ToleranceLimits::default(),
         spec: FitSpec::new(Model::Linear),

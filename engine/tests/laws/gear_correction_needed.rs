@@ -6,7 +6,8 @@ use flankfit_engine::gear::{
         Correction, CorrectionSpec, DEFAULT_KEEP_WITHIN, Flank, LeftAlone, Setting, SettingsUsed, Solution,
         machine::{FlankNode, Machine, Ranges},
     },
-    evaluation::flank_surface::FlankFigures,
+    evaluation::flank_surface::{FigureTerms, FlankFigures, Reference},
+    trace::Direction,
 };
 
 use crate::oracle::random::Random;
@@ -29,7 +30,8 @@ pub fn flank(gear: Gear, side: Side) -> Flank {
         roll_length: at(ranges.profile, k / COLUMNS, ROWS),
         z: at(ranges.helix, k % COLUMNS, COLUMNS),
     };
-    Flank { gear, side, places: (0..ROWS * COLUMNS).map(place).collect(), ranges, traces: None }
+    let terms = FigureTerms { direction: Direction::Normal, reference: Reference::Evaluated };
+    Flank { gear, side, places: (0..ROWS * COLUMNS).map(place).collect(), ranges, traces: None, terms }
 }
 
 /// The settings of generating grinding on one flank, without the offset of the tool, which does the

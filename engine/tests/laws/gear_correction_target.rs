@@ -7,8 +7,9 @@ use flankfit_engine::gear::{
         flank::Design,
         machine::{Machine, Ranges},
     },
-    evaluation::flank_surface::FlankFigures,
+    evaluation::flank_surface::{FigureTerms, FlankFigures, Reference},
     modification::{End, Flanks, Growth, Law, Modification},
+    trace::Direction,
 };
 
 use super::gear_correction_needed::{flank, helical};
@@ -45,6 +46,15 @@ fn a_design_has_its_own_figures() {
             assert!((found.unwrap() - wanted).abs() < 1e-9, "{side:?} {name}: {found:?} {wanted}");
         }
         assert!(flank.designed(&Design::default()).unwrap().iter().all(|t| *t == 0.0));
+        // also where slopes refer to the face width, and in the transverse plane
+        for direction in [Direction::Normal, Direction::Transverse] {
+            let flank = Flank { terms: FigureTerms { direction, reference: Reference::Length }, ..flank.clone() };
+            let whole = Design { figures: DESIGN, ..Design::default() };
+            let found = flank.figures(&flank.designed(&whole).unwrap(), None).unwrap();
+            for ((name, found), (_, wanted)) in found.named().into_iter().zip(DESIGN.named()) {
+                assert!((found.unwrap() - wanted.unwrap()).abs() < 1e-9, "{side:?} {direction:?} {name}");
+            }
+        }
     }
 }
 

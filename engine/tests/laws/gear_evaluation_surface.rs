@@ -10,7 +10,9 @@ use flankfit_engine::{
         Gear, GearData, ProfileAxis, Side,
         evaluation::{
             ToleranceLimits,
-            flank_surface::{Border, FlankNodes, FlankSurface, SurfaceSettings, flank_figures, flank_surface},
+            flank_surface::{
+                Border, FigureTerms, FlankNodes, FlankSurface, Reference, SurfaceSettings, flank_figures, flank_surface,
+            },
             settings::{DeviationSign, SlopeSign},
             warning::{SurfaceWarning, share},
         },
@@ -27,6 +29,9 @@ fn plain() -> FitSpec {
     FitSpec { regularization: Regularization::None, ..FitSpec::new(model) }
 }
 
+/// Transverse figures over the fitted range, as the nodes have them.
+pub const AS_FITTED: FigureTerms = FigureTerms { direction: Direction::Transverse, reference: Reference::Evaluated };
+
 /// Of the left flank, trimmed by nothing, deviations as material.
 pub fn settings_of(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
     SurfaceSettings {
@@ -36,6 +41,7 @@ pub fn settings_of(spec: FitSpec, limits: ToleranceLimits) -> SurfaceSettings {
         border: Border::default(),
         given: DeviationSign::Material,
         direction: Direction::Transverse,
+        terms: AS_FITTED,
         sign: SlopeSign::AsGiven,
         limits,
         spec,

@@ -1,5 +1,6 @@
-//! Limits of slopes are of the whole evaluation length and of the whole face width: whoever
-//! evaluates a range of it holds the slope against the same share of them. And they are transverse.
+//! Slopes are extended linearly to the evaluation length and the face width and compared with the
+//! full limits; over the evaluated range they get their share of them. Tolerances of a class are
+//! transverse: conformity does not depend on the direction of the figures.
 
 use flankfit_engine::{
     estimation::{
@@ -10,7 +11,9 @@ use flankfit_engine::{
         Gear, Kind, ProfileAxis, Side, Trace,
         evaluation::{
             Posted, ToleranceLimits, evaluate,
-            flank_surface::{Border, FittedFlank, FlankNodes, FlankSurface, SurfaceSettings, flank_surface},
+            flank_surface::{
+                Border, FigureTerms, FittedFlank, FlankNodes, FlankSurface, Reference, SurfaceSettings, flank_surface,
+            },
             settings::{HelixSettings, ProfileSettings, Settings},
         },
         tolerance::{Characteristic, Tolerances},
@@ -20,7 +23,7 @@ use flankfit_engine::{
 
 use super::{
     gear_evaluation::{gear, near},
-    gear_evaluation_surface::settings_of,
+    gear_evaluation_surface::{AS_FITTED, settings_of},
 };
 use crate::problems::fit;
 
@@ -51,20 +54,31 @@ fn surface(gear: &Gear, z: [f64; 2], settings: &SurfaceSettings) -> FlankSurface
     flank_surface(gear, &nodes, settings).expect("the nodes are sound")
 }
 
-type Limits = Option<[f64; 2]>;
+const EXTENDED: FigureTerms = FigureTerms { reference: Reference::Length, ..AS_FITTED };
 
-/// Limits of the slopes of profile and helix: of a flank surface, of a fitted flank, of the surface
-/// of traces.
-fn held(gear: &Gear, z: [f64; 2], limits: ToleranceLimits) -> [[Limits; 2]; 3] {
-    let of_nodes = surface(gear, z, &settings_of(spec(), limits));
+type Slope = (f64, Option<[f64; 2]>);
+
+/// Slopes of profile and helix with their limits: of a flank surface and of a fitted flank.
+fn slopes(gear: &Gear, z: [f64; 2], limits: ToleranceLimits, terms: FigureTerms) -> [[Slope; 2]; 2] {
+    let of_nodes = surface(gear, z, &SurfaceSettings { terms, ..settings_of(spec(), limits) });
     let (side, axis) = (Side::Left, ProfileAxis::RollLength);
-    let flank = FittedFlank { gear, side, axis, u: 1.0, v: 1.0, height: 1.0, roll_lengths: ROLL, z };
+    // the same heights are transverse there and along the normal here
+    let height = gear.base_helix_angle().cos();
+    let flank = FittedFlank { gear, side, axis, u: 1.0, v: 1.0, height, terms, roll_lengths: ROLL, z };
     let nodes = Nodes::grid(along(ROLL, 9), along(z, 7), heights(9, 7), None, None).expect("sound");
     let result = fit(&nodes, &FitSpec { sums: Some(flank.sums()), ..spec() });
     let fitted = flank.figures(result.sums.as_deref().expect("asked"), &limits);
+    let [profile, helix] = [fitted.profile_slope, fitted.helix_slope].map(|slope| slope.expect("determined"));
+    [[of_nodes.profile_slope, of_nodes.helix_slope], [profile, helix]]
+        .map(|pair| pair.map(|slope| (slope.value, slope.limits)))
+}
+
+/// Slopes of the surface through traces with their limits, and the slope of the helices alone.
+fn slopes_of_traces(gear: &Gear, z: [f64; 2], limits: ToleranceLimits) -> ([Slope; 2], f64) {
+    let side = Side::Left;
     let trace = |kind, section: f64| {
         let at = along(if kind == Kind::Profile { ROLL } else { z }, 200);
-        let deviation = (0..200).map(|k| 0.02 * f64::from(k) + 0.1 * f64::from(k % 7)).collect();
+        let deviation = (0..200).map(|k| 0.02 * f64::from(k)).collect();
         Trace { tooth: "1".into(), side, kind, at, section: Some(section), deviation }
     };
     let diameter = |share: f64| gear.diameter(ROLL[0] + share * (ROLL[1] - ROLL[0]));
@@ -81,23 +95,20 @@ fn held(gear: &Gear, z: [f64; 2], limits: ToleranceLimits) -> [[Limits; 2]; 3] {
     };
     let posted: Vec<Posted> = traces.iter().map(|trace| Posted { trace, design: None }).collect();
     let evaluated = evaluate(gear, &posted, &settings).expect("the traces are sound");
-    let of_traces = evaluated.surfaces[0].figures;
-    [
-        [of_nodes.profile_slope.limits, of_nodes.helix_slope.limits],
-        [fitted.profile_slope.expect("told").limits, fitted.helix_slope.expect("told").limits],
-        [of_traces.profile_slope.expect("told").limits, of_traces.helix_slope.expect("told").limits],
-    ]
+    let figures = evaluated.surfaces[0].figures;
+    let slopes = [figures.profile_slope, figures.helix_slope].map(|slope| slope.expect("determined"));
+    (slopes.map(|slope| (slope.value, slope.limits)), evaluated.traces[0].values.expect("evaluated").slope)
 }
 
 #[track_caller]
-fn alike(found: Limits, want: [f64; 2]) {
+fn alike(found: Option<[f64; 2]>, want: [f64; 2]) {
     let found = found.expect("there are limits");
     near(found[0], want[0], 1e-9);
     near(found[1], want[1], 1e-9);
 }
 
 #[test]
-fn slopes_have_their_share_of_the_limits_and_never_more_than_the_whole() {
+fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
     let gear = gear();
     let (profile, helix) = ([-5.0, 7.0], [2.0, 10.0]);
     let told = ToleranceLimits { profile_slope: Some(profile), helix_slope: Some(helix), ..Default::default() };
@@ -107,55 +118,81 @@ fn slopes_have_their_share_of_the_limits_and_never_more_than_the_whole() {
     let (f_h_alpha, f_h_beta) = (of(Characteristic::ProfileSlope), of(Characteristic::HelixSlope));
     // the last two extend beyond the face
     for z in [[1.0, 19.0], [5.0, 10.0], [0.0, 20.0], [-4.0, 26.0], [0.0, 20.5]] {
-        let share = ((z[1] - z[0]) / FACE_WIDTH).min(1.0);
-        for [of_profile, of_helix] in held(&gear, z, told) {
-            alike(of_profile, profile);
-            alike(of_helix, helix.map(|end| share * end));
+        let factor = FACE_WIDTH / (z[1] - z[0]);
+        let share = (1.0 / factor).min(1.0);
+        let (evaluated, extended) = (slopes(&gear, z, told, AS_FITTED), slopes(&gear, z, told, EXTENDED));
+        for (evaluated, extended) in evaluated.into_iter().zip(extended) {
+            alike(evaluated[0].1, profile);
+            alike(evaluated[1].1, helix.map(|end| share * end));
+            near(extended[0].0, evaluated[0].0, 1e-9);
+            near(extended[1].0, factor * evaluated[1].0, 1e-9);
+            alike(extended[0].1, profile);
+            alike(extended[1].1, helix);
         }
-        for [of_profile, of_helix] in held(&gear, z, class) {
-            alike(of_profile, [-f_h_alpha, f_h_alpha]);
-            alike(of_helix, [-share * f_h_beta, share * f_h_beta]);
+        for [of_profile, of_helix] in slopes(&gear, z, class, EXTENDED) {
+            alike(of_profile.1, [-f_h_alpha, f_h_alpha]);
+            alike(of_helix.1, [-f_h_beta, f_h_beta]);
         }
+        // helices that rise alike at two diameters: the surface has the slope of each
+        let ([_, of_traces], of_each) = slopes_of_traces(&gear, z, told);
+        near(of_traces.0, of_each, 1e-6);
+        alike(of_traces.1, helix);
     }
 }
 
-/// What a border leaves of the profile has its share; a gear without a face width has the whole.
+/// A border leaves a shorter profile, whose slope is extended to the evaluation range. A gear without
+/// face width has no other length for helices than what was evaluated.
 #[test]
-fn borders_leave_shares_and_a_gear_without_width_has_the_whole() {
+fn borders_and_a_missing_face_width() {
     let told =
         ToleranceLimits { profile_slope: Some([-5.0, 5.0]), helix_slope: Some([-6.0, 6.0]), ..Default::default() };
     let border = Border { root: 12.5, tip: 12.5, toe: 0.0, heel: 0.0 };
-    let cut = surface(&gear(), [1.0, 19.0], &SurfaceSettings { border, ..settings_of(spec(), told) });
-    alike(cut.profile_slope.limits, [-3.75, 3.75]);
+    let settings = SurfaceSettings { border, ..settings_of(spec(), told) };
+    let evaluated = surface(&gear(), [1.0, 19.0], &settings);
+    alike(evaluated.profile_slope.limits, [-3.75, 3.75]);
+    let extended = surface(&gear(), [1.0, 19.0], &SurfaceSettings { terms: EXTENDED, ..settings });
+    alike(extended.profile_slope.limits, [-5.0, 5.0]);
+    near(extended.profile_slope.value, evaluated.profile_slope.value / 0.75, 1e-9);
+    near(extended.profile_crowning.value, evaluated.profile_crowning.value, 1e-12);
+    assert_eq!(extended.references, [ROLL[1] - ROLL[0], FACE_WIDTH]);
     let open = Gear::new(flankfit_engine::gear::GearData { face_width: None, ..super::gear_evaluation::data() });
-    let open = surface(&open.expect("it exists"), [1.0, 19.0], &settings_of(spec(), told));
-    alike(open.helix_slope.limits, [-6.0, 6.0]);
+    let open = open.expect("it exists");
+    for terms in [AS_FITTED, EXTENDED] {
+        let [found, _] = slopes(&open, [1.0, 19.0], told, terms);
+        alike(found[1].1, [-6.0, 6.0]);
+    }
 }
 
-/// Deviations along the normal are smaller by cos β_b; figures and form are transverse, the fit is
-/// of what was given.
+/// Deviations along the normal are smaller by cos β_b. Figures count in the direction asked for,
+/// with limits in the same direction; tolerances of a class are converted, so that a figure has the
+/// same share of them in either.
 #[test]
-fn figures_are_transverse_along_whatever_deviations_are() {
+fn figures_count_in_the_direction_asked_for() {
     let gear = gear();
     // sin β_b = sin β cos α_n
-    let base_helix_angle = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin();
-    let told = ToleranceLimits { profile_slope: Some([-4.1, 4.1]), ..Default::default() };
-    let settings = settings_of(spec(), told);
-    let transverse = surface(&gear, [1.0, 19.0], &settings);
-    let normal = surface(&gear, [1.0, 19.0], &SurfaceSettings { direction: Direction::Normal, ..settings });
-    let scale = 1.0 / base_helix_angle.cos();
-    for (normal, transverse) in [
-        (normal.mean, transverse.mean),
-        (normal.profile_slope, transverse.profile_slope),
-        (normal.helix_slope, transverse.helix_slope),
-        (normal.profile_crowning, transverse.profile_crowning),
-        (normal.helix_crowning, transverse.helix_crowning),
-        (normal.twist, transverse.twist),
-    ] {
-        near(normal.value, scale * transverse.value, 1e-9);
-        near(normal.std_error.expect("told"), scale * transverse.std_error.expect("told"), 1e-9);
-        assert_eq!(normal.limits, transverse.limits);
+    let scale = (15f64.to_radians().sin() * 20f64.to_radians().cos()).asin().cos();
+    let limits = ToleranceLimits { class: Some(6), profile_crowning: Some([1.0, 4.0]), ..ToleranceLimits::default() };
+    let settings = settings_of(spec(), limits);
+    let given = |direction| SurfaceSettings { direction, ..settings.clone() };
+    let asked = |direction| SurfaceSettings { terms: FigureTerms { direction, ..AS_FITTED }, ..settings.clone() };
+    let of = |settings: &SurfaceSettings| surface(&gear, [1.0, 19.0], settings);
+    let transverse = of(&settings);
+    let figures = |of: &FlankSurface| {
+        [of.mean, of.profile_slope, of.helix_slope, of.profile_crowning, of.helix_crowning, of.twist]
+    };
+    for (other, factor) in [(of(&given(Direction::Normal)), 1.0 / scale), (of(&asked(Direction::Normal)), scale)] {
+        for (other, transverse) in figures(&other).into_iter().zip(figures(&transverse)) {
+            near(other.value, factor * transverse.value, 1e-9);
+            near(other.std_error.expect("known"), factor * transverse.std_error.expect("known"), 1e-9);
+        }
+        near(other.remainder.peak_to_valley, factor * transverse.remainder.peak_to_valley, 1e-9);
+        assert_eq!(other.result.residuals.rms, transverse.result.residuals.rms);
     }
-    near(normal.remainder.peak_to_valley, scale * transverse.remainder.peak_to_valley, 1e-9);
-    assert_eq!(normal.result.residuals.rms, transverse.result.residuals.rms);
+    let normal = of(&asked(Direction::Normal));
+    let share = |figure: flankfit_engine::gear::evaluation::flank_surface::Figure| {
+        figure.value / figure.limits.expect("there are limits")[1]
+    };
+    near(share(normal.profile_slope), share(transverse.profile_slope), 1e-9);
+    near(share(normal.helix_slope), share(transverse.helix_slope), 1e-9);
+    assert_eq!(normal.profile_crowning.limits, Some([1.0, 4.0]));
 }

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
-    evaluation::figures::FigureBody,
+    evaluation::{figures::FigureBody, request::DirectionName},
     gear::of_text,
     notice::NoticeBody,
     plausibility::{IMPLAUSIBLE_UNIT, Noise, implausible},
@@ -29,25 +29,24 @@ use flankfit_engine::{
         Gear, ProfileAxis, Side,
         evaluation::{
             ToleranceLimits,
-            flank_surface::{Figure, FittedFlank, FlankFigures},
+            flank_surface::{Figure, FigureTerms, FittedFlank, FlankFigures},
         },
     },
 };
 
-/// Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the
-/// surface of second order that is nearest to it in the mean square, with the signs of ISO 1328-1
-/// and DIN's for slopes. Heights of nodes are along the normal of the flank; figures are
-/// transverse, as tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over
-/// the whole profile and the whole face width: what the nodes span is taken for the whole of the
-/// profile, and of the width they have their share. They are by the gear and the requirements that
-/// the job had when the fit was made. What cannot be told is left out, and `warnings` say why.
+/// Slopes, crownings and twist of the fitted surface, in µm: of the surface of second order that is
+/// nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's for slopes. Slopes are
+/// extended linearly to their reference lengths and compared with the full limits; crownings and
+/// twist are over what the nodes span. Limits are those of the gear and the requirements that the
+/// job had when the fit was made; tolerances of a class, which are transverse, are converted to
+/// `direction`. Figures that cannot be determined are left out, and `warnings` say why.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitFigures)]
 pub struct FitFiguresBody {
-    /// From root to tip; positive where material grows towards the tip.
+    /// f_Hα over `profile_reference_length_mm`; positive where material grows towards the tip.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<FigureBody>,
-    /// Over the width; positive where the helix deviates towards the right hand.
+    /// f_Hβ over `helix_reference_length_mm`; positive where the helix deviates towards the right hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<FigureBody>,
     /// Positive where material stands out half-way between root and tip.
@@ -60,11 +59,20 @@ pub struct FitFiguresBody {
     /// the sign of helix slopes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub twist_um: Option<FigureBody>,
-    /// What the figures are over.
+    /// Direction in which the figures count: that of the job's requirements.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<DirectionName>,
+    /// Length that the profile slope refers to: the range of the nodes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_reference_length_mm: Option<f64>,
+    /// Length that the helix slope refers to: by default the face width, where the gear has one.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_reference_length_mm: Option<f64>,
+    /// Range of the nodes in roll length.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub roll_length_range_mm: Option<[f64; 2]>,
-    /// The same along the width.
+    /// Range of the nodes in z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub z_range_mm: Option<[f64; 2]>,
@@ -99,6 +107,7 @@ pub struct OfFlank {
     gear: Option<Gear>,
     limits: ToleranceLimits,
     units_accepted: bool,
+    terms: FigureTerms,
 }
 
 /// Codes of warnings that say what of an iteration figures lack, with how to add it.
@@ -154,8 +163,10 @@ impl OfFlank {
         }
         let gear = job.gear.as_deref().and_then(|document| of_text(document).ok());
         let required = RequirementsBody::of(job).unwrap_or_default();
+        let terms = required.figure_terms();
         let limits = required.tolerance_limits.unwrap_or_default().of(measurand.flank.unwrap_or(Side::Left));
-        Some(OfFlank { axes, side: measurand.flank, gear, limits, units_accepted: measurand.units_accepted })
+        let units_accepted = measurand.units_accepted;
+        Some(OfFlank { axes, side: measurand.flank, gear, limits, units_accepted, terms })
     }
 
     /// What is to be asked of a fit, or why there is nothing to ask; `None` of nodes that are on no
@@ -191,7 +202,7 @@ impl OfFlank {
             let why = "each trace has a zero of its own; their evaluation tells the figures that they have";
             return Err(notice("traces_with_own_zeros", why));
         }
-        let height = self.axes.deviation_factor().map_err(unknown)? / gear.base_helix_angle().cos();
+        let height = self.axes.deviation_factor().map_err(unknown)?;
         let v = self.axes.along().map_err(unknown)?;
         let (profile, unit) = self.axes.profile().map_err(unknown)?.ok_or_else(|| unknown("u is not told".into()))?;
         let axis = ProfileAxis::from(profile);
@@ -210,6 +221,7 @@ impl OfFlank {
             u,
             v,
             height,
+            terms: self.terms,
             roll_lengths: [roll(u_low)?, roll(u_high)?],
             z: [v * v_low, v * v_high],
         })
@@ -248,6 +260,10 @@ impl Asked<'_> {
                 body.profile_crowning_um = found.profile_crowning;
                 body.helix_crowning_um = found.helix_crowning;
                 body.twist_um = found.twist;
+                body.direction = Some(flank.terms.direction.into());
+                let [profile, helix] = flank.references();
+                body.profile_reference_length_mm = Some(profile);
+                body.helix_reference_length_mm = Some(helix);
                 body.roll_length_range_mm = Some(flank.roll_lengths);
                 body.z_range_mm = Some(flank.z);
                 if sums.iter().any(Option::is_none) {

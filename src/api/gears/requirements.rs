@@ -8,13 +8,17 @@ use super::{
         band::{self, KBandBody},
         conformity::ToleranceLimitsBody,
         pitch_limits::PitchLimitsBody,
-        request::EvaluationSettingsBody,
+        request::{DirectionName, EvaluationSettingsBody, ReferenceName, figure_terms},
     },
     flank_design::DesignBody,
     notice::NoticeBody,
 };
 use crate::{api::faults::Faults, jobs::Job};
-use flankfit_engine::gear::{Gear, Side, evaluation::fault::ToleranceReason, tolerance::Tolerances};
+use flankfit_engine::gear::{
+    Gear, Side,
+    evaluation::{fault::ToleranceReason, flank_surface::FigureTerms},
+    tolerance::Tolerances,
+};
 
 /// What the flanks of a job must be like. Evaluations of its iterations are held against it unless
 /// they bring limits or bands of their own; what was answered keeps what it was held against.
@@ -37,6 +41,14 @@ pub struct RequirementsBody {
     /// What corrections aim at. Limits are of the flank, not of its distance from the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignBody>,
+    /// Direction in which figures of flanks count (fits, surfaces of topographies, corrections) and in
+    /// which their limits are given. Default `normal`. Evaluations of traces are transverse, as
+    /// ISO 1328-1 has them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<DirectionName>,
+    /// Length that slopes of flanks refer to. Default `reference_length`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceName>,
     /// Bands that traces must lie in; at most 20, of at most 4,000 points together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schema(required = false, max_items = 20)]
@@ -52,6 +64,11 @@ impl RequirementsBody {
     /// Those that are stored with a job; were they damaged, the job would still be shown.
     pub fn stored(document: &str) -> Option<Self> {
         serde_json::from_str(document).ok()
+    }
+
+    /// Returns the direction and the reference lengths of the figures of flanks.
+    pub fn figure_terms(&self) -> FigureTerms {
+        figure_terms(self.direction, self.reference)
     }
 
     /// Takes the place of what an evaluation says nothing of its own about. What does not go with

@@ -153,8 +153,13 @@ fn simulate_run(
             round.rms_predicted_um = Some(solution.predicted.rms);
             round.changes = Some(changes);
             if store {
-                let asked =
-                    Asked { correction: &correction, aim: AimName::Nominal, figures: None, warnings: Vec::new() };
+                let asked = Asked {
+                    correction: &correction,
+                    aim: AimName::Nominal,
+                    figures: None,
+                    flank: None,
+                    warnings: Vec::new(),
+                };
                 let digest = canonical::request_sha256(&request);
                 let result = correction::write(&solution, asked, &digest, Include::default())?;
                 let built = Built { method: "matrix".to_owned(), result };

@@ -37,7 +37,7 @@ async fn figures_of_a_surface_have_intervals_and_conform() {
     assert_eq!(slope["decision"], "conforms");
     assert!(number(&slope["probability"][0]) > 0.999);
     assert_eq!(told["twist_um"]["conformity"]["decision"], "does_not_conform");
-    // f_HβT of class 5, over the share of the face width that was measured
+    // f_HβT of class 5
     let helix = &told["helix_slope_um"]["conformity"]["limits_um"];
     assert!(number(&helix[0]) == -number(&helix[1]) && number(&helix[1]) > 1.0);
     assert!(told["helix_crowning_um"].get("conformity").is_none());

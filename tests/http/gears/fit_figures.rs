@@ -138,10 +138,11 @@ async fn units_and_signs_of_the_axes_make_no_difference() {
     alike(&made["fits"][0]["figures"], &surface(&app, &json!({})).await);
 }
 
-/// Nodes are deviations along the normal, figures are transverse, as tolerances are: greater by
-/// 1/cos β_b. A limit between the two is exceeded.
+/// Figures count along the normal unless the requirements ask for the transverse plane, where they
+/// are greater by 1/cos β_b: a limit between the two is exceeded there alone. The tolerances of a
+/// class decide alike in both.
 #[tokio::test]
-async fn figures_of_helical_gears_are_transverse() {
+async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
     let app = TestApp::start().await;
     let mut gear = spur();
     gear["helix_angle_deg"] = json!(30.0);
@@ -162,33 +163,68 @@ async fn figures_of_helical_gears_are_transverse() {
     let transverse = surface(Some("transverse")).await;
     let slope = number(&given["profile_slope_um"]["value"]);
     assert!(slope > 5.0, "{given}");
+    assert_eq!((&given["direction"], &transverse["direction"]), (&json!("normal"), &json!("transverse")));
     for name in FIGURES {
-        assert_eq!(given[name], transverse[name]);
-        let [given, normal] = [&given, &normal].map(|found| number(&found[name]["value"]));
-        assert!((normal - scale * given).abs() < 1e-9, "{name}: {normal} {given}");
+        // figures of deviations count in the direction in which these were taken
+        assert_eq!(given[name]["value"], normal[name]["value"]);
+        assert_eq!(given[name]["value"], transverse[name]["value"]);
     }
     let most = 0.5 * (1.0 + scale) * slope;
-    let requirements = json!({"tolerance_limits": {"profile_slope_um": [-most, most]}});
-    let job = job(&app, json!({"name": "w", "gear": gear, "requirements": requirements})).await;
-    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
+    let figures = async |direction: Option<&str>, limits: Value| {
+        let mut requirements = json!({"tolerance_limits": limits});
+        if let Some(direction) = direction {
+            requirements["direction"] = json!(direction);
+        }
+        let job = job(&app, json!({"name": "w", "gear": gear, "requirements": requirements})).await;
+        posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone()
+    };
+    let limits = json!({"profile_slope_um": [-most, most]});
+    let (along, across) = (figures(None, limits.clone()).await, figures(Some("transverse"), limits).await);
     for name in FIGURES {
-        assert!((number(&figures[name]["value"]) - number(&normal[name]["value"])).abs() < 1e-6, "{name}: {figures}");
+        let [along, across, want] = [&along, &across, &normal].map(|found| number(&found[name]["value"]));
+        assert!((along - want).abs() < 1e-6 && (across - scale * want).abs() < 1e-6, "{name}: {along} {across} {want}");
     }
-    assert_eq!(figures["profile_slope_um"]["within"], json!(false), "{figures}");
+    assert_eq!((&along["direction"], &across["direction"]), (&json!("normal"), &json!("transverse")));
+    assert_eq!(
+        (&along["profile_slope_um"]["within"], &across["profile_slope_um"]["within"]),
+        (&json!(true), &json!(false))
+    );
+    let [along, across] =
+        [figures(None, json!({"class": 6})).await, figures(Some("transverse"), json!({"class": 6})).await];
+    for name in ["profile_slope_um", "helix_slope_um"] {
+        let most = |of: &Value| number(&of[name]["conformity"]["limits_um"][1]);
+        assert!((most(&across) - scale * most(&along)).abs() < 1e-9, "{along} {across}");
+        assert_eq!(along[name]["conformity"]["decision"], across[name]["conformity"]["decision"]);
+    }
 }
 
-/// Limits of slopes are over the whole face width, of which the nodes have 12 of 15 mm.
+/// The nodes cover 12 of 15 mm of the face width: the slope is extended to all of it and compared
+/// with the full limits, or is over the nodes and has their share of the limits.
 #[tokio::test]
-async fn slopes_have_their_share_of_the_limits() {
+async fn slopes_refer_to_the_face_width_or_to_what_was_evaluated() {
     let app = TestApp::start().await;
     let limits = json!({"helix_slope_um": [-10.0, 20.0], "profile_slope_um": [-30.0, 30.0]});
-    let requirements = json!({"tolerance_limits": limits});
-    let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": requirements})).await;
-    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
-    let surface = surface(&app, &limits).await;
-    for found in [&figures, &surface] {
-        let held = |name: &str| found[name]["conformity"]["limits_um"].clone();
-        assert_eq!((held("helix_slope_um"), held("profile_slope_um")), (json!([-8.0, 16.0]), json!([-30.0, 30.0])));
+    let figures = async |reference: &str| {
+        let requirements = json!({"tolerance_limits": limits, "reference": reference});
+        let job = job(&app, json!({"name": "w", "gear": spur(), "requirements": requirements})).await;
+        posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone()
+    };
+    let (whole, evaluated) = (figures("reference_length").await, figures("evaluated").await);
+    let held = |found: &Value, name: &str| found[name]["conformity"]["limits_um"].clone();
+    for found in [&whole, &surface(&app, &limits).await] {
+        assert_eq!(held(found, "helix_slope_um"), json!([-10.0, 20.0]));
+        assert_eq!(held(found, "profile_slope_um"), json!([-30.0, 30.0]));
+        assert_eq!(found["helix_reference_length_mm"], json!(15.0));
+        assert_eq!(found["z_range_mm"], json!([1.0, 13.0]));
+    }
+    assert_eq!(held(&evaluated, "helix_slope_um"), json!([-8.0, 16.0]));
+    assert_eq!(evaluated["helix_reference_length_mm"], json!(12.0));
+    for field in ["value", "std_error"] {
+        let [whole, evaluated] = [&whole, &evaluated].map(|found| number(&found["helix_slope_um"][field]));
+        assert!((whole - 1.25 * evaluated).abs() < 1e-9, "{whole} {evaluated}");
+    }
+    for name in ["profile_crowning_um", "helix_crowning_um", "twist_um"] {
+        assert_eq!(whole[name], evaluated[name]);
     }
 }
 

@@ -12,7 +12,10 @@ use crate::{
         Gear, Modifications, ProfileAxis, Side,
         evaluation::{
             ToleranceLimits, figures_of_traces,
-            flank_surface::{Border, EstimatedFigure, FlankFigures, FlankNodes, SurfaceSettings, estimated_figures},
+            flank_surface::{
+                Border, EstimatedFigure, FigureTerms, FlankFigures, FlankNodes, Slopes, SurfaceSettings,
+                estimated_figures,
+            },
             settings::{DeviationSign, SlopeSign},
         },
         modification::{
@@ -37,18 +40,21 @@ pub struct Flank {
     pub ranges: Ranges,
     /// The trace of each node, where every trace has a zero of its own.
     pub traces: Option<Vec<usize>>,
+    /// Direction and reference lengths of the figures.
+    pub terms: FigureTerms,
 }
 
 /// How a flank is meant to deviate from the involute.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Design {
-    /// Slopes, crownings and twist, µm along the normal, in the signs of the figures.
+    /// Slopes, crownings and twist, µm, in the signs and the direction of the figures.
     pub figures: FlankFigures,
     /// Further modifications.
     pub modifications: Vec<Modification>,
-    /// Roll lengths that all of them refer to, mm; those of the nodes by default.
+    /// Roll lengths that all of them refer to, mm; by default those of the nodes, with slopes over
+    /// their reference lengths.
     pub profile: Option<[f64; 2]>,
-    /// z that all of them refer to, mm; that of the nodes by default.
+    /// z that all of them refer to, mm; by default likewise.
     pub helix: Option<[f64; 2]>,
 }
 
@@ -88,6 +94,7 @@ impl Flank {
                 [[root.min(tip), root.max(tip)], self.ranges.helix],
                 &self.gear,
                 self.side,
+                self.terms,
             );
         }
         let valid: Vec<bool> = (0..deviation.len()).map(|k| weight.is_none_or(|weight| weight[k] > 0.0)).collect();
@@ -107,13 +114,18 @@ impl Flank {
             helix_range: Some(self.ranges.helix),
             border: Border::default(),
             given: DeviationSign::Material,
-            // as they are: figures of corrections count along the normal, as their nodes do
-            direction: Direction::Transverse,
+            direction: Direction::Normal,
+            terms: self.terms,
             sign: SlopeSign::Din,
             limits: ToleranceLimits::default(),
             spec: FitSpec::new(Model::Linear),
         };
         estimated_figures(&self.gear, &nodes, &settings)
+    }
+
+    /// Returns the lengths that the slopes of profile and helix refer to, mm.
+    pub fn references(&self) -> [f64; 2] {
+        Slopes::of_nodes(&self.gear, self.terms, [self.ranges.profile, self.ranges.helix]).references
     }
 
     /// The deviations of a flank made as designed, µm for each node.
@@ -124,7 +136,13 @@ impl Flank {
         // what is removed is counted in a law, what stands out in a figure; DIN counts helices
         // towards the right hand
         let hand = self.side.sign();
-        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } = design.figures;
+        let Slopes { factors, .. } = Slopes::of_nodes(&self.gear, self.terms, [self.ranges.profile, self.ranges.helix]);
+        let along = self.terms.factor(&self.gear, Direction::Normal);
+        let FlankFigures { profile_slope, helix_slope, profile_crowning, helix_crowning, twist } =
+            design.figures.map(|amount| amount / along);
+        // without a range of its own a slope is over its reference length
+        let profile_slope = profile_slope.map(|amount| amount / design.profile.map_or(factors[0], |_| 1.0));
+        let helix_slope = helix_slope.map(|amount| amount / design.helix.map_or(factors[1], |_| 1.0));
         let laws = [
             profile_slope.map(|amount| Law::ProfileSlope { amount: -amount }),
             helix_slope.map(|amount| Law::HelixSlope { amount: -hand * amount }),

@@ -166,18 +166,21 @@ impl ToleranceLimits {
         faults.list().iter().find(|fault| fault.field == ToleranceField::Class).map(|fault| fault.reason.clone())
     }
 
-    /// Limits of a slope over a share of the length that it refers to: as they were told, else
+    /// Returns the limits of a slope over a share of the length that it refers to: those given, else
     /// those of the class. ISO 1328-1 has slopes over the whole length (profiles: the evaluation
     /// length, helices: the face width), so that a part of it has its share of the limits. What is
-    /// longer has no more than the whole.
+    /// longer has no more than the whole. `along` converts the tolerances of the class, which are
+    /// transverse, to the direction of the figures.
     pub(super) fn slope_over(
         &self,
         kind: Kind,
         share: f64,
+        along: f64,
         tolerances: Option<&Tolerances>,
         rounding: Rounding,
     ) -> Option<[f64; 2]> {
-        let whole = self.slope(kind).or_else(|| self.slope_of_class(kind, tolerances?, rounding))?;
+        let of_class = || Some(self.slope_of_class(kind, tolerances?, rounding)?.map(|end| along * end));
+        let whole = self.slope(kind).or_else(of_class)?;
         let share = share.min(1.0);
         Some(whole.map(|end| end * share))
     }
@@ -216,7 +219,7 @@ impl ToleranceLimits {
         // neither is ever below 0
         let of_class = |of| self.of_class(of, tolerances?, rounding).map(|tolerance| [0.0, tolerance]);
         TraceLimits {
-            slope: self.slope_over(kind, 1.0, tolerances, rounding),
+            slope: self.slope_over(kind, 1.0, 1.0, tolerances, rounding),
             form: form.or_else(|| of_class(form_of)),
             total: total.or_else(|| of_class(total_of)),
             crowning: self.crowning(kind),

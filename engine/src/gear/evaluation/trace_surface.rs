@@ -10,7 +10,7 @@ use std::collections::BTreeMap;
 use super::{
     Position, Posted,
     contradiction::{Contradiction, contradiction},
-    flank_surface::{EstimatedFigure, Figure, FlankFigures, Remainder, Sample, TERMS, through},
+    flank_surface::{EstimatedFigure, Figure, FigureTerms, FlankFigures, Remainder, Sample, Slopes, TERMS, through},
     flank_traces::{FlankTraces, flank_traces, ranges},
     limits::{Inference, ToleranceLimits},
     noise::EstimatedVariance,
@@ -23,6 +23,7 @@ use crate::{
     gear::{
         Gear, Kind, Side,
         tolerance::{Rounding, Tolerances},
+        trace::Direction,
     },
     numerics::cancel::{self, Asking},
 };
@@ -81,7 +82,7 @@ impl TraceFigures {
     }
 }
 
-/// What limits of a surface's slopes are shares of.
+/// Reference lengths and limits of a surface's slopes.
 #[derive(Clone, Copy)]
 pub(super) struct SlopeLimits<'a> {
     /// The lengths that slopes of profiles and of helices are extended to, mm; `None` where there
@@ -109,14 +110,22 @@ impl<'a> SlopeLimits<'a> {
         }
     }
 
-    fn of(&self, term: usize, frame: &Frame, limits: &ToleranceLimits) -> Option<[f64; 2]> {
-        let over = |kind: Kind, [low, high]: [f64; 2]| {
+    /// Returns the factors that extend slopes to their reference lengths; 1 for a kind without
+    /// traces of its own.
+    fn factors(&self, frame: &Frame) -> [f64; 2] {
+        let factor = |k: usize, [low, high]: [f64; 2]| self.references[k].map_or(1.0, |length| length / (high - low));
+        [factor(0, frame.roll), factor(1, frame.z)]
+    }
+
+    fn of(&self, term: usize, limits: &ToleranceLimits) -> Option<[f64; 2]> {
+        let whole = |kind: Kind| {
             let k = usize::from(kind == Kind::Helix);
-            limits.slope_over(kind, (high - low) / self.references[k]?, self.tolerances[k], self.rounding)
+            self.references[k]?;
+            limits.slope_over(kind, 1.0, 1.0, self.tolerances[k], self.rounding)
         };
         match term {
-            1 => over(Kind::Profile, frame.roll),
-            2 => over(Kind::Helix, frame.z),
+            1 => whole(Kind::Profile),
+            2 => whole(Kind::Helix),
             3 => limits.profile_crowning,
             4 => limits.twist,
             5 => limits.helix_crowning,
@@ -210,7 +219,7 @@ impl FlankTraces {
         let figure = |term: usize, factor: f64| {
             let value = factor * found.coefficients[term]?;
             let about = variances.and_then(|all| all[term]).map(|one| one.about(value / factor).scaled(factor));
-            let limits = slopes.of(term, &frame, settings.limits.of(self.side));
+            let limits = slopes.of(term, settings.limits.of(self.side));
             let inference = |about: Inferred| Inference::new(&about, settings.level, limits);
             Some(Figure {
                 limits,
@@ -222,10 +231,11 @@ impl FlankTraces {
                 inference: about.map(inference),
             })
         };
+        let factors = slopes.factors(&frame);
         let figures = TraceFigures {
             mean: figure(0, 1.0),
-            profile_slope: figure(1, 2.0 * profile),
-            helix_slope: figure(2, 2.0 * helix),
+            profile_slope: figure(1, 2.0 * profile * factors[0]),
+            helix_slope: figure(2, 2.0 * helix * factors[1]),
             profile_crowning: figure(3, -1.0),
             helix_crowning: figure(5, -1.0),
             twist: figure(4, 4.0 * helix),
@@ -333,14 +343,15 @@ fn warnings(found: &[Found], settings: &Settings) -> Vec<Warning> {
     warnings
 }
 
-/// The figures over the ranges, slopes by DIN, of nodes that belong to traces with zeros of their
-/// own: roll length, z, deviation (µm, NaN where it takes no part) and the number of the trace.
-/// `None` where they tell none.
+/// Returns the figures, slopes by DIN, of nodes that belong to traces with zeros of their own: roll
+/// length, z, deviation along the normal (µm, NaN where it takes no part) and the number of the
+/// trace. `None` where they determine none.
 pub fn figures_of_traces(
     nodes: &[([f64; 3], usize)],
     ranges: [[f64; 2]; 2],
     gear: &Gear,
     side: Side,
+    terms: FigureTerms,
 ) -> Option<FlankFigures<EstimatedFigure>> {
     let frame = Frame { roll: ranges[0], z: ranges[1], outward: gear.outward() };
     let inside = |x: f64, [low, high]: [f64; 2]| x >= low - super::EDGE && x <= high + super::EDGE;
@@ -354,17 +365,19 @@ pub fn figures_of_traces(
     let traces: Vec<Vec<Sample>> = traces.into_values().collect();
     let found = through(&traces, false)?;
     let samples: usize = traces.iter().map(Vec::len).sum();
-    let terms = found.coefficients.iter().flatten().count();
-    let freedom = samples.saturating_sub(traces.len() + terms);
+    let determined = found.coefficients.iter().flatten().count();
+    let freedom = samples.saturating_sub(traces.len() + determined);
     let variance = found.rss / freedom.max(1) as f64;
     let errors = found.variances(&traces, |_| EstimatedVariance { value: variance, freedom: freedom as f64 });
+    let scale = terms.factor(gear, Direction::Normal);
     let of = |term: usize, factor: f64| {
         let error = errors[term].map(|variance| variance.value.sqrt());
-        Some(EstimatedFigure::new(found.coefficients[term]?, error, freedom, factor))
+        Some(EstimatedFigure::new(found.coefficients[term]?, error, freedom, scale * factor))
     };
+    let Slopes { factors, .. } = Slopes::of_nodes(gear, terms, ranges);
     Some(FlankFigures {
-        profile_slope: of(1, 2.0),
-        helix_slope: of(2, 2.0 * side.sign()),
+        profile_slope: of(1, 2.0 * factors[0]),
+        helix_slope: of(2, 2.0 * side.sign() * factors[1]),
         profile_crowning: of(3, -1.0),
         helix_crowning: of(5, -1.0),
         twist: of(4, 4.0 * side.sign()),

@@ -26,8 +26,8 @@ pub struct SidedFiguresBody {
     pub right: Option<TargetFiguresBody>,
 }
 
-/// Figures of the second-order surface over the ranges of the machine, along the normal. One that
-/// the nodes do not tell is left out.
+/// Figures of the second-order surface over the ranges of the machine, slopes over their reference
+/// lengths. One that the nodes do not determine is left out.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionTargetFigures)]
 pub struct TargetFiguresBody {
@@ -62,7 +62,7 @@ pub struct TargetFigureBody {
     /// out without degrees of freedom.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_error: Option<f64>,
-    /// What the job requires, `[low, high]`: of slopes the share that the nodes span, else by the
+    /// What the job requires, `[low, high]`, in the direction of the figures; of slopes else by the
     /// class. Left out where it requires nothing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]

@@ -38,7 +38,7 @@ use flankfit_engine::{
             CorrectionSpec, DEFAULT_KEEP_WITHIN, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Flank, ResponseErrors, Setting,
             SettingsUsed,
         },
-        evaluation::flank_surface::figure_limits,
+        evaluation::flank_surface::{FigureTerms, figure_limits},
     },
 };
 
@@ -183,6 +183,8 @@ pub enum Job<'a> {
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
     pub target: Option<Vec<f64>>,
+    /// Direction and reference lengths of the figures.
+    pub terms: FigureTerms,
     /// Names of the settings that were left alone.
     pub left: Vec<String>,
 }
@@ -228,8 +230,16 @@ pub fn read(
         Some(trace) => Some(trace.into_iter().map(|trace| trace as usize).collect()),
         None => axes.traces(),
     };
+    let requirements = match job {
+        Job::Requires(requirements) => requirements,
+        Job::Kept(_) => None,
+    };
     if let Some(flank) = &mut sensitivity.flank {
         flank.traces.clone_from(&traces);
+        flank.terms = match job {
+            Job::Kept(kept) => kept.terms,
+            Job::Requires(_) => requirements.map(RequirementsBody::figure_terms).unwrap_or_default(),
+        };
     }
     let deviation = iteration_nodes::deviations(nodes, factor);
     let weight = weight.or_else(|| iteration_nodes::weights(nodes));
@@ -237,12 +247,11 @@ pub fn read(
     let fits = weight.as_ref().is_none_or(|weight| weight.len() == deviation.len())
         && traces.as_ref().is_none_or(|traces: &Vec<usize>| traces.len() == deviation.len());
     let flank = sensitivity.flank.as_ref().filter(|_| fits);
-    let requirements = match job {
-        Job::Requires(requirements) => requirements,
-        Job::Kept(_) => None,
-    };
     let limits = flank.zip(requirements.and_then(|requirements| requirements.tolerance_limits));
-    let limits = limits.map(|(flank, limits)| figure_limits(&flank.gear, flank.ranges.helix, &limits.of(flank.side)));
+    let limits = limits.map(|(flank, limits)| {
+        let ranges = [flank.ranges.profile, flank.ranges.helix];
+        figure_limits(&flank.gear, flank.terms, ranges, &limits.of(flank.side))
+    });
     let limits = limits.unwrap_or_default();
     let aim_assumed = matches!(asked.target, Some(None));
     let aim = match job {

@@ -17,7 +17,11 @@ use crate::{
             answer::{result::FitResultBody, text},
             canonical,
         },
-        gears::{deviations::registration::IndistinguishableBody, requirements::RequirementsBody},
+        gears::{
+            deviations::registration::IndistinguishableBody,
+            evaluation::request::{DirectionName, ReferenceName},
+            requirements::RequirementsBody,
+        },
         json::writer::Json,
         problem::Problem,
         warning::WarningBody,
@@ -53,6 +57,18 @@ pub struct CorrectionBody {
     /// requires; left out with a `matrix` and where the nodes do not tell them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<SidedFiguresBody>,
+    /// Direction in which the figures count. Present with a machine, like the next three.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub direction: Option<DirectionName>,
+    /// Length that slopes refer to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<ReferenceName>,
+    /// Length that profile slopes are over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile_reference_length_mm: Option<f64>,
+    /// Length that helix slopes are over.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub helix_reference_length_mm: Option<f64>,
     /// Settings whose effects nearly cancel on these nodes.
     pub indistinguishable: Vec<IndistinguishableBody>,
     pub predicted: PredictedBody,
@@ -165,8 +181,7 @@ pub struct FiguresBeforeAfterBody {
 }
 
 /// Of the second-order surface over the ranges of the machine, by plain least squares through the
-/// nodes with a weight above 0; along the normal, as corrections count, which on helical gears is
-/// less than along the base tangent by cos β_b.
+/// nodes with a weight above 0; slopes over their reference lengths.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CorrectionFigures)]
 pub struct FlankFiguresBody {
@@ -244,7 +259,7 @@ pub fn build(
         warnings.extend(removes_crowning(&spec.figures));
     }
     warnings.extend(outside_limits(&spec.figures, &solution));
-    let asked = Asked { correction: &correction, aim, figures, warnings };
+    let asked = Asked { correction: &correction, aim, figures, flank: flank.as_ref(), warnings };
     let result = write(&solution, asked, &canonical::request_sha256(text), include.fit)?;
     Ok((Built { method: method.to_owned(), result }, include))
 }
@@ -266,13 +281,14 @@ pub struct Asked<'a> {
     pub correction: &'a Correction,
     pub aim: AimName,
     pub figures: Option<FiguresBeforeAfterBody>,
+    pub flank: Option<&'a Flank>,
     pub warnings: Vec<WarningBody>,
 }
 
 /// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
 /// that of the fits.
 pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
-    let Asked { correction, aim, figures, warnings: more } = asked;
+    let Asked { correction, aim, figures, flank, warnings: more } = asked;
     let spec = correction.asked();
     let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
         solution;
@@ -305,6 +321,10 @@ pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Inclu
         .maybe("keep_within", keep_within)
         .field("settings", &settings)
         .maybe("figures", sided)
+        .maybe("direction", flank.map(|flank| DirectionName::from(flank.terms.direction)))
+        .maybe("reference", flank.map(|flank| ReferenceName::from(flank.terms.reference)))
+        .maybe("profile_reference_length_mm", flank.map(|flank| flank.references()[0]))
+        .maybe("helix_reference_length_mm", flank.map(|flank| flank.references()[1]))
         .field("indistinguishable", &apart)
         .field("predicted", &PredictedBody::new(predicted, figures))
         .maybe("trust", trust.map(TrustBody::from))

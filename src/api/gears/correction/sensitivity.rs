@@ -23,6 +23,7 @@ use flankfit_engine::{
             fault::{MachineFaults, MachineField},
             machine::{Machine, Ranges},
         },
+        evaluation::flank_surface::FigureTerms,
     },
 };
 
@@ -196,7 +197,8 @@ fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults
     ranges.helix = helix.unwrap_or(ranges.helix);
     let given = [diameters.is_some(), helix.is_some()];
     let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, given)));
-    let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None });
+    let terms = FigureTerms::default();
+    let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None, terms });
     let found = found.ok()?;
     Some(Sensitivity { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
 }

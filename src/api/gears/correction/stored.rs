@@ -17,7 +17,10 @@ use super::{
 use crate::{
     api::{
         faults::Faults,
-        gears::gear::{GearBody, of_text},
+        gears::{
+            evaluation::request::{DirectionName, ReferenceName, figure_terms},
+            gear::{GearBody, of_text},
+        },
         json::{gather::gathered, text::Moment, writer},
         problem::Problem,
         warning::WarningBody,
@@ -162,6 +165,10 @@ pub(super) struct StoredResult {
     pub settings: Vec<Changed>,
     #[serde(default)]
     target: Option<AimBody>,
+    #[serde(default)]
+    direction: Option<DirectionName>,
+    #[serde(default)]
+    reference: Option<ReferenceName>,
 }
 
 #[derive(Deserialize)]
@@ -264,6 +271,7 @@ fn answer(
     // the job may require something else by now
     let kept = Kept {
         target: result.target.and_then(|target| target.deviation_um),
+        terms: figure_terms(result.direction, result.reference),
         left: result.settings.iter().filter(|setting| setting.left.is_some()).map(|s| s.name.clone()).collect(),
     };
     let read = |of: &Measured| {

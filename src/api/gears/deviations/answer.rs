@@ -201,10 +201,7 @@ fn write(object: &mut Object<'_>, gear: &Gear, deviations: &Deviations, borders:
     let numbers = |of: &dyn Fn(&Node) -> f64| {
         nodes.iter().map(|node| Some(of(node)).filter(|x| x.is_finite())).collect::<Vec<Option<f64>>>()
     };
-    let direction = match deviations.direction {
-        Direction::Normal => DirectionName::Normal,
-        Direction::Transverse => DirectionName::Transverse,
-    };
+    let direction = DirectionName::from(deviations.direction);
     let counted = || nodes.iter().filter(|node| node.counts()).map(|node| node.deviation);
     object
         .field("direction", &direction)

@@ -21,12 +21,11 @@ macro_rules! limits {
         $(#[$doc])*
         pub struct $name {
             $($(#[$more_doc])* #[serde(default, skip_serializing_if = "Option::is_none")] pub $more: Option<$of>,)*
-            /// Of f_Hα over the reference length (of surfaces: the evaluation range). What is
-            /// evaluated of it has its share of the limits, and never more than the whole.
+            /// Of f_Hα over the reference length (of surfaces: the evaluation range).
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(min_items = 2, max_items = 2)]
             pub profile_slope_um: Option<[f64; 2]>,
-            /// Of f_Hβ over the reference length (of surfaces: the face width), likewise.
+            /// Of f_Hβ over the reference length (of surfaces: the face width).
             #[serde(default, skip_serializing_if = "Option::is_none")]
             #[schema(min_items = 2, max_items = 2)]
             pub helix_slope_um: Option<[f64; 2]>,
@@ -115,8 +114,8 @@ macro_rules! limits {
 }
 
 limits! {
-    /// What figures must lie within, `[low, high]` in µm and in the sign in which they are
-    /// answered. Each figure that has limits is answered with whether it lies within, and with its
+    /// What figures must lie within, `[low, high]` in µm, in the sign and the direction in which they
+    /// are answered. Each figure that has limits is answered with whether it lies within, and with its
     /// conformity where it has an interval.
     #[schema(as = ToleranceLimits)]
     ToleranceLimitsBody {

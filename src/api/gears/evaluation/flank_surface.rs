@@ -6,7 +6,7 @@ use utoipa::ToSchema;
 use super::{
     conformity::ToleranceLimitsBody,
     figures::FiguresBody,
-    request::{DeviationSignName, DirectionName, SignName},
+    request::{DeviationSignName, DirectionName, ReferenceName, SignName, figure_terms},
 };
 use crate::api::{
     built::Built,
@@ -70,9 +70,11 @@ request! {
         /// Default `material`, which is what `din` means for a whole flank too; helix slope and
         /// twist are answered by `sign`.
         optional deviation_sign: DeviationSignName,
-        /// Along what deviations were taken. Default `transverse`; figures and form are transverse,
-        /// as limits are. The fit itself (`result`) is of the deviations as they were posted.
+        /// Direction in which deviations were taken, figures and form are given, and limits count.
+        /// Default `normal`.
         optional direction: DirectionName,
+        /// Length that slopes refer to. Default `reference_length`.
+        optional reference: ReferenceName,
         /// What the figures must lie within. Limits of form and total deviations are of traces, and
         /// refused here.
         optional tolerance_limits: ToleranceLimitsBody,
@@ -97,13 +99,20 @@ pub struct BorderPercentBody {
     pub heel: f64,
 }
 
-/// What the deviations of a flank have in common, in µm over the trimmed range, and what is left.
+/// Figures of the second-order surface of a flank, in µm, and what the surface leaves over. Slopes
+/// are over their reference lengths, the other figures over the trimmed range.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FlankSurface)]
 pub struct FlankSurfaceBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub figures: FiguresBody,
+    /// Direction in which figures and form count.
+    pub direction: DirectionName,
+    /// Length that the profile slope refers to.
+    pub profile_reference_length_mm: f64,
+    /// Length that the helix slope refers to.
+    pub helix_reference_length_mm: f64,
     pub form: FlankFormBody,
     /// What u = ∓1 and v = ∓1 stand for, after trimming.
     #[schema(min_items = 2, max_items = 2)]
@@ -164,6 +173,7 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
     let sign = members.sign.read(&mut faults);
     let given = members.deviation_sign.read(&mut faults);
     let direction = members.direction.read(&mut faults);
+    let reference = members.reference.read(&mut faults);
     let profile_range = members.profile_range.read(&mut faults);
     let helix_range = members.helix_range_mm.read(&mut faults);
     let limits = members.tolerance_limits.read(&mut faults).unwrap_or_default();
@@ -188,20 +198,22 @@ pub fn build(text: &[u8], own: Option<&Gear>) -> Result<Built, Problem> {
         valid: None,
         grid: rows.is_some(),
     };
+    let terms = figure_terms(direction, reference);
     let settings = SurfaceSettings {
         side: side.into(),
         profile_range,
         helix_range,
         border: Border { root: border.root, tip: border.tip, toe: border.toe, heel: border.heel },
         given: given.map_or(DeviationSign::Material, Into::into),
-        direction: direction.map_or(Direction::Transverse, Into::into),
+        direction: terms.direction,
+        terms,
         sign: sign.map_or(SlopeSign::Din, Into::into),
         limits: limits.of(side.into()),
         spec,
     };
     let include = settings.spec.include;
     let found = flank_surface(&gear, &nodes, &settings).map_err(refused)?;
-    let result = write(&found, &canonical::request_sha256(text), include)?;
+    let result = write(&found, terms.direction, &canonical::request_sha256(text), include)?;
     Ok(Built { method: "second_order_surface".to_owned(), result })
 }
 
@@ -220,7 +232,7 @@ fn refused(error: SurfaceRefused) -> Problem {
     })
 }
 
-fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
+fn write(found: &FlankSurface, direction: Direction, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
     let text = text::write(&found.result, None, digest, include).map_err(Problem::internal)?;
     let text = String::from_utf8(text).map_err(Problem::internal)?;
     let mut json = Json::with_capacity(2048 + text.len());
@@ -237,7 +249,11 @@ fn write(found: &FlankSurface, digest: &str, include: Include) -> Result<Vec<u8>
     ] {
         object.field(name, &figure);
     }
+    let [profile_reference, helix_reference] = found.references;
     object
+        .field("direction", &DirectionName::from(direction))
+        .field("profile_reference_length_mm", &profile_reference)
+        .field("helix_reference_length_mm", &helix_reference)
         .field(
             "form",
             &FlankFormBody {

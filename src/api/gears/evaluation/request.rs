@@ -141,6 +141,14 @@ macro_rules! names {
                 }
             }
         }
+
+        impl From<$domain> for $name {
+            fn from(domain: $domain) -> Self {
+                match domain {
+                    $($path => $name::$variant,)+
+                }
+            }
+        }
     };
 }
 
@@ -198,6 +206,27 @@ names! {
         Transverse => Direction::Transverse,
         /// Along the normal: the transverse one times cos β_b.
         Normal => Direction::Normal,
+    }
+}
+
+names! {
+    /// Length that the slopes of a flank's second-order surface refer to.
+    ReferenceName as SlopeReference for Reference {
+        /// Slopes are extended linearly to the evaluation range (profiles) and to the face width
+        /// (helices), as drawings and ISO 1328-1 have them.
+        ReferenceLength => Reference::Length,
+        /// Slopes are over the fitted range, and limits get its share of those lengths.
+        Evaluated => Reference::Evaluated,
+    }
+}
+
+/// Returns the direction and the reference lengths of figures; by default along the normal, over
+/// the reference lengths.
+pub fn figure_terms(direction: Option<DirectionName>, reference: Option<ReferenceName>) -> FigureTerms {
+    let terms = FigureTerms::default();
+    FigureTerms {
+        direction: direction.map_or(terms.direction, Into::into),
+        reference: reference.map_or(terms.reference, Into::into),
     }
 }
 

@@ -68,7 +68,8 @@ export default {
   order: "Das erste Ende liegt über dem zweiten.",
   points: "Mindestens zwei Zeilen mit zwei Zahlen, Stellen aufsteigend.",
   figuresOfFit: "Winkelabweichungen, Balligkeiten, Verschränkung",
-  figuresHint: "Der Fläche zweiter Ordnung, die der Anpassung am nächsten liegt, über den Bereich der Messpunkte.",
+  figuresHint:
+    "Aus der Fläche zweiter Ordnung, die der Anpassung am nächsten liegt. Winkelabweichungen sind auf ihre Bezugslänge umgerechnet, bei Flankenlinien auf die Zahnbreite; Balligkeiten und Verschränkung gelten über den Bereich der Messpunkte.",
   noFigures:
     "Die Achsen dieser Iteration sagen nicht, was u, v und die Höhen sind, oder die Messpunkte lassen diese Kenngrößen nicht erkennen.",
   iteration: "Iteration",
@@ -79,8 +80,7 @@ export default {
   noLimits: "ohne Grenzen",
   limitsDecided: "Grenzen, die entschieden",
   limitsRequired: "Grenzen, die verlangt sind",
-  limitsShare:
-    "Grenzen von Winkelabweichungen gelten über die ganze Zahnbreite: Der Bereich der Messpunkte hat seinen Anteil daran, und der entschied. Was vor einer Änderung der Anforderungen beantwortet ist, behält die Grenzen seiner Zeit.",
+  limitsShare: "Eine Anpassung behält die Grenzen, die der Auftrag bei ihrer Berechnung hatte.",
   drawn: "Im Bild",
   conformity: "Konformität",
   within: "innerhalb der Grenzen",

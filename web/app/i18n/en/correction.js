@@ -53,7 +53,7 @@ export default {
   figures: "Figures before, predicted and measured",
   figuresBefore: "Figures before and predicted",
   figuresAbout:
-    "Of the second-order surface over the ranges of the machine, along the normal. RMS and greatest deviation leave aside the mean of deviations that have no datum.",
+    "From the second-order surface over the ranges of the machine; slopes are extended to their reference lengths. RMS and greatest deviation leave aside the mean of deviations that have no datum.",
   figure: "Figure",
   before: "Before",
   predicted: "Predicted",

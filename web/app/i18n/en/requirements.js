@@ -67,7 +67,8 @@ export default {
   order: "The first end is above the second.",
   points: "At least two lines of two numbers, places ascending.",
   figuresOfFit: "Slopes, crownings, twist",
-  figuresHint: "Of the surface of second order that is nearest to the fit, over what the nodes span.",
+  figuresHint:
+    "From the second-order surface closest to the fit. Slopes are extended to their reference lengths, helices to the face width; crownings and twist are over the range of the nodes.",
   noFigures: "The axes of this iteration do not say what u, v and the heights are, or the nodes tell no such figures.",
   iteration: "Iteration",
   value: "Value ± standard error",
@@ -77,8 +78,7 @@ export default {
   noLimits: "no limits",
   limitsDecided: "Limits that decided",
   limitsRequired: "Limits asked for",
-  limitsShare:
-    "Limits of slopes hold over the whole face width: what the nodes span has its share of them, and that decided. What was answered before a change of the requirements keeps the limits of its time.",
+  limitsShare: "A fit keeps the limits that the job had when it was made.",
   drawn: "Drawn",
   conformity: "Conformity",
   within: "within the limits",

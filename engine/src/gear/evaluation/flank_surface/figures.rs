@@ -5,7 +5,7 @@
 //! the kind. What is told has a condition below Belsley's limit, of columns over [-1, 1] as they
 //! are: scaled to one length, a column that hardly is there would look as good as any other.
 
-use super::{super::fault::SurfaceRefused, Figure, FlankNodes, SurfaceSettings, Trimmed, flank_surface};
+use super::{super::fault::SurfaceRefused, Figure, FlankNodes, Slopes, SurfaceSettings, Trimmed, flank_surface};
 use crate::{
     estimation::{
         self, FitError, FitResult, FitSpec, Nodes,
@@ -16,8 +16,8 @@ use crate::{
     numerics::distribution::{Student, fisher::student_two_sided},
 };
 
-/// Figures in µm over the trimmed range, signs as asked for; `None` where the nodes do not tell
-/// one.
+/// Figures in µm, slopes over their reference lengths, the others over the trimmed range, signs as
+/// asked for; `None` where the nodes do not determine one.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct FlankFigures<T = f64> {
     /// Profile slope: 2 c_u.
@@ -141,17 +141,18 @@ pub fn estimated_figures(
             twist: figure(surface.twist),
         });
     }
-    let result = crossed(gear, nodes, &settings).ok().filter(told)?;
+    let (trimmed, result) = crossed(gear, nodes, &settings).ok().filter(|(_, result)| told(result))?;
     let freedom = result.residuals.degrees_of_freedom;
-    let scale = settings.to_transverse(gear);
+    let scale = settings.terms.factor(gear, settings.direction);
+    let Slopes { factors, .. } = trimmed.slopes(gear, settings.terms);
     let figure = |column: usize, factor: f64| {
         let found = result.coefficients.get(column)?;
         Some(EstimatedFigure::new(found.value, found.std_error, freedom, scale * factor))
     };
     let [profile, helix] = settings.signs();
     Some(FlankFigures {
-        profile_slope: Some(figure(1, 2.0 * profile)?),
-        helix_slope: Some(figure(2, 2.0 * helix)?),
+        profile_slope: Some(figure(1, 2.0 * profile * factors[0])?),
+        helix_slope: Some(figure(2, 2.0 * helix * factors[1])?),
         profile_crowning: Some(figure(3, -1.0)?),
         helix_crowning: Some(figure(4, -1.0)?),
         twist: None,
@@ -165,8 +166,12 @@ fn told(result: &FitResult) -> bool {
 }
 
 /// The surface without its mixed term: columns 1, u, v, u², v².
-fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Result<FitResult, SurfaceRefused> {
-    let (_, _, posted) = Trimmed::new(gear, nodes, settings)?;
+fn crossed(
+    gear: &Gear,
+    nodes: &FlankNodes,
+    settings: &SurfaceSettings,
+) -> Result<(Trimmed, FitResult), SurfaceRefused> {
+    let (trimmed, _, posted) = Trimmed::new(gear, nodes, settings)?;
     let (mut columns, mut heights) = (Vec::new(), Vec::new());
     let mut add = |u: f64, v: f64, height: f64| {
         if !height.is_nan() {
@@ -189,5 +194,6 @@ fn crossed(gear: &Gear, nodes: &FlankNodes, settings: &SurfaceSettings) -> Resul
         Nodes::Curve(_) | Nodes::Matrix(_) => {}
     }
     let nodes = Nodes::matrix(columns, 5, heights, None, None).map_err(FitError::from)?;
-    Ok(estimation::fit(&nodes, &FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() })?)
+    let spec = FitSpec { model: Model::Linear, domain: None, ..settings.spec.clone() };
+    Ok((trimmed, estimation::fit(&nodes, &spec)?))
 }

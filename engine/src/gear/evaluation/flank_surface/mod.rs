@@ -14,9 +14,10 @@
 //! | lengthwise crowning | −c_vv | stands out half-way between the ends |
 //! | twist | 4 c_uv | grows more with z at the tip than at the root (by the sign asked for) |
 //!
-//! all in µm over the trimmed range, transverse as the limits of ISO 1328-1 are, with standard
-//! errors and with the bounds of their bias that the fit answers (for the use of such a
-//! surface see Litvin et al., ASME J. Mech. Des. 115(4), 1993, p. 995).
+//! all in µm over the trimmed range, with standard errors and with the bounds of their bias that
+//! the fit answers (for the use of such a surface see Litvin et al., ASME J. Mech. Des. 115(4),
+//! 1993, p. 995). Slopes are extended linearly to their reference lengths, and all figures count
+//! along the normal, unless [`FigureTerms`] say otherwise. Crownings and twist are never extended.
 
 mod errors;
 mod figures;
@@ -37,19 +38,17 @@ use crate::{
         spec::{Degree, Include, Model, PolynomialBasis, Terms},
     },
     fault::Faults,
-    gear::{
-        Gear, Kind,
-        tolerance::{Rounding, Tolerances},
-    },
+    gear::{Gear, tolerance::Tolerances},
 };
 pub use figures::{EstimatedFigure, FlankFigures, estimated_figures, flank_figures};
 use nodes::Trimmed;
 pub use nodes::{FlankNodes, NodeCounts};
 pub(in crate::gear) use own_zeros::{Sample, TERMS, Through, through};
 pub use projected::{FittedFlank, figure_limits};
-pub use settings::{Border, SurfaceSettings};
+pub(in crate::gear) use settings::Slopes;
+pub use settings::{Border, FigureTerms, Reference, SurfaceSettings};
 
-/// A figure in µm.
+/// A figure in µm, in the direction of its [`FigureTerms`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Figure {
     /// Estimate.
@@ -101,6 +100,8 @@ pub struct FlankSurface {
     pub roll_lengths: [f64; 2],
     /// Places on the face width, likewise.
     pub z: [f64; 2],
+    /// Lengths that the slopes of profile and helix refer to, mm.
+    pub references: [f64; 2],
     /// How many nodes there were, and what became of them.
     pub nodes: NodeCounts,
     /// What is to be known of them.
@@ -124,7 +125,7 @@ pub fn flank_surface(
     let residuals = result.residuals.values.take().unwrap_or_default();
     let (lowest, highest) =
         residuals.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), &r| (a.min(r), b.max(r)));
-    let scale = settings.to_transverse(gear);
+    let scale = settings.terms.factor(gear, settings.direction);
     let remainder = Remainder {
         peak_to_valley: scale * (highest - lowest),
         rms: scale * result.residuals.rms,
@@ -136,9 +137,12 @@ pub fn flank_surface(
         result.residuals.node_indices = None;
     }
     let [profile, helix] = settings.signs();
-    let [slope_of_profile, slope_of_helix] = slope_limits(gear, settings, &trimmed)?;
-    let limits = &settings.limits;
-    // what is extrapolated is held against nothing
+    let (slopes, limits) = (trimmed.slopes(gear, settings.terms), &settings.limits);
+    let tolerances = Tolerances::new(gear);
+    let checked: Result<(), SurfaceFaults> = limits.check(&tolerances, true).into_result(()).map_err(Faults::widened);
+    checked?;
+    let [slope_of_profile, slope_of_helix] = slopes.limits(limits, tolerances.as_ref().ok());
+    // a range that the nodes hardly cover is held against nothing
     let [profile_told, helix_told] = trimmed.covered;
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));
@@ -148,40 +152,19 @@ pub fn flank_surface(
     };
     Ok(FlankSurface {
         mean: figure([0, 0], 1.0, None)?,
-        profile_slope: figure([1, 0], 2.0 * profile, slope_of_profile.filter(|_| profile_told))?,
-        helix_slope: figure([0, 1], 2.0 * helix, slope_of_helix.filter(|_| helix_told))?,
+        profile_slope: figure([1, 0], 2.0 * profile * slopes.factors[0], slope_of_profile.filter(|_| profile_told))?,
+        helix_slope: figure([0, 1], 2.0 * helix * slopes.factors[1], slope_of_helix.filter(|_| helix_told))?,
         profile_crowning: figure([2, 0], -1.0, limits.profile_crowning.filter(|_| profile_told))?,
         helix_crowning: figure([0, 2], -1.0, limits.helix_crowning.filter(|_| helix_told))?,
         twist: figure([1, 1], 4.0 * helix, limits.twist.filter(|_| profile_told && helix_told))?,
         remainder,
         roll_lengths: trimmed.roll,
         z: trimmed.z,
+        references: slopes.references,
         nodes: counts,
         warnings: trimmed.warnings,
         result,
     })
-}
-
-/// Limits of profile and helix slope over the trimmed range: the share that is left of the
-/// evaluation range and of the face width.
-fn slope_limits(
-    gear: &Gear,
-    settings: &SurfaceSettings,
-    trimmed: &Trimmed,
-) -> Result<[Option<[f64; 2]>; 2], SurfaceFaults> {
-    let limits = &settings.limits;
-    let tolerances = Tolerances::new(gear);
-    let checked: Result<(), SurfaceFaults> = limits.check(&tolerances, true).into_result(()).map_err(Faults::widened);
-    checked?;
-    let length = |[low, high]: [f64; 2]| high - low;
-    let shares = [length(trimmed.roll) / length(trimmed.evaluated), share_of_width(gear, trimmed.z)];
-    let of = |kind, share| limits.slope_over(kind, share, tolerances.as_ref().ok(), Rounding::Rounded);
-    Ok([of(Kind::Profile, shares[0]), of(Kind::Helix, shares[1])])
-}
-
-/// The share of the face width that a range of z is; the whole where the gear has none.
-fn share_of_width(gear: &Gear, [low, high]: [f64; 2]) -> f64 {
-    gear.data().face_width.map_or(1.0, |width| (high - low) / width)
 }
 
 impl Figure {

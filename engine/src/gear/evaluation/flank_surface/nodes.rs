@@ -6,7 +6,7 @@ use super::{
         spacing::LEAST_COVERED,
         warning::{SurfaceWarning, share},
     },
-    settings::{Border, SurfaceSettings},
+    settings::{Border, FigureTerms, Slopes, SurfaceSettings},
 };
 use crate::numerics::cancel::Asking;
 use crate::{
@@ -134,6 +134,12 @@ impl Trimmed {
         let fitted = fitted.map_err(FitError::from)?;
         let counts = NodeCounts { posted, missing, trimmed: posted - missing - used, used };
         Ok((trimmed, counts, fitted))
+    }
+
+    /// Returns the reference lengths of the slopes over this part of the flank.
+    pub(super) fn slopes(&self, gear: &Gear, terms: FigureTerms) -> Slopes {
+        let length = |[low, high]: [f64; 2]| high - low;
+        Slopes::new(gear, terms, [length(self.roll), length(self.z)], length(self.evaluated))
     }
 
     fn holds(&self, [roll, z]: [f64; 2]) -> bool {

@@ -22,14 +22,11 @@ use super::{
         limits::ToleranceLimits,
         settings::{DeviationSign, SlopeSign},
     },
-    Figure, FlankFigures, share_of_width,
+    Figure, FigureTerms, FlankFigures, Slopes,
 };
 use crate::{
     estimation::{result::WeightedSum, spec::WeightedSums},
-    gear::{
-        Gear, Kind, ProfileAxis, Side,
-        tolerance::{Rounding, Tolerances},
-    },
+    gear::{Gear, Kind, ProfileAxis, Side, tolerance::Tolerances, trace::Direction},
     numerics::quadrature::gauss_legendre,
 };
 
@@ -51,9 +48,10 @@ pub struct FittedFlank<'a> {
     pub u: f64,
     /// What v is multiplied with to be z in mm.
     pub v: f64,
-    /// What heights are multiplied with to be µm of material, in the transverse plane where figures
-    /// are held against limits of ISO 1328-1.
+    /// Factor from heights to µm of material along the normal.
     pub height: f64,
+    /// Direction and reference lengths of the figures.
+    pub terms: FigureTerms,
     /// Range in roll length, mm, ascending.
     pub roll_lengths: [f64; 2],
     /// Range in z, mm, ascending.
@@ -84,34 +82,45 @@ impl FittedFlank<'_> {
     pub fn figures(&self, sums: &[Option<WeightedSum>], limits: &ToleranceLimits) -> FlankFigures<Figure> {
         let [profile, helix] = [Kind::Profile, Kind::Helix]
             .map(|kind| SlopeSign::Din.of_material(DeviationSign::Material, kind, self.side));
-        let [slope_of_profile, slope_of_helix] = self.slope_limits(limits);
+        let Slopes { factors, .. } = self.slopes();
+        let limits = figure_limits(self.gear, self.terms, [self.roll_lengths, self.z], limits);
+        let height = self.height * self.terms.factor(self.gear, Direction::Normal);
         let figure = |k: usize, factor: f64, limits: Option<[f64; 2]>| {
             let sum = sums.get(k)?.as_ref()?;
-            Some(Figure::new(sum, factor * self.height, limits))
+            Some(Figure::new(sum, factor * height, limits))
         };
         FlankFigures {
-            profile_slope: figure(0, 2.0 * profile, slope_of_profile),
-            helix_slope: figure(1, 2.0 * helix, slope_of_helix),
+            profile_slope: figure(0, 2.0 * profile * factors[0], limits.profile_slope),
+            helix_slope: figure(1, 2.0 * helix * factors[1], limits.helix_slope),
             profile_crowning: figure(2, -1.5, limits.profile_crowning),
             helix_crowning: figure(3, -1.5, limits.helix_crowning),
             twist: figure(4, 4.0 * helix, limits.twist),
         }
     }
 
-    fn slope_limits(&self, limits: &ToleranceLimits) -> [Option<[f64; 2]>; 2] {
-        let of_flank = figure_limits(self.gear, self.z, limits);
-        [of_flank.profile_slope, of_flank.helix_slope]
+    /// Returns the lengths that the slopes of profile and helix refer to, mm. L_α is the range of
+    /// the nodes.
+    pub fn references(&self) -> [f64; 2] {
+        self.slopes().references
+    }
+
+    fn slopes(&self) -> Slopes {
+        Slopes::of_nodes(self.gear, self.terms, [self.roll_lengths, self.z])
     }
 }
 
-/// The limits of the figures over nodes that span `z`. Nothing but the nodes tells what of the
-/// profile is evaluated: they have the whole limits. Of the face width they have their share.
-pub fn figure_limits(gear: &Gear, z: [f64; 2], limits: &ToleranceLimits) -> FlankFigures<[f64; 2]> {
-    let tolerances = Tolerances::new(gear).ok();
-    let slope = |kind, share| limits.slope_over(kind, share, tolerances.as_ref(), Rounding::Rounded);
+/// Returns the limits of the figures of nodes over `ranges` of roll length and z.
+pub fn figure_limits(
+    gear: &Gear,
+    terms: FigureTerms,
+    ranges: [[f64; 2]; 2],
+    limits: &ToleranceLimits,
+) -> FlankFigures<[f64; 2]> {
+    let slopes = Slopes::of_nodes(gear, terms, ranges);
+    let [profile_slope, helix_slope] = slopes.limits(limits, Tolerances::new(gear).ok().as_ref());
     FlankFigures {
-        profile_slope: slope(Kind::Profile, 1.0),
-        helix_slope: slope(Kind::Helix, share_of_width(gear, z)),
+        profile_slope,
+        helix_slope,
         profile_crowning: limits.profile_crowning,
         helix_crowning: limits.helix_crowning,
         twist: limits.twist,

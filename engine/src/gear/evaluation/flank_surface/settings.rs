@@ -6,8 +6,94 @@ use super::super::{
 };
 use crate::{
     estimation::FitSpec,
-    gear::{Gear, Kind, Side, trace::Direction},
+    gear::{
+        Gear, Kind, Side,
+        tolerance::{Rounding, Tolerances},
+        trace::Direction,
+    },
 };
+
+/// Length that the slopes of a flank refer to.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Reference {
+    /// Slopes are extended linearly to the lengths that ISO 1328-1 gives tolerances for: profiles
+    /// to L_α, the length of the evaluation range; helices to the face width b.
+    #[default]
+    Length,
+    /// Slopes are over the fitted range, and limits get its share of those lengths.
+    Evaluated,
+}
+
+/// Direction and reference lengths of a flank's figures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FigureTerms {
+    /// Direction in which figures count.
+    pub direction: Direction,
+    /// Length that slopes refer to.
+    pub reference: Reference,
+}
+
+impl Default for FigureTerms {
+    /// Along the normal, slopes over the reference lengths.
+    fn default() -> Self {
+        FigureTerms { direction: Direction::Normal, reference: Reference::Length }
+    }
+}
+
+impl FigureTerms {
+    /// Returns the factor that converts deviations along `from` to the direction of the figures.
+    pub fn factor(&self, gear: &Gear, from: Direction) -> f64 {
+        along(self.direction, gear) / along(from, gear)
+    }
+}
+
+/// Returns the length along a direction of a transverse µm: cos β_b along the normal.
+fn along(direction: Direction, gear: &Gear) -> f64 {
+    match direction {
+        Direction::Transverse => 1.0,
+        Direction::Normal => gear.base_helix_angle().cos(),
+    }
+}
+
+/// Slopes of profiles and helices: the lengths that they refer to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(in crate::gear) struct Slopes {
+    /// Lengths that the slopes are given over, mm.
+    pub references: [f64; 2],
+    /// Factors that extend slopes over the fitted range to the reference lengths.
+    pub factors: [f64; 2],
+    /// Shares of the reference lengths of ISO 1328-1.
+    shares: [f64; 2],
+    /// Factor from transverse tolerances to the direction of the figures.
+    along: f64,
+}
+
+impl Slopes {
+    /// Takes the lengths of the fitted ranges of roll length and z, and L_α.
+    pub fn new(gear: &Gear, terms: FigureTerms, fitted: [f64; 2], profile: f64) -> Self {
+        let whole = [profile, gear.data().face_width.unwrap_or(fitted[1])];
+        let references = match terms.reference {
+            Reference::Length => whole,
+            Reference::Evaluated => fitted,
+        };
+        let ratio = |a: [f64; 2], b: [f64; 2]| [a[0] / b[0], a[1] / b[1]];
+        let (factors, shares) = (ratio(references, fitted), ratio(references, whole));
+        Slopes { references, factors, shares, along: along(terms.direction, gear) }
+    }
+
+    /// Takes the ranges of roll length and z of nodes; L_α is their range.
+    pub fn of_nodes(gear: &Gear, terms: FigureTerms, ranges: [[f64; 2]; 2]) -> Self {
+        let lengths = ranges.map(|[a, b]| (b - a).abs());
+        Slopes::new(gear, terms, lengths, lengths[0])
+    }
+
+    /// Returns the limits of the profile slope and of the helix slope. Limits by class, which are
+    /// transverse, are converted to the direction of the figures.
+    pub fn limits(&self, limits: &ToleranceLimits, tolerances: Option<&Tolerances>) -> [Option<[f64; 2]>; 2] {
+        let of = |kind, share| limits.slope_over(kind, share, self.along, tolerances, Rounding::Rounded);
+        [of(Kind::Profile, self.shares[0]), of(Kind::Helix, self.shares[1])]
+    }
+}
 
 /// Shares of the evaluation range that are cut off, in %: 0 to below 100 together on each axis.
 #[derive(Clone, Copy, Debug, PartialEq, Default)]
@@ -37,25 +123,19 @@ pub struct SurfaceSettings {
     /// How deviations count; a topography has no leads of its own, so `Din` is the same as
     /// `Material`.
     pub given: DeviationSign,
-    /// Along what deviations were taken; figures are transverse, as limits are.
+    /// Direction in which deviations were taken.
     pub direction: Direction,
+    /// Direction and reference lengths of the figures.
+    pub terms: FigureTerms,
     /// Sign of slopes and of twist.
     pub sign: SlopeSign,
-    /// What the figures must lie within; slopes over the trimmed range have its share of it.
+    /// What the figures must lie within.
     pub limits: ToleranceLimits,
     /// Everything else about the fit; its model and domain are not looked at.
     pub spec: FitSpec,
 }
 
 impl SurfaceSettings {
-    /// What deviations are multiplied with to be transverse.
-    pub(super) fn to_transverse(&self, gear: &Gear) -> f64 {
-        match self.direction {
-            Direction::Transverse => 1.0,
-            Direction::Normal => 1.0 / gear.base_helix_angle().cos(),
-        }
-    }
-
     /// What slopes of profile and helix are multiplied with.
     pub(super) fn signs(&self) -> [f64; 2] {
         // one topography counts in one way, as its profiles do
