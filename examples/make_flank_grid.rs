@@ -1,4 +1,5 @@
-//! Makes `flank_z52.json` and `flank_z52_remachined.json`, the flank that `flankfit demo` measures.
+//! Makes `flank_z52.json`, `flank_z52_right.json` and both flanks `…_remachined.json`: what
+//! `flankfit demo` measures.
 //!
 //! A spur gear of 52 teeth, m_n = 1 mm, α = 20°, x = 0.011, b = 15 mm is "measured" on a grid of
 //! roll length `L = √(r² − r_b²)` (mm, over the evaluation range from d = 50.3 mm to 54.022 mm) and
@@ -7,9 +8,9 @@
 //!
 //! `z(s, t) = −C_α s² − C_β t² + f_Hα/2 · s + S/4 · s t + probe noise`.
 //!
-//! The first grid carries a profile slope of 9 µm; on the second, the flank has been machined again
-//! with the pressure angle corrected, so that half a micrometre of slope is left and everything
-//! else stands as it was. Nothing here depends on a library's random numbers: the same program
+//! The first grids carry profile slopes of 9 and 8.4 µm. On the remachined ones the pressure angle,
+//! which turns both flanks alike, has been corrected: less than a micrometre of slope is left, and
+//! everything else is as it was. Nothing here depends on a library's random numbers: the same program
 //! makes the same files for ever.
 //!
 //! Run: `cargo run --example make_flank_grid -- examples` (the argument is the folder to write to).
@@ -38,6 +39,7 @@ const MISSING: [(usize, usize); 3] = [(0, 0), (3, 10), (8, 14)];
 /// What distinguishes one measured flank from another.
 pub struct Flank {
     pub file: &'static str,
+    pub side: &'static str,
     pub profile_crowning_um: f64,
     pub helix_crowning_um: f64,
     pub profile_slope_um: f64,
@@ -46,9 +48,10 @@ pub struct Flank {
 }
 
 /// The flank as first ground, and after the correction.
-pub const FLANKS: [Flank; 2] = [
+pub const FLANKS: [Flank; 4] = [
     Flank {
         file: "flank_z52.json",
+        side: "left",
         profile_crowning_um: 3.0,
         helix_crowning_um: 4.0,
         profile_slope_um: 9.0,
@@ -57,11 +60,30 @@ pub const FLANKS: [Flank; 2] = [
     },
     Flank {
         file: "flank_z52_remachined.json",
+        side: "left",
         profile_crowning_um: 3.0,
         helix_crowning_um: 4.0,
         profile_slope_um: 0.5,
         twist_um: 3.0,
         seed: 53,
+    },
+    Flank {
+        file: "flank_z52_right.json",
+        side: "right",
+        profile_crowning_um: 3.4,
+        helix_crowning_um: 4.4,
+        profile_slope_um: 8.4,
+        twist_um: 1.5,
+        seed: 54,
+    },
+    Flank {
+        file: "flank_z52_right_remachined.json",
+        side: "right",
+        profile_crowning_um: 3.4,
+        helix_crowning_um: 4.4,
+        profile_slope_um: -0.1,
+        twist_um: 1.5,
+        seed: 55,
     },
 ];
 
@@ -95,7 +117,7 @@ pub fn fit_request(flank: &Flank) -> String {
 {}
     ]
   }},
-  "flank": "left",
+  "flank": "{}",
   "tooth": "1",
   "axes": {{
     "u": {{"quantity": "roll_length", "unit": "mm"}},
@@ -114,7 +136,8 @@ pub fn fit_request(flank: &Flank) -> String {
 "#,
         u.join(", "),
         v.join(", "),
-        rows.join(",\n")
+        rows.join(",\n"),
+        flank.side
     );
     text
 }

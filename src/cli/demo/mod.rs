@@ -1,9 +1,8 @@
-//! `flankfit demo`: a gear job from first measurement to acceptance, driven over real HTTP and
-//! printed as tables.
+//! `flankfit demo`: a gear job from first measurement to acceptance, driven over real HTTP.
 
 mod client;
 mod closed_loop;
-mod flank_form;
+mod gear;
 mod node_file;
 mod numbers;
 mod report;
@@ -17,13 +16,12 @@ use std::{
 };
 
 use clap::Args;
-use serde_json::{Value, json};
 use tokio::sync::oneshot;
 
 use self::{
     client::Client,
-    node_file::{NodeSet, Units},
-    story::{SlopeLimit, Story},
+    node_file::NodeSet,
+    story::Story,
 };
 use super::{CommandError, out::out, reachable, serve::stop_signal};
 use crate::{
@@ -42,7 +40,10 @@ pub struct DemoArguments {
     /// again.
     #[arg(long, conflicts_with = "nodes")]
     closed_loop: bool,
-    /// Stop when the tables are printed, instead of serving on.
+    /// Print every table of every fit, not only the results.
+    #[arg(long)]
+    verbose: bool,
+    /// Stop when the results are printed, instead of serving on.
     #[arg(long)]
     exit: bool,
     /// Where the jobs of the demonstration are kept (never taken from the environment, so that a
@@ -54,20 +55,10 @@ pub struct DemoArguments {
     bind: SocketAddr,
 }
 
-/// The bundled flank, before and after the correction; `examples/flank_z52.md` says how it was
-/// made.
-const FLANK: &str = include_str!("../../../examples/flank_z52.json");
-const FLANK_REMACHINED: &str = include_str!("../../../examples/flank_z52_remachined.json");
-const JOB: &str = include_str!("../../../examples/requests/job.json");
-
 /// Starts a server, drives it, prints, and serves on until it is stopped.
 pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     telemetry::init(LogFormat::Pretty, "warn", &TraceSettings::default())?;
-    let chapters = match &arguments.nodes {
-        Some(path) => node_file::read(path)?.into_iter().map(Chapter::of_file).collect(),
-        None if arguments.closed_loop => Vec::new(),
-        None => vec![Chapter::bundled()?],
-    };
+    let own = arguments.nodes.as_deref().map(node_file::read).transpose()?;
     let settings = ServeSettings {
         bind: arguments.bind,
         database_url: arguments.database_url.clone(),
@@ -85,7 +76,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
         let _ = stopped.await;
     }));
 
-    let outcome = run_chapters(&chapters, &base, arguments);
+    let outcome = drive(own.as_deref(), &base, arguments);
     if outcome.is_ok() && !arguments.exit {
         runtime.block_on(async {
             stop_signal()?.await;
@@ -97,7 +88,7 @@ pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     outcome
 }
 
-fn run_chapters(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> Result<(), CommandError> {
+fn drive(own: Option<&[NodeSet]>, base: &str, arguments: &DemoArguments) -> Result<(), CommandError> {
     let client = Client::new(base);
     let mut out = out();
     writeln!(
@@ -106,74 +97,20 @@ fn run_chapters(chapters: &[Chapter], base: &str, arguments: &DemoArguments) -> 
         env!("CARGO_PKG_VERSION"),
         arguments.database_url
     )?;
-    let mut jobs = Vec::new();
-    if arguments.closed_loop {
-        jobs = closed_loop::run(&client, &mut out)?;
-    }
-    for chapter in chapters {
-        let mut story = Story { client: &client, limit: chapter.limit, out: &mut out };
-        jobs.push(story.run(&chapter.job, &chapter.first, chapter.second.as_ref())?);
-    }
-    if !arguments.exit {
-        writeln!(out, "\nThe server stays up (Ctrl-C ends it):")?;
-        for job in &jobs {
-            writeln!(out, "  trace          {base}{job}/trace")?;
+    let jobs = match own {
+        Some(sets) => {
+            let mut story = Story { client: &client, out: &mut out };
+            sets.iter().map(|set| story.run(set)).collect::<Result<Vec<String>, _>>()?
         }
-        writeln!(out, "  documentation  {base}/docs\n  metrics        {base}/metrics")?;
-        // last, since that is where to look next
+        None if arguments.closed_loop => closed_loop::run(&client, &mut out)?,
+        None => vec![gear::run(&client, &mut out, arguments.verbose)?],
+    };
+    if !arguments.exit {
+        writeln!(out, "\nThe server stays up (Ctrl-C ends it). Documentation: {base}/docs")?;
         for job in &jobs {
-            writeln!(out, "  dashboard      {base}{}", job.trim_start_matches("/v1"))?;
+            writeln!(out, "  dashboard  {base}{}", job.trim_start_matches("/v1"))?;
         }
     }
     out.flush()?;
     Ok(())
-}
-
-/// One job of the demonstration: what is measured first, and again after re-machining.
-struct Chapter {
-    job: Value,
-    first: NodeSet,
-    second: Option<NodeSet>,
-    limit: SlopeLimit,
-}
-
-/// For flanks of gears that the demonstration knows nothing of.
-const DEMONSTRATION_LIMIT: SlopeLimit = SlopeLimit { um: 5.0, of: "this demonstration" };
-
-/// f_Hα of class 5 by ISO 1328-1:2013, unrounded: 0.4 m_n + 0.001 d + 4 µm, here for m_n = 1 mm and
-/// d = 52 mm.
-const BUNDLED_GEAR_LIMIT: SlopeLimit = SlopeLimit { um: 4.452, of: "class 5" };
-
-impl Chapter {
-    fn bundled() -> Result<Self, serde_json::Error> {
-        let set = |name: &str, text: &str| {
-            let request = serde_json::from_str(text)?;
-            Ok(NodeSet { name: name.into(), request, units: Units::FlankDeviation, report: String::new() })
-        };
-        Ok(Chapter {
-            job: serde_json::from_str(JOB)?,
-            first: set("left flank of the bundled gear, z = 52, m_n = 1 mm", FLANK)?,
-            second: Some(set("the same flank, machined again", FLANK_REMACHINED)?),
-            limit: BUNDLED_GEAR_LIMIT,
-        })
-    }
-
-    fn of_file(set: NodeSet) -> Self {
-        Chapter { job: json!({"name": set.name}), first: set, second: None, limit: DEMONSTRATION_LIMIT }
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_bundled_flank_has_three_missing_nodes() {
-        let chapter = Chapter::bundled().unwrap();
-        for set in [&chapter.first, chapter.second.as_ref().unwrap()] {
-            let rows = set.request["nodes"]["z"].as_array().unwrap();
-            let missing = rows.iter().flat_map(|row| row.as_array().unwrap()).filter(|z| z.is_null()).count();
-            assert_eq!((rows.len(), missing), (9, 3));
-        }
-    }
 }

@@ -4,7 +4,6 @@ use jiff::Timestamp;
 use uuid::Uuid;
 
 use super::{
-    flank_form::FlankForm,
     node_file::Units,
     numbers::{ABSENT, as_certain_as, rough, rough_or_absent, short, short_or_absent, um_per_mm},
 };
@@ -14,10 +13,7 @@ use crate::{
             answer::{parts::CoefficientBody, result::FitResultBody},
             spec::criteria::{ChosenBy, CriterionName},
         },
-        jobs::{
-            iterations::{IterationFitBody, NewIterationBody},
-            trace::TraceBody,
-        },
+        jobs::{iterations::IterationFitBody, trace::TraceBody},
     },
     cli::table::Table,
     jobs::Decision,
@@ -156,21 +152,6 @@ pub fn fits(fits: &[&IterationFitBody], chosen: Uuid) -> String {
             short(result.residuals.rms),
             if fit.id == chosen { "← stands".into() } else { String::new() },
         ]);
-    }
-    table.to_string()
-}
-
-/// Slopes, crownings and twist of one or more iterations, in µm.
-pub fn flank_forms(forms: &[(&NewIterationBody, FlankForm)]) -> String {
-    let headings: Vec<String> =
-        forms.iter().map(|(iteration, _)| format!("iteration {}", iteration.posted.number)).collect();
-    let heading = |i: usize| headings.get(i).map_or("", String::as_str);
-    let mut table = Table::new(["over the fitted domain, µm", heading(0), heading(1)], 1);
-    let Some((_, first)) = forms.first() else { return String::new() };
-    for (i, (name, _)) in first.rows().iter().enumerate() {
-        let cells =
-            forms.iter().filter_map(|(_, form)| form.rows().get(i).map(|(_, value)| as_certain_as(*value, Some(0.1))));
-        table.row(std::iter::once((*name).to_owned()).chain(cells));
     }
     table.to_string()
 }

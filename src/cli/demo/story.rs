@@ -6,9 +6,7 @@ use serde_json::{Value, json};
 
 use super::{
     client::{Client, ClientError},
-    flank_form::FlankForm,
     node_file::{NodeSet, Units},
-    numbers::significant,
     report,
 };
 use crate::api::{
@@ -23,13 +21,6 @@ use crate::api::{
     },
 };
 
-/// The profile slope up to which a flank is accepted, and who says so.
-#[derive(Clone, Copy, Debug)]
-pub struct SlopeLimit {
-    pub um: f64,
-    pub of: &'static str,
-}
-
 /// Why the demonstration ended early.
 #[derive(Debug, thiserror::Error)]
 pub enum StoryError {
@@ -39,61 +30,58 @@ pub enum StoryError {
     Output(#[from] io::Error),
     #[error("iteration {0} was answered without a fit")]
     NoFit(u32),
+    #[error("an example of the project is no JSON: {0}")]
+    Example(#[from] serde_json::Error),
 }
 
-/// Who tells it to whom.
+/// Prints the fits of iterations as tables.
 pub struct Story<'a, W: Write> {
     pub client: &'a Client,
-    pub limit: SlopeLimit,
     pub out: W,
 }
 
 impl<W: Write> Story<'_, W> {
-    /// One gear job: measure, fit, refit with another λ*, choose, decide; measure again after
-    /// re-machining. Returns the path of the job.
-    pub fn run(&mut self, job: &Value, first: &NodeSet, second: Option<&NodeSet>) -> Result<String, StoryError> {
-        let created: JobBody = self.client.post("/v1/jobs", job)?;
+    /// Measures and fits nodes of the caller's own, refits them with another λ*, and chooses. Returns
+    /// the path of the job.
+    pub fn run(&mut self, set: &NodeSet) -> Result<String, StoryError> {
+        let created: JobBody = self.client.post("/v1/jobs", &json!({"name": set.name}))?;
         let path = format!("/v1/jobs/{}", created.id);
-        self.heading(&format!("Job: {}", job["name"].as_str().unwrap_or_default()))?;
+        self.heading(&format!("Job: {}", set.name))?;
         writeln!(self.out, "  {}", self.client.url(&path))?;
-
-        let iteration = self.measure(&path, first, "first measurement")?;
-        let fit = chosen(&iteration)?;
-        self.show_fit(&fit.result, first.units)?;
-        let standing = self.refit(&path, &iteration, fit, &first.request)?;
-        let before = self.decide(&path, &iteration, &standing.result, first.units)?;
-
-        if let Some(second) = second {
-            let iteration_2 = self.measure(&path, second, "after correction of the pressure angle")?;
-            let fit = chosen(&iteration_2)?;
-            self.show_fit(&fit.result, second.units)?;
-            let after = self.decide(&path, &iteration_2, &fit.result, second.units)?;
-            if let (Some(before), Some(after)) = (before, after) {
-                self.heading("The flank before and after")?;
-                write!(self.out, "{}", report::flank_forms(&[(&iteration, before), (&iteration_2, after)]))?;
-            }
+        let mut body = set.request.clone();
+        if let Some(object) = body.as_object_mut() {
+            object.entry("instrument").or_insert_with(|| "gear tester".into());
         }
+        let iteration: NewIterationBody = self.client.post(&format!("{path}/iterations"), &body)?;
+        self.tell(&path, &iteration, set)?;
+        writeln!(
+            self.out,
+            "\n  The decision is left to you: PATCH {}",
+            self.client.url(&format!("{path}/iterations/{}", iteration.posted.number))
+        )?;
+        self.trace(&path)?;
+        Ok(path)
+    }
 
-        let trace: TraceBody = self.client.get(&format!("{path}/trace"))?;
+    /// Prints the fit of an iteration, and refits its nodes by another criterion.
+    pub fn tell(&mut self, job: &str, iteration: &NewIterationBody, set: &NodeSet) -> Result<(), StoryError> {
+        self.heading(&format!("Iteration {}: {}", iteration.posted.number, set.name))?;
+        write!(self.out, "{}", set.report)?;
+        let fit = chosen(iteration)?;
+        self.show_fit(&fit.result, set.units)?;
+        self.refit(job, iteration, fit, &set.request)
+    }
+
+    /// Prints what was recorded of the job.
+    pub fn trace(&mut self, job: &str) -> Result<(), StoryError> {
+        let trace: TraceBody = self.client.get(&format!("{job}/trace"))?;
         self.heading("Trace of the job")?;
         write!(self.out, "{}", report::trace(&trace))?;
-        Ok(path)
+        Ok(())
     }
 
     fn heading(&mut self, text: &str) -> io::Result<()> {
         writeln!(self.out, "\n{text}")
-    }
-
-    fn measure(&mut self, job: &str, set: &NodeSet, note: &str) -> Result<NewIterationBody, StoryError> {
-        let mut body = set.request.clone();
-        if let Some(object) = body.as_object_mut() {
-            object.entry("instrument").or_insert_with(|| "gear tester".into());
-            object.entry("note").or_insert_with(|| note.into());
-        }
-        let iteration: NewIterationBody = self.client.post(&format!("{job}/iterations"), &body)?;
-        self.heading(&format!("Iteration {}: {} ({note})", iteration.posted.number, set.name))?;
-        write!(self.out, "{}", set.report)?;
-        Ok(iteration)
     }
 
     fn show_fit(&mut self, fit: &FitResultBody, units: Units) -> io::Result<()> {
@@ -121,13 +109,13 @@ impl<W: Write> Story<'_, W> {
         first: &NewIterationBody,
         fit: &IterationFitBody,
         request: &Value,
-    ) -> Result<IterationFitBody, StoryError> {
+    ) -> Result<(), StoryError> {
         let other = best_other(&fit.result).and_then(|criterion| {
             with_criterion(request.get("regularization"), criterion.name()).map(|changed| (criterion, changed))
         });
         let Some((criterion, regularization)) = other else {
-            writeln!(self.out, "\n  No criterion chooses another λ* here; the fit stands as it is.")?;
-            return Ok(fit.clone());
+            writeln!(self.out, "\n  No criterion chooses another λ* here; the fit is kept as it is.")?;
+            return Ok(());
         };
         let mut body = request.clone();
         if let Some(object) = body.as_object_mut() {
@@ -157,43 +145,12 @@ impl<W: Write> Story<'_, W> {
             self.client.put(&format!("{iteration}/chosen_fit"), &json!({"fit_id": better.id, "reason": reason}))?;
         self.heading(&format!("Refit of the stored nodes by {}, and the choice", criterion.name()))?;
         write!(self.out, "{}", report::fits(&[fit, &refit], better.id))?;
-        Ok(better.clone())
-    }
-
-    /// Accepts a flank or sends it back to the machine, by its profile slope; only where heights
-    /// are known to be µm.
-    fn decide(
-        &mut self,
-        job: &str,
-        iteration: &NewIterationBody,
-        fit: &FitResultBody,
-        units: Units,
-    ) -> Result<Option<FlankForm>, StoryError> {
-        let form = match units {
-            Units::FlankDeviation => FlankForm::of(fit),
-            Units::Callers => None,
-        };
-        let Some(form) = form else {
-            writeln!(
-                self.out,
-                "\n  The unit of the heights is not known, so the decision is left to you: PATCH {}",
-                self.client.url(&format!("{job}/iterations/{}", iteration.posted.number))
-            )?;
-            return Ok(None);
-        };
-        let within = form.profile_slope.abs() <= self.limit.um;
-        let [slope, limit] = [form.profile_slope, self.limit.um].map(|um| significant(um, 3));
-        let reason = format!("profile slope {slope} µm, {} allows {limit} µm", self.limit.of);
-        let decision = if within { "accept" } else { "remachine" };
-        let body = json!({"decision": decision, "reason": reason});
-        let _: Value = self.client.patch(&format!("{job}/iterations/{}", iteration.posted.number), &body)?;
-        self.heading(&format!("Decision: {decision} ({reason})"))?;
-        write!(self.out, "{}", report::flank_forms(&[(iteration, form)]))?;
-        Ok(Some(form))
+        Ok(())
     }
 }
 
-fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, StoryError> {
+/// Returns the fit that an iteration was stored with.
+pub fn chosen(iteration: &NewIterationBody) -> Result<&IterationFitBody, StoryError> {
     iteration.fits.first().ok_or(StoryError::NoFit(iteration.posted.number))
 }
 

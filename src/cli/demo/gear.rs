@@ -1,0 +1,204 @@
+//! The bundled gear, from the first measurement to acceptance, printed as one screen.
+//!
+//! Both flanks are measured, evaluated and corrected; what was entered on the machine is kept, and a
+//! second measurement shows whether the machine did it.
+
+use std::io::Write;
+
+use serde_json::{Value, json};
+
+use super::{
+    NodeSet,
+    client::Client,
+    node_file::Units,
+    numbers::{as_certain_as, significant},
+    story::{Story, StoryError, chosen},
+};
+use crate::{
+    api::{
+        gears::{evaluation::figures::FigureBody, fit_figures::FitFiguresBody},
+        jobs::{iterations::NewIterationBody, job::JobBody},
+    },
+    cli::table::Table,
+};
+
+const JOB: &str = include_str!("../../../examples/requests/job.json");
+const REQUIREMENTS: &str = include_str!("../../../examples/requests/job_requirements.json");
+const EVALUATION: &str = include_str!("../../../examples/requests/iteration_evaluation.json");
+const PITCH: &str = include_str!("../../../examples/requests/iteration_pitch.json");
+
+/// Flanks as first ground, and as ground again; `examples/flank_z52.md` says how they were made.
+const FIRST: [&str; 2] =
+    [include_str!("../../../examples/flank_z52.json"), include_str!("../../../examples/flank_z52_right.json")];
+const SECOND: [&str; 2] = [
+    include_str!("../../../examples/flank_z52_remachined.json"),
+    include_str!("../../../examples/flank_z52_right_remachined.json"),
+];
+
+/// Runs the job; with `verbose` every table of every fit, without it one screen. Returns the path of
+/// the job.
+pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<String, StoryError> {
+    let mut job: Value = serde_json::from_str(JOB)?;
+    let mut requirements: Value = serde_json::from_str(REQUIREMENTS)?;
+    job["requirements"] = requirements["requirements"].take();
+    let created: JobBody = client.post("/v1/jobs", &job)?;
+    let path = format!("/v1/jobs/{}", created.id);
+    writeln!(out, "Open {} in a browser.\n", client.url(path.trim_start_matches("/v1")))?;
+
+    let before = measure(client, &path, FIRST, "first measurement", out, verbose)?;
+    let _: Value = client.post(&format!("{path}/iterations/1/evaluations"), &serde_json::from_str(EVALUATION)?)?;
+    let _: Value = client.post(&format!("{path}/iterations/1/pitch"), &serde_json::from_str(PITCH)?)?;
+    decide(client, &path, &before)?;
+
+    let asked = json!({"sensitivity": {"machine": "form_grinding"},
+        "limits": {"profile_angle": {"increment": 0.05}, "helix_angle": {"increment": 0.01},
+            "profile_crowning": {"increment": 0.1}, "helix_crowning": {"increment": 0.1}}});
+    let correction = format!("{path}/iterations/1/correction");
+    let proposed: Value = client.post(&correction, &asked)?;
+    let changes = changed(&proposed);
+    let entered: Value = changes.iter().map(|(name, change, _)| ((*name).to_owned(), json!(change))).collect();
+    let note = "entered at the control of form grinder 3";
+    let _: Value = client.post(&format!("{correction}/applied"), &json!({"settings": entered, "note": note}))?;
+
+    let after = measure(client, &path, SECOND, "after the correction", out, verbose)?;
+    decide(client, &path, &after)?;
+    let answered: Value = client.get(&correction)?;
+
+    if verbose {
+        Story { client, out: &mut *out }.trace(&path)?;
+        writeln!(out)?;
+    }
+    writeln!(out, "{} ({}), class 6 of ISO 1328-1", created.name, created.part_number.as_deref().unwrap_or_default())?;
+    write!(out, "{}", results(&before, &after))?;
+    writeln!(out, "\nChanges of the machine")?;
+    for (name, change, unit) in &changes {
+        writeln!(out, "  {:<18}{} {unit}", words(name), significant(*change, 3))?;
+    }
+    for (reason, text) in
+        [("within_limits", "left alone, within the limits"), ("not_distinguishable", "left alone, no change found")]
+    {
+        let names = settings(&proposed).filter(|setting| setting["left"] == reason);
+        list(out, text, names)?;
+    }
+    list(out, "not determined by these nodes", settings(&proposed).filter(|setting| setting["undetermined"] == true))?;
+    let dependencies = before.iter().flat_map(|one| chosen(one).into_iter());
+    if let Some(first) = dependencies.flat_map(|fit| &fit.result.collinearity.near_dependencies).next() {
+        writeln!(out, "\nWhat the nodes cannot tell\n  {}", first.sentence)?;
+    }
+    let sentence = answered["answer"]["sentence"].as_str().unwrap_or_default();
+    writeln!(out, "\nSecond measurement\n  {sentence}")?;
+    Ok(path)
+}
+
+/// Measures both flanks.
+fn measure(
+    client: &Client,
+    job: &str,
+    flanks: [&str; 2],
+    note: &str,
+    out: &mut impl Write,
+    verbose: bool,
+) -> Result<Vec<NewIterationBody>, StoryError> {
+    let mut measured = Vec::new();
+    for flank in flanks {
+        let mut request: Value = serde_json::from_str(flank)?;
+        request["instrument"] = "gear tester".into();
+        request["note"] = note.into();
+        let iteration: NewIterationBody = client.post(&format!("{job}/iterations"), &request)?;
+        if verbose {
+            let set = NodeSet { name: note.into(), request, units: Units::FlankDeviation, report: String::new() };
+            Story { client, out: &mut *out }.tell(job, &iteration, &set)?;
+        }
+        measured.push(iteration);
+    }
+    Ok(measured)
+}
+
+/// Accepts the flanks whose figures all lie within their limits, and sends the others back.
+fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(), StoryError> {
+    for iteration in measured {
+        let outside: Vec<String> = figures_of(iteration)
+            .into_iter()
+            .filter(|(_, figure)| figure.within == Some(false))
+            .map(|(symbol, figure)| format!("{symbol} {} µm is outside {}", value(&figure), limits(&figure)))
+            .collect();
+        let (decision, reason) = match outside.is_empty() {
+            true => ("accept", "slopes, crownings and twist are within their limits".to_owned()),
+            false => ("remachine", outside.join(", ")),
+        };
+        let body = json!({"decision": decision, "reason": reason});
+        let _: Value = client.patch(&format!("{job}/iterations/{}", iteration.posted.number), &body)?;
+    }
+    Ok(())
+}
+
+fn results(before: &[NewIterationBody], after: &[NewIterationBody]) -> Table {
+    let mut table =
+        Table::new(["µm, along the normal", "left", "right", "limits", "then left", "right"], 1);
+    let columns: Vec<_> = before.iter().chain(after).map(figures_of).collect();
+    for (i, (symbol, first)) in columns[0].iter().enumerate() {
+        let cell = |column: usize| {
+            columns.get(column).and_then(|figures| figures.get(i)).map_or_else(String::new, |(_, figure)| marked(figure))
+        };
+        table.row([(*symbol).to_owned(), cell(0), cell(1), limits(first), cell(2), cell(3)]);
+    }
+    table
+}
+
+/// Figures with their symbols, in the order of a gear inspection sheet.
+fn figures_of(iteration: &NewIterationBody) -> Vec<(&'static str, FigureBody)> {
+    let Some(figures) = iteration.fits.first().and_then(|fit| fit.figures.as_ref()) else { return Vec::new() };
+    let FitFiguresBody { profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um, .. } =
+        figures;
+    [
+        ("f_Hα  profile slope", profile_slope_um),
+        ("f_Hβ  helix slope", helix_slope_um),
+        ("C_α   profile crowning", profile_crowning_um),
+        ("C_β   helix crowning", helix_crowning_um),
+        ("S     twist", twist_um),
+    ]
+    .into_iter()
+    .filter_map(|(name, figure)| Some((name, (*figure)?)))
+    .collect()
+}
+
+fn value(figure: &FigureBody) -> String {
+    as_certain_as(figure.value, figure.std_error)
+}
+
+/// The value with its standard error and ✓ or ✗.
+fn marked(figure: &FigureBody) -> String {
+    let mark = figure.within.map_or("", |within| if within { " ✓" } else { " ✗" });
+    let error = figure.std_error.map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
+    format!("{}{error}{mark}", value(figure))
+}
+
+fn limits(figure: &FigureBody) -> String {
+    let short = |end: f64| significant(end, 3);
+    figure.conformity.map_or_else(String::new, |found| match found.limits_um {
+        [low, high] if low == -high => format!("±{}", short(high)),
+        [low, high] => format!("{} … {}", short(low), short(high)),
+    })
+}
+
+fn settings(correction: &Value) -> impl Iterator<Item = &Value> {
+    correction["settings"].as_array().into_iter().flatten()
+}
+
+/// Settings that are changed: name, change, unit.
+fn changed(correction: &Value) -> Vec<(&str, f64, &str)> {
+    let of = |setting: &'_ Value| Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?));
+    settings(correction).filter_map(of).filter(|(_, change, _)| *change != 0.0).collect()
+}
+
+fn words(setting: &str) -> String {
+    setting.replace('_', " ")
+}
+
+fn list<'a>(out: &mut impl Write, text: &str, settings: impl Iterator<Item = &'a Value>) -> Result<(), StoryError> {
+    let names: Vec<String> = settings.filter_map(|setting| setting["name"].as_str()).map(words).collect();
+    if !names.is_empty() {
+        writeln!(out, "  {text}: {}", names.join(", "))?;
+    }
+    Ok(())
+}
