@@ -76,7 +76,10 @@ fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
     // the pressure angle is all that is wrong
     let (_, changes) = text.split_once("Changes of the machine\n").unwrap();
     let first = changes.lines().next().unwrap();
-    assert!(first.trim().starts_with("profile angle") && number(first.split_whitespace().nth(2).unwrap()) > 5.0, "{text}");
+    assert!(
+        first.trim().starts_with("profile angle") && number(first.split_whitespace().nth(2).unwrap()) > 5.0,
+        "{text}"
+    );
     assert!(changes.lines().nth(1).unwrap().contains("left alone"), "{text}");
     assert!(changes.contains("not determined by these nodes: ") && changes.contains("as predicted"), "{text}");
 }

@@ -133,12 +133,14 @@ fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(
 }
 
 fn results(before: &[NewIterationBody], after: &[NewIterationBody]) -> Table {
-    let mut table =
-        Table::new(["µm, along the normal", "left", "right", "limits", "then left", "right"], 1);
+    let mut table = Table::new(["µm, along the normal", "left", "right", "limits", "then left", "right"], 1);
     let columns: Vec<_> = before.iter().chain(after).map(figures_of).collect();
     for (i, (symbol, first)) in columns[0].iter().enumerate() {
         let cell = |column: usize| {
-            columns.get(column).and_then(|figures| figures.get(i)).map_or_else(String::new, |(_, figure)| marked(figure))
+            columns
+                .get(column)
+                .and_then(|figures| figures.get(i))
+                .map_or_else(String::new, |(_, figure)| marked(figure))
         };
         table.row([(*symbol).to_owned(), cell(0), cell(1), limits(first), cell(2), cell(3)]);
     }
@@ -187,7 +189,8 @@ fn settings(correction: &Value) -> impl Iterator<Item = &Value> {
 
 /// Settings that are changed: name, change, unit.
 fn changed(correction: &Value) -> Vec<(&str, f64, &str)> {
-    let of = |setting: &'_ Value| Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?));
+    let of =
+        |setting: &'_ Value| Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?));
     settings(correction).filter_map(of).filter(|(_, change, _)| *change != 0.0).collect()
 }
 

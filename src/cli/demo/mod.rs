@@ -18,11 +18,7 @@ use std::{
 use clap::Args;
 use tokio::sync::oneshot;
 
-use self::{
-    client::Client,
-    node_file::NodeSet,
-    story::Story,
-};
+use self::{client::Client, node_file::NodeSet, story::Story};
 use super::{CommandError, out::out, reachable, serve::stop_signal};
 use crate::{
     app::App,
