@@ -65,6 +65,8 @@ pub struct Findings {
     pub seals: u64,
     /// The first fault of each chain.
     pub faults: Vec<Fault>,
+    /// Whether the store has any chain of its own.
+    pub has_chains: bool,
     /// What could not be read at all, and why.
     pub unreadable: Vec<(Tenant, Place, String)>,
 }
@@ -126,6 +128,7 @@ pub async fn examine(
         let mut heads = evidence.heads(&tenant);
         let own = Chain::Tenant.id(&tenant);
         let mut chains = auditor.chains(tenant.clone()).await?;
+        findings.has_chains |= !chains.is_empty();
         chains.extend(heads.keys());
         chains.remove(&own);
         if let Some(job) = job {
@@ -165,12 +168,12 @@ impl Findings {
 
     /// Whether there is nothing in the store that could be verified.
     pub fn holds_nothing(&self) -> bool {
-        self.entries == 0 && self.seals == 0 && self.unreadable.is_empty()
+        !self.has_chains && self.seals == 0 && self.unreadable.is_empty()
     }
 
     /// Whether there is nothing to verify, and nothing that says there was.
     pub fn is_empty(&self) -> bool {
-        self.holds_nothing() && self.faults.is_empty()
+        self.holds_nothing() && self.is_intact()
     }
 
     fn note(&mut self, tenant: &Tenant, place: Place, number: u64, what: What) {

@@ -47,7 +47,10 @@ pub async fn all_that_is_as_it_was_written_is_intact(pair: &mut Pair) {
     place.stored_iteration(&pair.store, job).await;
     let found = examined(pair, None, &kept(&seals)).await;
     let count = seals.len() as u64;
-    assert_eq!(found, Findings { chains: 4, entries: 4 + 1 + 2, seals: count, faults: vec![] });
+    assert_eq!(
+        found,
+        Findings { chains: 4, entries: 4 + 1 + 2, seals: count, has_chains: true, ..Findings::default() }
+    );
     let found = examined(pair, Some(gone), &Evidence::default()).await;
     assert_eq!((found.chains, found.entries, found.faults), (1, 2, vec![]));
     let auditor = pair.handles[1].auditor();
