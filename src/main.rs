@@ -61,9 +61,9 @@ fn give_back_freed_memory() {
 /// Between two times that an idle program gives memory back.
 const COLLECT_EVERY: Duration = Duration::from_secs(5);
 
-/// Gives freed memory back to the system while nothing is allocated: the allocator looks for what has
-/// been kept long enough only when it is asked for something, and a large answer that nobody reads
-/// may be the last thing that a server was asked for.
+/// Gives freed memory back to the system while nothing is allocated: the allocator looks for what
+/// has been kept long enough only when it is asked for something, and a large answer that nobody
+/// reads may be the last thing that a server was asked for.
 fn give_back_while_idle() {
     let collecting = || {
         loop {
@@ -71,8 +71,8 @@ fn give_back_while_idle() {
             // the allocator collects for threads alone that have allocated something
             drop(std::hint::black_box(Box::new(0_u8)));
             #[expect(unsafe_code, reason = "the allocator's collection has no safe interface")]
-            // SAFETY: the declaration is that of mimalloc.h, which this program links; any thread may
-            // call the function.
+            // SAFETY: the declaration is that of mimalloc.h, which this program links; any thread
+            // may call the function.
             unsafe {
                 unsafe extern "C" {
                     fn mi_collect(force: bool);

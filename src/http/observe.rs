@@ -251,8 +251,8 @@ fn method_name(method: &Method) -> &'static str {
 /// Query parameters whose values may be keys, though nobody asks for them there.
 const SECRET_PARAMETERS: [&str; 5] = ["key", "x-api-key", "api_key", "access_token", "authorization"];
 
-/// Path and query for the log: without the values of parameters that are named like keys, and without
-/// what looks like a key of the store, wherever it is.
+/// Path and query for the log: without the values of parameters that are named like keys, and
+/// without what looks like a key of the store, wherever it is.
 fn masked(uri: &Uri) -> String {
     const MASK: &str = "***";
     let value = |pair: &str| match pair.split_once('=') {

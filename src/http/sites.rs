@@ -58,8 +58,8 @@ fn is_sent_without_preflight(headers: &HeaderMap) -> bool {
     ["multipart/form-data", "application/x-www-form-urlencoded", "text/plain", ""].contains(&media.as_str())
 }
 
-/// Whether a page may open a WebSocket, for which browsers ask nobody: it is this server's own, or of
-/// a named origin.
+/// Whether a page may open a WebSocket, for which browsers ask nobody: it is this server's own, or
+/// of a named origin.
 pub fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     is_own_origin(headers) || names_origin(headers, allowed)
 }

@@ -53,7 +53,7 @@ impl ReadTurns {
     pub async fn take(&self, party: &Party) -> Result<ReadTurn, RepositoryError> {
         let own = self.of(party);
         let taking = async {
-            // first its own, so that a party has no more than its share in the queue for the readers
+            // first its own, so that a party has no more than its share in the queue for readers
             let _of_party = own.acquire_owned().await?;
             Ok(ReadTurn { _of_all: self.all.clone().acquire_owned().await?, _of_party })
         };

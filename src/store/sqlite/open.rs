@@ -123,8 +123,8 @@ impl StoreSettings {
             .map_err(|source| OpenError::from_sqlx(self.path(), source))
     }
 
-    /// The readers for what callers ask: a read is ended when its time is over. The writer must have
-    /// been opened before: it makes the database and its log.
+    /// The readers for what callers ask: a read is ended when its time is over. The writer must
+    /// have been opened before: it makes the database and its log.
     pub(super) async fn open_readers(&self) -> Result<SqlitePool, OpenError> {
         let watched = self
             .reader_pool(self.readers)
