@@ -70,7 +70,7 @@ pub(in crate::gear) struct Slopes {
 
 impl Slopes {
     /// Takes the lengths of the fitted ranges of roll length and z, and L_α.
-    pub fn new(gear: &Gear, terms: FigureTerms, fitted: [f64; 2], profile: f64) -> Self {
+    pub(in crate::gear) fn new(gear: &Gear, terms: FigureTerms, fitted: [f64; 2], profile: f64) -> Self {
         let whole = [profile, gear.data().face_width.unwrap_or(fitted[1])];
         let references = match terms.reference {
             Reference::Length => whole,
@@ -82,14 +82,18 @@ impl Slopes {
     }
 
     /// Takes the ranges of roll length and z of nodes; L_α is their range.
-    pub fn of_nodes(gear: &Gear, terms: FigureTerms, ranges: [[f64; 2]; 2]) -> Self {
+    pub(in crate::gear) fn of_nodes(gear: &Gear, terms: FigureTerms, ranges: [[f64; 2]; 2]) -> Self {
         let lengths = ranges.map(|[a, b]| (b - a).abs());
         Slopes::new(gear, terms, lengths, lengths[0])
     }
 
     /// Returns the limits of the profile slope and of the helix slope. Limits by class, which are
     /// transverse, are converted to the direction of the figures.
-    pub fn limits(&self, limits: &ToleranceLimits, tolerances: Option<&Tolerances>) -> [Option<[f64; 2]>; 2] {
+    pub(in crate::gear) fn limits(
+        &self,
+        limits: &ToleranceLimits,
+        tolerances: Option<&Tolerances>,
+    ) -> [Option<[f64; 2]>; 2] {
         let of = |kind, share| limits.slope_over(kind, share, self.along, tolerances, Rounding::Rounded);
         [of(Kind::Profile, self.shares[0]), of(Kind::Helix, self.shares[1])]
     }
