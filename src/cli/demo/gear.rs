@@ -189,8 +189,9 @@ fn settings(correction: &Value) -> impl Iterator<Item = &Value> {
 
 /// Settings that are changed: name, change, unit.
 fn changed(correction: &Value) -> Vec<(&str, f64, &str)> {
-    let of =
-        |setting: &'_ Value| Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?));
+    fn of(setting: &Value) -> Option<(&str, f64, &str)> {
+        Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?))
+    }
     settings(correction).filter_map(of).filter(|(_, change, _)| *change != 0.0).collect()
 }
 

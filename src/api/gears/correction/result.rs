@@ -250,8 +250,8 @@ pub fn build(
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
     let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, spec.weight.as_deref()).map(Into::into);
-    let figures = flank.and_then(|flank| {
-        let (before, after) = (of(&flank, &spec.deviation)?, of(&flank, &solution.predicted.deviation)?);
+    let figures = flank.as_ref().and_then(|flank| {
+        let (before, after) = (of(flank, &spec.deviation)?, of(flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
     let mut warnings = Vec::new();

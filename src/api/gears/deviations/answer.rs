@@ -29,7 +29,6 @@ use flankfit_engine::gear::{
     Gear, Side,
     deviation::{self, Deviations, Node, Reference, Relief},
     registration::{Registering, Start, register, register_from, start},
-    trace::Direction,
 };
 
 /// Deviations, everything in the order of the points; `null` stands for an undefined one.

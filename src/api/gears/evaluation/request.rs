@@ -21,6 +21,7 @@ use flankfit_engine::gear::{
     evaluation::{
         self, Evaluation,
         fault::{TraceFaults, TraceField},
+        flank_surface::{FigureTerms, Reference},
         settings::{
             DeviationSign, HelixReference, HelixSettings, MeanCurve, Outliers, PlusMaterial, ProfileReference,
             ProfileSettings, Settings, SlopeSign,
@@ -141,14 +142,6 @@ macro_rules! names {
                 }
             }
         }
-
-        impl From<$domain> for $name {
-            fn from(domain: $domain) -> Self {
-                match domain {
-                    $($path => $name::$variant,)+
-                }
-            }
-        }
     };
 }
 
@@ -217,6 +210,24 @@ names! {
         ReferenceLength => Reference::Length,
         /// Slopes are over the fitted range, and limits get its share of those lengths.
         Evaluated => Reference::Evaluated,
+    }
+}
+
+impl From<Direction> for DirectionName {
+    fn from(direction: Direction) -> Self {
+        match direction {
+            Direction::Transverse => DirectionName::Transverse,
+            Direction::Normal => DirectionName::Normal,
+        }
+    }
+}
+
+impl From<Reference> for ReferenceName {
+    fn from(reference: Reference) -> Self {
+        match reference {
+            Reference::Length => ReferenceName::ReferenceLength,
+            Reference::Evaluated => ReferenceName::Evaluated,
+        }
     }
 }
 
