@@ -45,8 +45,8 @@ fn number(cell: &str) -> f64 {
     cell.replace('−', "-").parse().unwrap_or_else(|_| panic!("\"{cell}\" is not a number"))
 }
 
-/// One screen: the page's address first, results of both flanks against their limits, what to change,
-/// what the nodes do not tell, and how the machine answered.
+/// One screen: the page's address first, results of both flanks against their limits, what to
+/// change, what the nodes do not tell, and how the machine answered.
 #[test]
 fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
     let folder = tempfile::tempdir().unwrap();
@@ -56,7 +56,8 @@ fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
     assert!(lines.len() <= 32 && lines.iter().all(|line| line.chars().count() <= 120), "{text}");
     assert!(lines[1].starts_with("Open http://") && lines[1].contains("/jobs/"), "{text}");
 
-    // What went in comes out: slopes of 9 and 8.4 µm, then 0.5 and −0.1 µm; crownings and twist stay.
+    // What went in comes out: slopes of 9 and 8.4 µm, then 0.5 and −0.1 µm; crownings and twist
+    // stay.
     for (symbol, truth) in [
         ("f_Hα", [9.0, 8.4, 0.5, -0.1]),
         ("f_Hβ", [0.0; 4]),

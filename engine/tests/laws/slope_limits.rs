@@ -140,8 +140,8 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
     }
 }
 
-/// A border leaves a shorter profile, whose slope is extended to the evaluation range. A gear without
-/// face width has no other length for helices than what was evaluated.
+/// A border leaves a shorter profile, whose slope is extended to the evaluation range. A gear
+/// without face width has no other length for helices than what was evaluated.
 #[test]
 fn borders_and_a_missing_face_width() {
     let told =

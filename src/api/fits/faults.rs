@@ -249,6 +249,10 @@ pub fn no_parameter(why: &NoParameter) -> String {
     }
 }
 
+fn name_of_axis(axis: usize) -> &'static str {
+    if axis == 0 { "u" } else { "v" }
+}
+
 /// Where nodes stand at `nodes` and the model at `model`.
 fn place(field: &Field, nodes: &str, model: &str) -> String {
     if let Some(within) = within_nodes(field) {
@@ -334,9 +338,7 @@ fn place(field: &Field, nodes: &str, model: &str) -> String {
         Field::Constraints => "/constraints",
         Field::Constraint(index) => return format!("/constraints/{index}"),
         Field::ConstraintAlong(index) => return format!("/constraints/{index}/along"),
-        Field::ConstraintRange(index, axis) => {
-            return format!("/constraints/{index}/domain/{}", if axis == 0 { "u" } else { "v" });
-        }
+        Field::ConstraintRange(index, axis) => return format!("/constraints/{index}/domain/{}", name_of_axis(axis)),
         Field::Include => "/include",
         Field::Filters => "/filters",
         Field::Filter(index) => return format!("/filters/{index}"),

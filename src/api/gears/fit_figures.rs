@@ -46,7 +46,8 @@ pub struct FitFiguresBody {
     /// f_Hα over `profile_reference_length_mm`; positive where material grows towards the tip.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile_slope_um: Option<FigureBody>,
-    /// f_Hβ over `helix_reference_length_mm`; positive where the helix deviates towards the right hand.
+    /// f_Hβ over `helix_reference_length_mm`; positive where the helix deviates towards the right
+    /// hand.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub helix_slope_um: Option<FigureBody>,
     /// Positive where material stands out half-way between root and tip.

@@ -41,8 +41,8 @@ pub struct RequirementsBody {
     /// What corrections aim at. Limits are of the flank, not of its distance from the design.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub design: Option<DesignBody>,
-    /// Direction in which figures of flanks count (fits, surfaces of topographies, corrections) and in
-    /// which their limits are given. Default `normal`. Evaluations of traces are transverse, as
+    /// Direction in which figures of flanks count (fits, surfaces of topographies, corrections) and
+    /// in which their limits are given. Default `normal`. Evaluations of traces are transverse, as
     /// ISO 1328-1 has them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,

@@ -1,7 +1,7 @@
 //! The bundled gear, from the first measurement to acceptance, printed as one screen.
 //!
-//! Both flanks are measured, evaluated and corrected; what was entered on the machine is kept, and a
-//! second measurement shows whether the machine did it.
+//! Both flanks are measured, evaluated and corrected; what was entered on the machine is kept, and
+//! a second measurement shows whether the machine did it.
 
 use std::io::Write;
 
@@ -35,8 +35,8 @@ const SECOND: [&str; 2] = [
     include_str!("../../../examples/flank_z52_right_remachined.json"),
 ];
 
-/// Runs the job; with `verbose` every table of every fit, without it one screen. Returns the path of
-/// the job.
+/// Runs the job; with `verbose` every table of every fit, without it one screen. Returns the path
+/// of the job.
 pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<String, StoryError> {
     let mut job: Value = serde_json::from_str(JOB)?;
     let mut requirements: Value = serde_json::from_str(REQUIREMENTS)?;

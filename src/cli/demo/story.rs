@@ -41,8 +41,8 @@ pub struct Story<'a, W: Write> {
 }
 
 impl<W: Write> Story<'_, W> {
-    /// Measures and fits nodes of the caller's own, refits them with another λ*, and chooses. Returns
-    /// the path of the job.
+    /// Measures and fits nodes of the caller's own, refits them with another λ*, and chooses.
+    /// Returns the path of the job.
     pub fn run(&mut self, set: &NodeSet) -> Result<String, StoryError> {
         let created: JobBody = self.client.post("/v1/jobs", &json!({"name": set.name}))?;
         let path = format!("/v1/jobs/{}", created.id);

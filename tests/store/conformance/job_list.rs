@@ -14,7 +14,7 @@ use jiff::{Timestamp, civil::date};
 use uuid::Uuid;
 
 use super::pair::Pair;
-use crate::support::{WHOLE, actor, all_jobs};
+use crate::support::{Values, WHOLE, actor, all_jobs};
 
 /// The job of that id as it is listed.
 async fn listed(store: &Arc<dyn Repository>, id: Uuid) -> ListedJob {
@@ -40,16 +40,19 @@ fn without_iterations(job: &Job) -> ListedJob {
     }
 }
 
+/// Decides on an iteration, and returns when.
+async fn decided(store: &Arc<dyn Repository>, place: &Values, job: Uuid, number: u32, decision: Decision) -> Timestamp {
+    let event = Event { reason: None, by: actor(), created_at: place.now() };
+    let at = event.created_at;
+    let decision = DecisionEvent { decision, concession: false, event };
+    store.decide(job, number, decision, Precondition::None).await.unwrap();
+    at
+}
+
 pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     let (store, place) = (pair.store.clone(), pair.values.clone());
     let job = place.stored_job(&store).await;
-    let decide = async |number, decision| {
-        let event = Event { reason: None, by: actor(), created_at: place.now() };
-        let at = event.created_at;
-        let decision = DecisionEvent { decision, concession: false, event };
-        store.decide(job.id, number, decision, Precondition::None).await.unwrap();
-        at
-    };
+    let decide = async |number, decision| decided(&store, &place, job.id, number, decision).await;
     let expected = without_iterations(&job);
     assert_eq!(listed(&store, job.id).await, expected);
 
@@ -132,17 +135,22 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
         assert_eq!((told.status, told.right, told.decision), (status, Some(status), Some(said)));
     }
 
-    // another flank counts beside it: of both the status that comes first
-    let third = place.iteration(job.id);
+    another_flank_counts_too(&store, &place, job.id).await;
+}
+
+/// The status of a job is that of its flanks which comes first.
+async fn another_flank_counts_too(store: &Arc<dyn Repository>, place: &Values, job: Uuid) {
+    let decide = async |number, decision| decided(store, place, job, number, decision).await;
+    let third = place.iteration(job);
     let measurand = Measurand { flank: Some(Side::Left), ..Measurand::default() };
     let third = NewIteration { measurand, ..NewIteration::clone(&third) };
     store.insert_iteration(Arc::new(third), None).await.unwrap();
     let told = async || {
-        let listed = listed(&store, job.id).await;
+        let listed = listed(store, job).await;
         (listed.status, listed.left, listed.right)
     };
     assert_eq!(told().await, (JobStatus::Open, Some(JobStatus::Open), Some(JobStatus::Accepted)));
-    assert_eq!(listed(&store, job.id).await.flank, Some(Side::Left));
+    assert_eq!(listed(store, job).await.flank, Some(Side::Left));
     decide(3, Decision::Accept).await;
     assert_eq!(told().await, (JobStatus::Accepted, Some(JobStatus::Accepted), Some(JobStatus::Accepted)));
     decide(2, Decision::Remachine).await;

@@ -293,7 +293,8 @@ mod tests {
 
     #[test]
     fn a_criterion_that_still_falls_at_an_end_is_not_reached() {
-        // 3 + 4(1−f)² + 2σ²f: least at 1 − f = σ²/4, so that σ² ≥ 4 leaves no minimum within the range
+        // 3 + 4(1−f)² + 2σ²f: least at 1 − f = σ²/4, so that σ² ≥ 4 leaves no minimum within the
+        // range
         for (variance, reached) in [(1.0, true), (3.9, true), (4.0, false), (9.0, false)] {
             let found = by(Criterion::MinMse, Some(variance)).unwrap();
             assert_eq!(found.reached, reached, "{variance}: {found:?}");

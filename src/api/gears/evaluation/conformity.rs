@@ -114,9 +114,9 @@ macro_rules! limits {
 }
 
 limits! {
-    /// What figures must lie within, `[low, high]` in µm, in the sign and the direction in which they
-    /// are answered. Each figure that has limits is answered with whether it lies within, and with its
-    /// conformity where it has an interval.
+    /// What figures must lie within, `[low, high]` in µm, in the sign and the direction in which
+    /// they are answered. Each figure that has limits is answered with whether it lies within, and
+    /// with its conformity where it has an interval.
     #[schema(as = ToleranceLimits)]
     ToleranceLimitsBody {
         /// Class 1 to 11 of ISO 1328-1:2013: its tolerances bound the slopes, and of traces the

@@ -2,12 +2,11 @@
 //! basis over the domain.
 //!
 //! Raw powers far from 0 are nearly collinear wherever the nodes are. In a basis that is
-//! orthonormal over the domain, columns are nearly dependent only where the nodes do not determine a function:
-//! where one that is not small over the domain is small at all of them.
+//! orthonormal over the domain, columns are nearly dependent only where the nodes do not determine
+//! a function: where one that is not small over the domain is small at all of them.
 
 use nalgebra::DMatrix;
 
-use super::near_dependency::NEAR;
 use crate::{
     estimation::{
         design::{Axis, Basis, Design},
@@ -18,6 +17,8 @@ use crate::{
     numerics::{jacobi, symmetric, triangular},
 };
 
+/// Condition index beyond which a dependency is called near (Belsley's rule).
+pub(super) const NEAR: f64 = 30.0;
 /// Eigenvalues this small against the largest are found by singular values.
 const SMALL: f64 = 1e-8;
 

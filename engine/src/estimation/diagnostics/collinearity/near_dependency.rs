@@ -5,7 +5,7 @@ use std::cmp::Reverse;
 use nalgebra::DMatrix;
 
 use super::{
-    basis::Legendre,
+    basis::{Legendre, NEAR},
     explained::{explained, pair_index, unit_columns},
     proportions::{NUMERICALLY_ZERO, Shares},
     sentence::sentence,
@@ -16,8 +16,6 @@ use crate::estimation::{
     spectrum::Directions,
 };
 
-/// Condition index beyond which a dependency is called near (Belsley's rule).
-pub(super) const NEAR: f64 = 30.0;
 /// A weight this large against the largest one takes part in a dependency.
 const LARGE: f64 = 0.3;
 /// How many near dependencies are told at most.
