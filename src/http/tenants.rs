@@ -32,8 +32,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Creates a tenant, with its first key.
 ///
-/// The key has the role `admin`; with it the tenant makes its own. A server that asks for no key yet
-/// takes an administrator's key (`POST /v1/keys`) before the first tenant.
+/// The key has the role `admin`; with it the tenant makes its own. A server that asks for no key
+/// yet takes an administrator's key (`POST /v1/keys`) before the first tenant.
 #[utoipa::path(
     post, path = "/v1/tenants", operation_id = "create_tenant", tag = "tenants",
     params(IdempotencyKey),

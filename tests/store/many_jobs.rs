@@ -45,7 +45,7 @@ async fn check(kind: &str, store: Arc<dyn Store>, values: &Values) {
     stream::iter(jobs)
         .map(|job| greedy.insert_job(job, None))
         .buffer_unordered(1000)
-        .for_each(async |stored| drop(stored.unwrap()))
+        .for_each(async |stored| _ = stored.unwrap())
         .await;
     let quiet = median(&other, values).await;
     for (text, tag) in [("zzzz", None), ("zz", None), ("pitch drive 7", None), ("", Some("shift:night"))] {

@@ -286,7 +286,7 @@ fn promised_counts_take_no_memory() {
 /// The files of `examples/files` are read without a remark, and say all of their gear.
 #[test]
 fn the_example_files_are_read() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("../examples/files");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join("examples/files");
     let mut seen = Vec::new();
     for entry in std::fs::read_dir(folder).expect("the folder is there") {
         let path = entry.expect("an entry").path();

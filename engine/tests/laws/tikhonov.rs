@@ -21,9 +21,9 @@ fn tikhonov(order: usize, weights: &[f64], parameter: Parameter) -> Regularizati
     Regularization::Tikhonov(Tikhonov { order, weights: Some(weights.to_vec()), parameter })
 }
 
-/// Heights of a line and of what no column follows: whatever is taken off the penalised coefficients
-/// costs nothing, so every criterion falls without end, or rises to the end of its range. With a
-/// cube among the heights each has a minimum.
+/// Heights of a line and of what no column follows: whatever is taken off the penalised
+/// coefficients costs nothing, so every criterion falls without end, or rises to the end of its
+/// range. With a cube among the heights each has a minimum.
 #[test]
 fn a_criterion_without_a_minimum_is_said() {
     let places: Vec<f64> = (-6..=6).map(f64::from).collect();

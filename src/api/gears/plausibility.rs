@@ -25,7 +25,8 @@ const RANGE_UM: [f64; 2] = [0.1, 1000.0];
 const LEAST_NOISE_UM: f64 = 0.005;
 /// Degrees of freedom from which on the noise is known well enough.
 const LEAST_FREEDOM: usize = 5;
-/// Residuals below this share of the range are those of an exact fit, of nodes that nobody measured.
+/// Residuals below this share of the range are those of an exact fit, of nodes that nobody
+/// measured.
 const EXACT: f64 = 1e-9;
 
 /// The noise that a fit has found, in the unit of its heights.
@@ -256,7 +257,8 @@ mod tests {
 
     #[test]
     fn the_usual_range_is_that_of_the_standards_classes() {
-        // F_α of class 5, m 1, d 52: √((0.4 + 0.052 + 4)² + 5.55²); a quarter of it is class 1, eightfold class 11
+        // F_α of class 5, m 1, d 52: √((0.4 + 0.052 + 4)² + 5.55²); a quarter of it is class 1,
+        // eightfold class 11
         let fifth = f64::hypot(4.452, 5.55);
         let [low, high] = usual_range(Some(&gear()));
         assert!((low - fifth / 16.0).abs() < 1e-12 && (high - 32.0 * fifth).abs() < 1e-9, "{low} {high}");

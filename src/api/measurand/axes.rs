@@ -69,8 +69,8 @@ pub struct AxesBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = Axis)]
 pub struct AxisBody {
-    /// `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`, `deviation`,
-    /// or a word of your own.
+    /// `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`,
+    /// `deviation`, or a word of your own.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "deviation")]
     pub quantity: ShortText,
     /// `nm`, `um`, `mm`, `in`, `deg`, `arcmin`, or a word of your own. `µm` and other usual

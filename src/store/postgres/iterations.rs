@@ -49,7 +49,8 @@ impl Read<PgPool> for ListIterations {
         jobs::located(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<Listed<ListedIterationRow>> = sqlx::query_as(concat!(
             "SELECT i.number AS place, i.number, i.id AS iteration_id, i.flank, i.tooth, i.axes, i.units_accepted,
-                    i.measured_at, i.instrument, i.operator, i.created_at AS stored_at, d.decision, d.actor AS decided_by,
+                    i.measured_at, i.instrument, i.operator, i.created_at AS stored_at,
+                    d.decision, d.actor AS decided_by,
                     f.id, f.reason, f.actor, f.created_at, true AS chosen, c.actor AS chosen_by, f.flank_figures, ",
             figure_columns!(),
             " FROM measured i

@@ -91,7 +91,8 @@ const LISTED_OTHERWISE: &str = "
     newest AS (SELECT coalesce(m.flank, '') AS flank, coalesce(m.tooth, '') AS tooth, max(m.number) AS number
                FROM j JOIN measured m ON m.job = j.seq GROUP BY 1, 2),
     expected AS (SELECT n.flank, n.tooth, n.number, CASE
-                     (SELECT d.decision FROM j JOIN iterations i ON i.job = j.seq JOIN decisions d ON d.iteration = i.seq
+                     (SELECT d.decision FROM j JOIN iterations i ON i.job = j.seq
+                      JOIN decisions d ON d.iteration = i.seq
                       WHERE i.number = n.number ORDER BY d.position DESC LIMIT 1)
                      WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accept' THEN 4 ELSE 3 END AS rank
                  FROM newest n)

@@ -25,14 +25,16 @@ impl Read<SqlitePool> for GetIteration {
         let WithSeq { seq, row }: WithSeq<IterationRow> = locate::row(
             &mut db,
             "SELECT i.seq AS seq, i.id AS id, i.flank AS flank, i.tooth AS tooth, i.axes AS axes,
-                i.units_accepted AS units_accepted, i.measured_at AS measured_at, i.instrument AS instrument, i.operator AS operator, i.note AS note,
+                i.units_accepted AS units_accepted, i.measured_at AS measured_at,
+                i.instrument AS instrument, i.operator AS operator, i.note AS note,
                 i.created_at AS created_at,
                 (SELECT count FROM nodes WHERE iteration = i.seq) AS node_count,
                 (SELECT count(*) FROM fits WHERE iteration = i.seq)
                 + (SELECT count(*) FROM fit_choices WHERE iteration = i.seq)
                 + (SELECT count(*) FROM decisions WHERE iteration = i.seq)
                 + (SELECT count(*) FROM records
-                   WHERE iteration = i.seq AND kind = 'measurand' AND method = 'changed') - 1 + (j.purged_at NOTNULL) AS version,
+                   WHERE iteration = i.seq AND kind = 'measurand' AND method = 'changed') - 1
+                  + (j.purged_at NOTNULL) AS version,
                 j.purged_at AS purged_at
          FROM jobs j JOIN measured i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? AND i.number = ?",
             (tenant, job, number),
@@ -57,7 +59,8 @@ impl Read<SqlitePool> for ListIterations {
                  FROM measured i WHERE i.job = ? AND i.number > ? ORDER BY i.number LIMIT ?
              )
              SELECT l.number AS place, l.number AS number, l.id AS iteration_id, l.flank AS flank, l.tooth AS tooth,
-                    l.axes AS axes, l.units_accepted AS units_accepted, l.measured_at AS measured_at, l.instrument AS instrument, l.operator AS operator,
+                    l.axes AS axes, l.units_accepted AS units_accepted, l.measured_at AS measured_at,
+                    l.instrument AS instrument, l.operator AS operator,
                     l.created_at AS stored_at, d.decision AS decision, d.actor AS decided_by,
                     f.id AS id, f.reason AS reason, f.actor AS actor, f.created_at AS created_at, TRUE AS chosen,
                     (SELECT actor FROM fit_choices WHERE iteration = l.seq ORDER BY position DESC LIMIT 1) AS chosen_by,

@@ -13,7 +13,6 @@ use reqwest::{Method, RequestBuilder};
 use serde_json::{Value, json};
 
 use crate::{
-    database::is_postgres,
     harness::{Answer, CURVE, TestApp, send},
     heard::Heard,
     jobs::{events::Listener, socket},

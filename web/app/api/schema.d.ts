@@ -817,8 +817,8 @@ export interface paths {
         /**
          * The correction of an iteration that was made last, with what was measured of it.
          * @description Predicted and measured are compared with the next iteration of the same flank and tooth, by the
-         *     gear that the job had when the correction was made; `not_compared` says why where they cannot
-         *     be.
+         *     gear that the job had when the correction was made and by the changes that were entered
+         *     (`applied`), else the proposed ones; `not_compared` says why where they cannot be.
          *     What is given node by node, and the fits of the settings, come with `include`.
          */
         get: operations["get_iteration_correction"];
@@ -830,6 +830,28 @@ export interface paths {
          *     flank, axes and gear. It is compared with what the next iteration of the job measures.
          */
         post: operations["create_iteration_correction"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{job_id}/iterations/{number}/correction/applied": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keeps the changes that were entered on the machine after the iteration's correction.
+         * @description They belong to its newest correction, whose comparison with the next measurement then takes them
+         *     in place of the proposed changes. Settings that are not named were changed as proposed. Nothing
+         *     is overwritten: the newest entry counts, and earlier ones stay in the trace.
+         */
+        post: operations["create_applied_changes"];
         delete?: never;
         options?: never;
         head?: never;
@@ -1367,6 +1389,9 @@ export interface paths {
          * @description It allows no more than the key that asks for it, except that one of the role `admin` makes keys
          *     of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
          *     certificate with its name need no other key.
+         *
+         *     A server that asks for no key yet takes a secret of the role `admin` first. Restarted with
+         *     `--auth auto`, it asks for a key with every request; the answer's `warnings` say so.
          */
         post: operations["create_key"];
         delete?: never;
@@ -1462,7 +1487,8 @@ export interface paths {
         put?: never;
         /**
          * Creates a tenant, with its first key.
-         * @description The key has the role `admin`; with it the tenant makes its own.
+         * @description The key has the role `admin`; with it the tenant makes its own. A server that asks for no key yet
+         *     takes an administrator's key (`POST /v1/keys`) before the first tenant.
          */
         post: operations["create_tenant"];
         delete?: never;
@@ -1590,6 +1616,54 @@ export interface components {
          * @enum {string}
          */
         AlongName: "u" | "v" | "order";
+        /** @description The change of a setting that was entered, beside the one of the correction. */
+        AppliedChange: {
+            /** @description The setting. */
+            name: string;
+            /** @description Unit of the change. */
+            unit?: string;
+            /**
+             * Format: double
+             * @description The change that was entered.
+             */
+            change: number;
+            /**
+             * Format: double
+             * @description The change of the correction.
+             */
+            proposed: number;
+        };
+        /** @description The changes that were entered on the machine: who entered them, and when. */
+        AppliedChanges: {
+            /**
+             * Format: uuid
+             * @description UUIDv7 of the record.
+             */
+            id: string;
+            /**
+             * Format: date-time
+             * @description When it was stored.
+             */
+            created_at: string;
+            /** @description Who entered them: the actor of the caller; absent where no key was asked for. */
+            by?: string;
+            /** @description Every setting of the correction, in its order. */
+            settings: components["schemas"]["AppliedChange"][];
+            /** @description What was noted with them. */
+            note?: string;
+        };
+        /** @description What was entered on the machine after a correction. */
+        AppliedRequest: {
+            /**
+             * @description The change of each setting in its unit, by the names of the correction; 0 for a setting that
+             *     was left alone. A setting that is not named was changed as the correction says.
+             */
+            settings: {
+                [key: string]: number;
+            };
+            /** @description Kept with it, such as why the settings differ from the correction. May have line breaks. */
+            note?: string;
+        };
         /**
          * @description Autoregression of first order in steps of the line; missing nodes are steps. With ρ
          *     estimated, 95 % intervals of a cubic at 60 nodes hold in 0.95 to 0.97 on average and in 0.93
@@ -2508,16 +2582,22 @@ export interface components {
             value: number;
             /**
              * Format: double
-             * @description Standard error of `value` for the λ* used, as if it had not been chosen by the same
-             *     nodes; absent without degrees of freedom. After a chosen λ* it is too small and leaves
-             *     the bias out: in simulations of one flank the truth lay within it in 23 to 44 % of the
-             *     cases, not 68 % (docs/mathematics-notes.md); within `least_squares_std_error` of least
-             *     squares in 66 to 68 %. With a `prior` the standard deviation of the posterior, by
-             *     `prior.sigma`. With `constraints` that of least squares with the derivatives at the
-             *     active places held at 0, as if these places had been known beforehand: too small
-             *     likewise (docs/constraints.md).
+             * @description A standard error that holds: of `value` where λ* was given or nothing is regularised,
+             *     of `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay
+             *     within it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md).
+             *     Absent without degrees of freedom. With a `prior` the standard deviation of the
+             *     posterior, by `prior.sigma`. With `constraints` that of least squares with the
+             *     derivatives at the active places held at 0, as if these places had been known
+             *     beforehand: too small (docs/constraints.md).
              */
             std_error?: number;
+            /**
+             * Format: double
+             * @description Standard error of `value` for the λ* used, as if it had not been chosen by the same
+             *     nodes; present where it was. It is too small and leaves the bias out: the truth lay
+             *     within it in 23 to 44 % of the cases, not 68 %.
+             */
+            conditional_std_error?: number;
             /**
              * Format: double
              * @description Plain least-squares estimate of the posted nodes, whatever the estimator.
@@ -2572,8 +2652,25 @@ export interface components {
              *     when `collinearity` was included.
              */
             variance_proportions?: number[][];
+            /**
+             * @description The same columns in an orthonormal polynomial basis: whether a dependency is the nodes'
+             *     or the basis's. Absent for models that are not made of polynomials.
+             */
+            basis?: components["schemas"]["CollinearityBasis"];
             /** @description One for each small eigenvalue, the smallest first. */
             near_dependencies: components["schemas"]["NearDependency"][];
+        };
+        /** @description The space of the columns in Legendre's basis over the domain, which is orthonormal there. */
+        CollinearityBasis: {
+            /** @description `legendre`. */
+            type: components["schemas"]["BasisName"];
+            /**
+             * Format: double
+             * @description Condition of the Fisher information matrix of these columns at unit length, as
+             *     `spectrum.condition` is of those asked for; left out where the nodes leave some function
+             *     undetermined.
+             */
+            condition?: number;
         };
         /** @description Collinearity of one column. */
         ColumnCollinearity: {
@@ -2789,8 +2886,41 @@ export interface components {
         };
         /** @description What is to be changed, and what is expected of it. */
         Correction: {
+            /** @description What was aimed at. */
+            target: components["schemas"]["CorrectionAim"];
+            /**
+             * @description Whether the mean of the deviations was taken for measured; where it was not, what all nodes
+             *     (of a trace) have in common is left aside.
+             */
+            absolute: boolean;
+            /** @description Which settings were changed. */
+            settings_used: components["schemas"]["SettingsUsed"];
+            /**
+             * Format: double
+             * @description The share of their limits within which figures need no correction; left out with `all`.
+             */
+            keep_within?: number;
             /** @description In the order of the request, or of the machine. */
             settings: components["schemas"]["SettingChange"][];
+            /**
+             * @description Figures of the flank before, as wanted and as predicted, against the limits that the job
+             *     requires; left out with a `matrix` and where the nodes do not tell them.
+             */
+            figures?: components["schemas"]["SidedCorrectionFigures"];
+            /** @description Direction in which the figures count. Present with a machine, like the next three. */
+            direction?: components["schemas"]["DeviationDirection"];
+            /** @description Length that slopes refer to. */
+            reference?: components["schemas"]["SlopeReference"];
+            /**
+             * Format: double
+             * @description Length that profile slopes are over.
+             */
+            profile_reference_length_mm?: number;
+            /**
+             * Format: double
+             * @description Length that helix slopes are over.
+             */
+            helix_reference_length_mm?: number;
             /** @description Settings whose effects nearly cancel on these nodes. */
             indistinguishable: components["schemas"]["Indistinguishable"][];
             predicted: components["schemas"]["PredictedFlank"];
@@ -2810,10 +2940,23 @@ export interface components {
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
         };
+        /** @description What the correction aimed at. */
+        CorrectionAim: {
+            kind: components["schemas"]["CorrectionAimKind"];
+            /**
+             * @description The deviation that is wanted at each node in the order posted; left out with `nominal`, 0
+             *     everywhere. Present when `nodes` was included.
+             */
+            deviation_um?: number[];
+        };
+        /**
+         * @description Where the target of a correction came from.
+         * @enum {string}
+         */
+        CorrectionAimKind: "design" | "limits" | "nominal" | "given";
         /**
          * @description Of the second-order surface over the ranges of the machine, by plain least squares through the
-         *     nodes with a weight above 0; along the normal, as corrections count, which on helical gears is
-         *     less than along the base tangent by cos β_b.
+         *     nodes with a weight above 0; slopes over their reference lengths.
          */
         CorrectionFigures: {
             /**
@@ -2882,8 +3025,24 @@ export interface components {
             trace?: number[];
             /** @description For each node. By default the weights of the iteration. */
             weight?: number[];
-            /** @description The deviations that are wanted. Default 0. */
-            target_um?: number[];
+            /**
+             * @description What is wanted: `design`, `limits`, `nominal`, or `{"deviation_um": […]}`, a deviation
+             *     for each node. By default the job's design where it has one, else the middle of its
+             *     limits where crownings or the twist have some, else the unmodified flank. A `matrix`
+             *     does not say where on a flank the nodes lie: it aims at 0 or at what is given.
+             */
+            target?: components["schemas"]["CorrectionTarget"];
+            /**
+             * @description Which settings are changed. Default `needed` where a figure of the flank has limits,
+             *     else `all`.
+             */
+            settings_used?: components["schemas"]["SettingsUsed"];
+            /**
+             * Format: double
+             * @description With `needed`: the share of its limits, about the middle, within which a figure needs no
+             *     correction. Default 0.7.
+             */
+            keep_within?: number;
             /**
              * Format: double
              * @description Standard deviation of a measured deviation. By default from the residuals.
@@ -2913,6 +3072,60 @@ export interface components {
             coefficient_norm_limit?: number;
             /** @description What is answered only when asked for. */
             include?: components["schemas"]["CorrectionInclude"][];
+        };
+        /** @description What a correction aims at: a name, or the deviation that is wanted at each node. */
+        CorrectionTarget: ("design" | "limits" | "nominal") | {
+            /** @description µm for each node in the order posted, missing ones too. */
+            deviation_um: number[];
+        };
+        /** @description A figure before the correction, as wanted and as predicted, in µm. */
+        CorrectionTargetFigure: {
+            /**
+             * Format: double
+             * @description As measured.
+             */
+            before: number;
+            /**
+             * Format: double
+             * @description Of the target.
+             */
+            target: number;
+            /**
+             * Format: double
+             * @description If the machine answers as the sensitivity says.
+             */
+            predicted: number;
+            /**
+             * Format: double
+             * @description Of `before` and `predicted` alike, by the noise that the residuals of the surface show; left
+             *     out without degrees of freedom.
+             */
+            std_error?: number;
+            /**
+             * @description What the job requires, `[low, high]`, in the direction of the figures; of slopes else by the
+             *     class. Left out where it requires nothing.
+             */
+            limits?: number[];
+            /** @description As of any figure, with a guard band by the standard error. */
+            conformity_before?: components["schemas"]["ConformityDecision"];
+            /** @description Likewise of the predicted figure. */
+            conformity_predicted?: components["schemas"]["ConformityDecision"];
+        };
+        /**
+         * @description Figures of the second-order surface over the ranges of the machine, slopes over their reference
+         *     lengths. One that the nodes do not determine is left out.
+         */
+        CorrectionTargetFigures: {
+            /** @description f_Hα: positive where material grows from root to tip. */
+            profile_slope_um?: components["schemas"]["CorrectionTargetFigure"];
+            /** @description f_Hβ, by DIN: positive towards the right hand. */
+            helix_slope_um?: components["schemas"]["CorrectionTargetFigure"];
+            /** @description C_α. */
+            profile_crowning_um?: components["schemas"]["CorrectionTargetFigure"];
+            /** @description C_β. */
+            helix_crowning_um?: components["schemas"]["CorrectionTargetFigure"];
+            /** @description 4 c_uv of the surface, with the sign of f_Hβ. */
+            twist_um?: components["schemas"]["CorrectionTargetFigure"];
         };
         /**
          * @description How errors are correlated.
@@ -3114,6 +3327,12 @@ export interface components {
         };
         /** @description One degree for every axis, or one for each: `3` or `[p, q]`. */
         Degree: number | number[];
+        /**
+         * @description Why columns nearly depend on each other: `basis`, in Legendre's over the domain they do not;
+         *     `nodes`, the nodes do not tell them apart in whatever basis, or there is no other.
+         * @enum {string}
+         */
+        DependencyCause: "basis" | "nodes";
         /**
          * @description Along what deviations are taken.
          * @enum {string}
@@ -3849,18 +4068,20 @@ export interface components {
             converged?: boolean;
         };
         /**
-         * @description Slopes, crownings and twist of the fitted surface, in µm over what the nodes span: of the
-         *     surface of second order that is nearest to it in the mean square, with the signs of ISO 1328-1
-         *     and DIN's for slopes. Heights of nodes are along the normal of the flank; figures are
-         *     transverse, as tolerances and evaluations are: greater by 1/cos β_b. Limits of slopes are over
-         *     the whole profile and the whole face width: what the nodes span is taken for the whole of the
-         *     profile, and of the width they have their share. They are by the gear and the requirements that
-         *     the job had when the fit was made. What cannot be told is left out, and `warnings` say why.
+         * @description Slopes, crownings and twist of the fitted surface, in µm: of the surface of second order that is
+         *     nearest to it in the mean square, with the signs of ISO 1328-1 and DIN's for slopes. Slopes are
+         *     extended linearly to their reference lengths and compared with the full limits; crownings and
+         *     twist are over what the nodes span. Limits are those of the gear and the requirements that the
+         *     job had when the fit was made; tolerances of a class, which are transverse, are converted to
+         *     `direction`. Figures that cannot be determined are left out, and `warnings` say why.
          */
         FitFigures: {
-            /** @description From root to tip; positive where material grows towards the tip. */
+            /** @description f_Hα over `profile_reference_length_mm`; positive where material grows towards the tip. */
             profile_slope_um?: components["schemas"]["FlankFigure"];
-            /** @description Over the width; positive where the helix deviates towards the right hand. */
+            /**
+             * @description f_Hβ over `helix_reference_length_mm`; positive where the helix deviates towards the right
+             *     hand.
+             */
             helix_slope_um?: components["schemas"]["FlankFigure"];
             /** @description Positive where material stands out half-way between root and tip. */
             profile_crowning_um?: components["schemas"]["FlankFigure"];
@@ -3871,9 +4092,21 @@ export interface components {
              *     the sign of helix slopes.
              */
             twist_um?: components["schemas"]["FlankFigure"];
-            /** @description What the figures are over. */
+            /** @description Direction in which the figures count: that of the job's requirements. */
+            direction?: components["schemas"]["DeviationDirection"];
+            /**
+             * Format: double
+             * @description Length that the profile slope refers to: the range of the nodes.
+             */
+            profile_reference_length_mm?: number;
+            /**
+             * Format: double
+             * @description Length that the helix slope refers to: by default the face width, where the gear has one.
+             */
+            helix_reference_length_mm?: number;
+            /** @description Range of the nodes in roll length. */
             roll_length_range_mm?: number[];
-            /** @description The same along the width. */
+            /** @description Range of the nodes in z. */
             z_range_mm?: number[];
             /** @description What to know about the figures, and why those are absent that are. */
             warnings: components["schemas"]["GearWarning"][];
@@ -3936,6 +4169,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -4009,6 +4253,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -4148,6 +4403,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
         };
         /**
          * @description A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
@@ -4251,6 +4517,55 @@ export interface components {
             /** @description In place of the percentages at toe and heel. */
             z_range_mm?: number[];
         };
+        /**
+         * @description How the flanks are meant to deviate from the involute, in µm along the normal: figures in
+         *     the signs in which they are measured, and further modifications. All of them refer to one
+         *     range. `{}` is the unmodified flank. Corrections aim at it.
+         */
+        FlankDesign: {
+            /**
+             * Format: double
+             * @description f_Hα: positive where material grows from root to tip. Default 0, as of each figure.
+             */
+            profile_slope_um?: number;
+            /**
+             * Format: double
+             * @description f_Hβ, by DIN: positive towards the right hand.
+             */
+            helix_slope_um?: number;
+            /**
+             * Format: double
+             * @description C_α: positive where material stands out half-way between root and tip.
+             */
+            profile_crowning_um?: number;
+            /**
+             * Format: double
+             * @description C_β: positive where material stands out half-way between the ends.
+             */
+            helix_crowning_um?: number;
+            /**
+             * Format: double
+             * @description S, with the sign of f_Hβ: how much more the profile slope is at the end of great z
+             *     than at that of small z.
+             */
+            twist_um?: number;
+            /** @description Of left flanks: each figure here goes before the one for both. */
+            left?: components["schemas"]["SideDesign"];
+            /** @description Of right flanks, likewise. */
+            right?: components["schemas"]["SideDesign"];
+            /**
+             * @description Diameters between which slope, crowning and twist are meant. By default those of the
+             *     measured nodes; a measurement of another range has its share of them by the curvature.
+             */
+            profile_diameter_range_mm?: number[];
+            /** @description z between which they are meant, `[from, to]`. By default that of the measured nodes. */
+            helix_range_mm?: number[];
+            /**
+             * @description Superposed, as `POST /v1/gears/flank` takes them: tip and root relief, end relief and
+             *     others.
+             */
+            modifications?: components["schemas"]["FlankModification"][];
+        };
         /** @description A figure with what is known of its error. */
         FlankFigure: {
             /**
@@ -4264,6 +4579,11 @@ export interface components {
              *     neither tells it.
              */
             std_error?: number;
+            /**
+             * Format: double
+             * @description The one that takes a λ* for given which the nodes chose, and is too small.
+             */
+            conditional_std_error?: number;
             /**
              * Format: double
              * @description Most by which regularisation moves it on average, for coefficients within the norm limit of
@@ -4312,12 +4632,9 @@ export interface components {
          *     are answered.
          */
         FlankLimits: {
-            /**
-             * @description Of f_Hα over the reference length (of surfaces: the evaluation range). What is
-             *     evaluated of it has its share of the limits, and never more than the whole.
-             */
+            /** @description Of f_Hα over the reference length (of surfaces: the evaluation range). */
             profile_slope_um?: number[];
-            /** @description Of f_Hβ over the reference length (of surfaces: the face width), likewise. */
+            /** @description Of f_Hβ over the reference length (of surfaces: the face width). */
             helix_slope_um?: number[];
             /** @description Of C_α. */
             profile_crowning_um?: number[];
@@ -4387,16 +4704,32 @@ export interface components {
             single_pitch?: components["schemas"]["ToothExtreme"];
             /**
              * Format: double
+             * @description R_p: the greatest single pitch deviation less the least.
+             */
+            single_pitch_range_um?: number;
+            /**
+             * Format: double
              * @description F_p: total cumulative pitch deviation, the range of the index deviations.
              */
             cumulative_pitch_um?: number;
             /** @description Pitches of a sector. */
             k?: number;
             /**
-             * @description F_pk: the cumulative deviation over k pitches of greatest amount, at the tooth where the
-             *     sector ends.
+             * @description F_pk of ISO 1328-1:2013, Annex D: the greatest range of the index deviations within any k
+             *     pitches (k + 1 flanks), at the tooth where the sector ends.
              */
-            sector_pitch?: components["schemas"]["ToothExtreme"];
+            sector_pitch_2013?: components["schemas"]["ToothExtreme"];
+            /**
+             * @description F_pSk of ISO 1328-1:2013, Annex D: of the consecutive sectors of k pitches that begin at
+             *     tooth 1, the sum of greatest amount, at the tooth where the sector ends. Pitches behind the
+             *     last whole sector are left out.
+             */
+            sector_sum_2013?: components["schemas"]["ToothExtreme"];
+            /**
+             * @description F_pk of ISO 1328-1:1995: the sum of any k pitches of greatest amount, at the tooth where the
+             *     sector ends. Testers print its amount as F_pz/8.
+             */
+            sector_pitch_1995?: components["schemas"]["ToothExtreme"];
             /** @description f_u: the greatest difference of neighbouring pitches, at the later of the two. */
             adjacent_pitch_difference?: components["schemas"]["ToothExtreme"];
             /**
@@ -4459,7 +4792,10 @@ export interface components {
          * @enum {string}
          */
         FlankSide: "left" | "right";
-        /** @description What the deviations of a flank have in common, in µm over the trimmed range, and what is left. */
+        /**
+         * @description Figures of the second-order surface of a flank, in µm, and what the surface leaves over. Slopes
+         *     are over their reference lengths, the other figures over the trimmed range.
+         */
         FlankSurface: {
             /** @description In the middle of the flank. */
             mean_um: components["schemas"]["FlankFigure"];
@@ -4476,6 +4812,18 @@ export interface components {
              *     another figure of that name, between the sections that were measured.
              */
             twist_um: components["schemas"]["FlankFigure"];
+            /** @description Direction in which figures and form count. */
+            direction: components["schemas"]["DeviationDirection"];
+            /**
+             * Format: double
+             * @description Length that the profile slope refers to.
+             */
+            profile_reference_length_mm: number;
+            /**
+             * Format: double
+             * @description Length that the helix slope refers to.
+             */
+            helix_reference_length_mm: number;
             form: components["schemas"]["FlankForm"];
             /** @description What u = ∓1 and v = ∓1 stand for, after trimming. */
             roll_length_range_mm: number[];
@@ -4555,10 +4903,12 @@ export interface components {
              */
             deviation_sign?: components["schemas"]["DeviationSign"];
             /**
-             * @description Along what deviations were taken. Default `transverse`; figures and form are transverse,
-             *     as limits are. The fit itself (`result`) is of the deviations as they were posted.
+             * @description Direction in which deviations were taken, figures and form are given, and limits count.
+             *     Default `normal`.
              */
             direction?: components["schemas"]["DeviationDirection"];
+            /** @description Length that slopes refer to. Default `reference_length`. */
+            reference?: components["schemas"]["SlopeReference"];
             /**
              * @description What the figures must lie within. Limits of form and total deviations are of traces, and
              *     refused here.
@@ -4839,6 +5189,53 @@ export interface components {
             /** @description What to know about the answer as a whole; each trace has its own. */
             warnings: components["schemas"]["GearWarning"][];
         };
+        /** @description Data of a gear, as far as a file gives them. */
+        GearFacts: {
+            /**
+             * Format: int32
+             * @description Number of teeth z.
+             */
+            teeth?: number;
+            /**
+             * Format: double
+             * @description Normal module m_n.
+             */
+            normal_module_mm?: number;
+            /**
+             * Format: double
+             * @description Normal pressure angle α_n.
+             */
+            normal_pressure_angle_deg?: number;
+            /**
+             * Format: double
+             * @description Helix angle β, without its sign.
+             */
+            helix_angle_deg?: number;
+            /** @description Hand of a helical gear. */
+            hand?: components["schemas"]["HandName"];
+            /**
+             * Format: double
+             * @description Profile shift coefficient x.
+             */
+            profile_shift_coefficient?: number;
+            /**
+             * Format: double
+             * @description Face width b.
+             */
+            face_width_mm?: number;
+            /**
+             * Format: double
+             * @description Tip diameter d_a.
+             */
+            tip_diameter_mm?: number;
+            /**
+             * Format: double
+             * @description Root diameter d_f.
+             */
+            root_diameter_mm?: number;
+            /** @description Whether teeth point inwards. */
+            internal?: boolean;
+        };
         /** @description A file. */
         GearFileForm: {
             /**
@@ -5041,6 +5438,8 @@ export interface components {
             name?: string;
             /** @description As a job takes it; left out where the file does not say enough, or says what cannot be. */
             gear?: components["schemas"]["Gear"];
+            /** @description What the file says of it, where that is no gear yet. */
+            known?: components["schemas"]["GearFacts"];
             /** @description The data without which it is no gear, by their names there. */
             missing?: string[];
             /** @description Flanks with a topography that can be imported. */
@@ -5231,13 +5630,18 @@ export interface components {
              *     another language. Left out where it speaks of nothing, or where the words are the caller's.
              */
             params?: Record<string, never>;
+            /**
+             * @description The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
+             *     whole.
+             */
+            at?: string;
         };
         /** @description What a file says of gears. */
         GearsOfFile: {
             format: components["schemas"]["GearFileFormat"];
             /** @description In the order of the file. */
             gears: components["schemas"]["GearOfFile"][];
-            /** @description Of curves: every trace, in the order of the file. */
+            /** @description Of curves and models: every trace, in the order of the file. */
             traces?: components["schemas"]["FileTrace"][];
             /** @description Flanks with a table of pitches that an import keeps. */
             pitches?: components["schemas"]["FlankSide"][];
@@ -5631,6 +6035,8 @@ export interface components {
              * @description When its nodes, results, texts and names were taken away; absent where they are there.
              */
             purged_at?: string;
+            /** @description What the figures of the chosen fit warn of, each with `at`. */
+            warnings: components["schemas"]["GearWarning"][];
         };
         /** @description A fit of an iteration's nodes. */
         IterationFit: {
@@ -5661,6 +6067,8 @@ export interface components {
              */
             figures?: components["schemas"]["FitFigures"];
             result: components["schemas"]["FitResult"];
+            /** @description Of a fit that is answered by itself: what result and figures warn of, each with `at`. */
+            warnings?: components["schemas"]["GearWarning"][];
         };
         /** @description An iteration request as a form (`multipart/form-data`). */
         IterationForm: {
@@ -5720,6 +6128,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -5746,6 +6165,11 @@ export interface components {
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
+            /**
+             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
+             *     takes it: after the newest correction of the flank's iteration before this one.
+             */
+            applied?: components["schemas"]["AppliedRequest"];
         };
         /** @description Some iterations of a job, by number. */
         IterationPage: {
@@ -5829,6 +6253,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -5855,6 +6290,11 @@ export interface components {
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
+            /**
+             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
+             *     takes it: after the newest correction of the flank's iteration before this one.
+             */
+            applied?: components["schemas"]["AppliedRequest"];
             nodes: components["schemas"]["Nodes"];
         };
         /** @description An iteration with the fit that stands. */
@@ -6107,7 +6547,7 @@ export interface components {
         };
         /**
          * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
-         *     correction, or a change of what its nodes are of.
+         *     correction, the changes that were made of one, or a change of what its nodes are of.
          */
         JobRecord: {
             /**
@@ -6143,6 +6583,8 @@ export interface components {
              *     example what `POST /v1/curves` answers to the request.
              */
             result: Record<string, never>;
+            /** @description What the answer and its parts warn of, each with `at`. */
+            warnings: components["schemas"]["GearWarning"][];
         };
         /**
          * @description How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
@@ -6300,10 +6742,17 @@ export interface components {
             /** @description As it was posted; what it says node by node when `nodes` was included. */
             request: Record<string, never>;
             result: components["schemas"]["Correction"];
+            /**
+             * @description What was entered on the machine, where it was said; the newest entry. `answer` is compared
+             *     with these changes then, and with those of `result` otherwise.
+             */
+            applied?: components["schemas"]["AppliedChanges"];
             /** @description What the next iteration of the same flank and tooth measured; left out before there is one. */
             answer?: components["schemas"]["MachineAnswer"];
             /** @description Why the next iteration cannot be compared. */
             not_compared?: string;
+            /** @description What `result` and its parts warn of, each with `at`. */
+            warnings: components["schemas"]["Warning"][];
         };
         /**
          * @description What of a kept correction is answered only when asked for; each name only adds to the answer.
@@ -6392,6 +6841,8 @@ export interface components {
              *     it again.
              */
             key?: string;
+            /** @description What follows from making it. */
+            warnings?: components["schemas"]["Warning"][];
         };
         /**
          * @description What proves a key: a secret that is sent, or a client's certificate.
@@ -6592,6 +7043,11 @@ export interface components {
              */
             seed?: number;
         };
+        /**
+         * @description Why a setting is left alone that might be changed.
+         * @enum {string}
+         */
+        LeftAlone: "not_distinguishable" | "within_limits";
         /** @description The distribution of the errors. */
         Likelihood: {
             /**
@@ -6848,7 +7304,8 @@ export interface components {
             rms_before_um: number;
             /**
              * Format: double
-             * @description Root mean square of the deviations that it predicted.
+             * @description Root mean square of the deviations predicted for the changes that were entered, here and
+             *     below: those of `applied`, else those of the correction.
              */
             rms_predicted_um: number;
             /**
@@ -7134,6 +7591,7 @@ export interface components {
              * @description R² of the leading term on the others, where there are more than two.
              */
             r_squared?: number;
+            cause: components["schemas"]["DependencyCause"];
             /** @description The same in words. */
             sentence: string;
         };
@@ -7188,6 +7646,8 @@ export interface components {
             node_count: number;
             /** @description One, which is chosen until another one is. */
             fits: components["schemas"]["IterationFit"][];
+            /** @description What its fit and the figures warn of, each with `at`. */
+            warnings: components["schemas"]["GearWarning"][];
         };
         /**
          * @description A job to create.
@@ -7307,6 +7767,17 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
+            /**
              * Format: double
              * @description φ in (0, 1], default 1: every counted node multiplies the weights of all before it by φ.
              *     When the stream is finished all nodes count in full.
@@ -7353,6 +7824,22 @@ export interface components {
              * @enum {string}
              */
             type: "none";
+        };
+        /**
+         * @description A node: of a grid its row and column, or of any nodes its number in the order posted (of a grid
+         *     row by row). All count from 0, missing nodes included.
+         * @example {
+         *       "column": 7,
+         *       "row": 4
+         *     }
+         */
+        NodeAt: components["schemas"]["NodeCell"] | number;
+        /** @description A node of a grid: `z[row][column]`. */
+        NodeCell: {
+            /** @description Index of u. */
+            row: number;
+            /** @description Index of v. */
+            column: number;
         };
         /** @description Parameters of a grid's rows and columns. */
         NodeParameters: {
@@ -7579,6 +8066,11 @@ export interface components {
              */
             height_um: number;
         };
+        /**
+         * @description That the predicted figures of a correction may lie outside their limits.
+         * @enum {string}
+         */
+        OutsideLimits: "allowed";
         /** @description An excursion beyond neighbouring points. */
         Overshoot: {
             /**
@@ -7771,10 +8263,16 @@ export interface components {
         };
         /** @description Pitch deviations and run-out. */
         PitchEvaluation: {
-            /** @description Which way teeth are counted. */
-            counting: components["schemas"]["ToothCounting"];
+            /** @description Which way teeth are counted; left out where it is not known. */
+            counting?: components["schemas"]["ToothCounting"];
             left?: components["schemas"]["FlankPitch"];
             right?: components["schemas"]["FlankPitch"];
+            /**
+             * Format: double
+             * @description R_s: greatest less least thickness of the measured teeth, on the measuring circle. There
+             *     where both flanks were measured on one circle.
+             */
+            tooth_thickness_variation_um?: number;
             runout?: components["schemas"]["GearRunout"];
             /** @description About all of them; each part has its own. */
             warnings: components["schemas"]["GearWarning"][];
@@ -7848,11 +8346,11 @@ export interface components {
              * @description Diameter of the measuring circle. Default the reference circle.
              */
             diameter_mm?: number;
-            /** @description k of F_pk. Default an eighth of the teeth. */
+            /** @description k of F_pk and F_pSk. Default an eighth of the teeth. */
             sector?: number;
             /**
-             * @description Which way teeth are counted: it decides which flanks bound a space, for a run-out from
-             *     pitches. Default `clockwise`, as everywhere.
+             * @description Which way teeth are counted. It decides which flanks bound a space: without it no run-out
+             *     follows from pitches.
              */
             counting?: components["schemas"]["ToothCounting"];
             /** @description Which tolerances decide the class. Default `rounded`. */
@@ -8113,7 +8611,10 @@ export interface components {
             level: number;
             /** @description Heights of the estimate. */
             value: number[];
-            /** @description Their standard errors, for the λ* used; absent without an estimate of the noise. */
+            /**
+             * @description Their standard errors, of least squares where the nodes chose λ*; absent without an
+             *     estimate of the noise.
+             */
             std_error?: number[];
             /**
              * @description Sharp bounds on the bias of each height, given r; with a `prior` as those of
@@ -8201,6 +8702,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
         };
         /**
          * @description What was known of the coefficients before the nodes were measured: `mean` with `std_error` or
@@ -8650,7 +9162,7 @@ export interface components {
          * @description What a record is.
          * @enum {string}
          */
-        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "measurand";
+        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "measurand" | "applied";
         /** @description Some records of an iteration, oldest first. */
         RecordPage: {
             /** @description The records of this page. */
@@ -8726,6 +9238,17 @@ export interface components {
             predict?: components["schemas"]["Predict"];
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
+            /**
+             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
+             *     stay in what is stored, and `spec` says that they were left out.
+             * @example [
+             *       {
+             *         "column": 7,
+             *         "row": 4
+             *       }
+             *     ]
+             */
+            exclude?: components["schemas"]["NodeAt"][];
             /** @description Kept in the trace. */
             reason?: string;
         };
@@ -8956,6 +9479,10 @@ export interface components {
          * @description What the flanks of a job must be like. Evaluations of its iterations are held against it unless
          *     they bring limits or bands of their own; what was answered keeps what it was held against.
          * @example {
+         *       "design": {
+         *         "helix_crowning_um": 4,
+         *         "profile_crowning_um": 5
+         *       },
          *       "k_bands": [
          *         {
          *           "kind": "helix",
@@ -9014,6 +9541,16 @@ export interface components {
              *     them.
              */
             pitch_limits?: components["schemas"]["PitchLimits"];
+            /** @description What corrections aim at. Limits are of the flank, not of its distance from the design. */
+            design?: components["schemas"]["FlankDesign"];
+            /**
+             * @description Direction in which figures of flanks count (fits, surfaces of topographies, corrections) and
+             *     in which their limits are given. Default `normal`. Evaluations of traces are transverse, as
+             *     ISO 1328-1 has them.
+             */
+            direction?: components["schemas"]["DeviationDirection"];
+            /** @description Length that slopes of flanks refer to. Default `reference_length`. */
+            reference?: components["schemas"]["SlopeReference"];
             /** @description Bands that traces must lie in; at most 20, of at most 4,000 points together. */
             k_bands?: components["schemas"]["KBand"][];
         };
@@ -9518,6 +10055,8 @@ export interface components {
             rounded: boolean;
             /** @description Whether it was to stay as it is. */
             fixed: boolean;
+            /** @description Why it is left alone; left out where it is changed, fixed or undetermined. */
+            left?: components["schemas"]["LeftAlone"];
             /**
              * @description Whether the deviations say nothing about the setting (see `absolute`), so that it stays as
              *     it is, or goes no further than its limits ask for.
@@ -9545,6 +10084,11 @@ export interface components {
             /** @description Whether the setting stays as it is; without the others then. */
             fixed?: boolean;
         };
+        /**
+         * @description Which of the settings that may be changed are changed.
+         * @enum {string}
+         */
+        SettingsUsed: "needed" | "all";
         /** @description Figures of a flank without what is known of their errors, in µm. */
         ShortFigures: {
             /**
@@ -9575,6 +10119,40 @@ export interface components {
             /** @description Whether all of them lie within their limits; absent where none has some. */
             within?: boolean;
         };
+        /** @description How one flank is meant to deviate from the involute, in µm along the normal. */
+        SideDesign: {
+            /**
+             * Format: double
+             * @description f_Hα: positive where material grows from root to tip. Default 0, as of each figure.
+             */
+            profile_slope_um?: number;
+            /**
+             * Format: double
+             * @description f_Hβ, by DIN: positive towards the right hand.
+             */
+            helix_slope_um?: number;
+            /**
+             * Format: double
+             * @description C_α: positive where material stands out half-way between root and tip.
+             */
+            profile_crowning_um?: number;
+            /**
+             * Format: double
+             * @description C_β: positive where material stands out half-way between the ends.
+             */
+            helix_crowning_um?: number;
+            /**
+             * Format: double
+             * @description S, with the sign of f_Hβ: how much more the profile slope is at the end of great z
+             *     than at that of small z.
+             */
+            twist_um?: number;
+        };
+        /** @description Figures of each flank that was measured. */
+        SidedCorrectionFigures: {
+            left?: components["schemas"]["CorrectionTargetFigures"];
+            right?: components["schemas"]["CorrectionTargetFigures"];
+        };
         /**
          * @description Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
          *     narrower, the volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t
@@ -9582,6 +10160,11 @@ export interface components {
          * @enum {string}
          */
         SimultaneousMethod: "scheffe" | "tube" | "bonferroni";
+        /**
+         * @description Length that the slopes of a flank's second-order surface refer to.
+         * @enum {string}
+         */
+        SlopeReference: "reference_length" | "evaluated";
         /**
          * @description The sign of slopes. Profile slopes are positive under `din` and `vdi` where material grows
          *     from root to tip.
@@ -9939,7 +10522,7 @@ export interface components {
             updated_at: string;
             /** @description The estimate after the last block, as its answer had it. */
             result?: components["schemas"]["FitResult"];
-            /** @description Why an open stream has no result yet. */
+            /** @description Why an open stream has no result yet, or what the result warns of. */
             warnings?: components["schemas"]["Warning"][];
         };
         /** @description A block of nodes. */
@@ -9974,7 +10557,7 @@ export interface components {
              *     do not determine the model.
              */
             result?: components["schemas"]["FitResult"];
-            /** @description Why there is no result yet. */
+            /** @description Why there is no result yet, or what the result warns of. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
@@ -10423,9 +11006,9 @@ export interface components {
             type: "tip_relief";
         };
         /**
-         * @description What figures must lie within, `[low, high]` in µm and in the sign in which they are
-         *     answered. Each figure that has limits is answered with whether it lies within, and with its
-         *     conformity where it has an interval.
+         * @description What figures must lie within, `[low, high]` in µm, in the sign and the direction in which
+         *     they are answered. Each figure that has limits is answered with whether it lies within, and
+         *     with its conformity where it has an interval.
          */
         ToleranceLimits: {
             /**
@@ -10439,12 +11022,9 @@ export interface components {
             left?: components["schemas"]["FlankLimits"];
             /** @description Of right flanks, likewise. */
             right?: components["schemas"]["FlankLimits"];
-            /**
-             * @description Of f_Hα over the reference length (of surfaces: the evaluation range). What is
-             *     evaluated of it has its share of the limits, and never more than the whole.
-             */
+            /** @description Of f_Hα over the reference length (of surfaces: the evaluation range). */
             profile_slope_um?: number[];
-            /** @description Of f_Hβ over the reference length (of surfaces: the face width), likewise. */
+            /** @description Of f_Hβ over the reference length (of surfaces: the face width). */
             helix_slope_um?: number[];
             /** @description Of C_α. */
             profile_crowning_um?: number[];
@@ -10969,6 +11549,11 @@ export interface components {
              *     another language. Left out where it speaks of nothing, or where the words are the caller's.
              */
             params?: Record<string, never>;
+            /**
+             * @description The part of the answer that warns, as a JSON Pointer; absent where the warning is of the
+             *     whole.
+             */
+            at?: string;
         };
         /** @description Jobs changed last in one week. */
         WeekCount: {
@@ -23544,6 +24129,8 @@ export interface operations {
             query?: {
                 /** @description What is answered beside, names with commas between them. */
                 include?: components["schemas"]["KeptCorrectionInclude"][];
+                /** @description As CSV: `allowed` where predicted figures may lie outside the limits that the job requires. */
+                outside_limits?: components["schemas"]["OutsideLimits"];
             };
             header?: never;
             path: {
@@ -23556,7 +24143,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description The correction; beside what it predicted what was measured, once there is a next iteration. As CSV a line for each setting, under the names of OPC UA for Geometrical Measuring Systems. */
+            /** @description The correction; beside what it predicted what was measured, once there is a next iteration. As CSV a line for each setting, for the control of the machine: the change rounded to its increment and in words, and what it is for; under the names of OPC UA for Geometrical Measuring Systems. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23647,6 +24234,27 @@ export interface operations {
                      *       "status": 406,
                      *       "title": "The wanted form is not offered here",
                      *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description As CSV: predicted figures lie outside their limits (`predicted_outside_limits`). */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -23954,6 +24562,370 @@ export interface operations {
                 };
             };
             /** @description The units of the iteration are implausible (`implausible_unit`), or the first request with this idempotency key is still running. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The job was purged; `detail` says when and why. */
+            410: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "operation_cancelled",
+                     *       "detail": "The operation was cancelled; nothing is kept of it.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 410,
+                     *       "title": "The operation was cancelled",
+                     *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is too large (counted after decompression). */
+            413: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_too_large",
+                     *       "detail": "The body has more than 268435456 bytes.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 413,
+                     *       "title": "The request body is too large",
+                     *       "type": "urn:flankfit:problem:body_too_large"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The media type or the compression is not supported. */
+            415: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unsupported_media_type",
+                     *       "detail": "The media type is text/plain; send application/json.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 415,
+                     *       "title": "The media type is not supported",
+                     *       "type": "urn:flankfit:problem:unsupported_media_type"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_applied_changes: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The same key and body answers the first response again. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+                /** @description The iteration, by its number within the job: 1, 2, 3 … */
+                number: number;
+            };
+            cookie?: never;
+        };
+        /** @description The changes that were entered. */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AppliedRequest"];
+            };
+        };
+        responses: {
+            /** @description The record: its `result` has every setting with the change that was entered and the proposed one. */
+            201: {
+                headers: {
+                    /** @description `true` where this is the first answer to the same key, given again. */
+                    "Idempotency-Replayed"?: string;
+                    /** @description Where the record is. */
+                    Location?: string;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobRecord"];
+                };
+            };
+            /** @description The body or its compression cannot be read; `detail` says where. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body did not arrive in time. */
+            408: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_timeout",
+                     *       "detail": "The body did not arrive within 30 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 408,
+                     *       "title": "The request body took too long",
+                     *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The first request with this idempotency key is still running. */
             409: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30075,7 +31047,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks a scope: `admin` or `read`. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31859,7 +32831,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description Another key is of certificates with this name, or the first request with this idempotency key is still running. */
+            /** @description Another key is of certificates with this name, the first key is not an administrator's, or the first request with this idempotency key is still running. */
             409: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32307,7 +33279,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks a scope: `admin`, or one that the key allows. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32344,6 +33316,27 @@ export interface operations {
                      *       "status": 404,
                      *       "title": "There is nothing here",
                      *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description It is the caller's own key, and no other key of the tenant allows `admin`. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];
@@ -33713,7 +34706,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description There is a tenant of this name, or the first request with this idempotency key is still running. */
+            /** @description There is a tenant of this name, there is no administrator's key yet, or the first request with this idempotency key is still running. */
             409: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */

@@ -9,8 +9,8 @@ use super::{
 use crate::geometry::space::Vector;
 
 impl Differential {
-    /// At (u, v); by a limit where the parameters are singular or nearly so, `None` where there is none either
-    /// (a cusp, a fold).
+    /// At (u, v); by a limit where the parameters are singular or nearly so, `None` where there is
+    /// none either (a cusp, a fold).
     ///
     /// ```
     /// use flankfit_engine::geometry::{

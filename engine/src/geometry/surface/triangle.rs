@@ -51,7 +51,8 @@ pub fn degenerate_borders(surface: &dyn Surface, tolerance: f64) -> Vec<Degenera
 /// many times.
 const FIRST: f64 = 1.0 / 16.0;
 const HALVINGS: usize = 7;
-/// Two extrapolations in succession that differ by more, relative to their size, have never settled.
+/// Two extrapolations in succession that differ by more, relative to their size, have never
+/// settled.
 const SETTLED: f64 = 1e-4;
 
 /// The limit of the unit normal along the parameter line that leaves the singular place (u, v) into

@@ -20,7 +20,8 @@ answer! {
     /// One coefficient; exactly one of `powers`, `index` and `column` is there.
     #[schema(as = Coefficient)]
     pub struct CoefficientBody from Coefficient {
-        term, key, value, std_error, conditional_std_error, least_squares, least_squares_std_error, bias_bound, interval,
+        term, key, value, std_error, conditional_std_error, least_squares, least_squares_std_error, bias_bound,
+        interval,
     } {
         /// Readable name.
         #[schema(example = "u^2*v")]

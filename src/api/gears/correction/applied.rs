@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-use super::stored::{Changed, StoredResult};
+use super::kept_result::{Changed, StoredResult};
 use crate::{
     api::{
         faults::Faults,

@@ -6,6 +6,8 @@ pub mod figure_changes;
 pub mod figures;
 pub mod include;
 pub mod iteration_nodes;
+mod kept_result;
+mod kept_result;
 pub mod predicted;
 pub mod request;
 pub mod result;

@@ -9,16 +9,16 @@ use super::{
     applied::AppliedChangesBody,
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
+    kept_result::StoredResult,
     request::{self, Job, Kept},
-    result::{CorrectionBody, FlankFiguresBody, LeftName},
+    result::{CorrectionBody, FlankFiguresBody},
     same_nodes::{Measured, same_nodes},
-    target::AimBody,
 };
 use crate::{
     api::{
         faults::Faults,
         gears::{
-            evaluation::request::{DirectionName, ReferenceName, figure_terms},
+            evaluation::request::figure_terms,
             gear::{GearBody, of_text},
         },
         json::{gather::gathered, text::Moment, writer},
@@ -157,28 +157,6 @@ impl From<Verdict> for VerdictName {
             Verdict::Undecided => VerdictName::Undecided,
         }
     }
-}
-
-/// The parts of a stored result that are looked at again: what was to be changed.
-#[derive(Deserialize)]
-pub(super) struct StoredResult {
-    pub settings: Vec<Changed>,
-    #[serde(default)]
-    target: Option<AimBody>,
-    #[serde(default)]
-    direction: Option<DirectionName>,
-    #[serde(default)]
-    reference: Option<ReferenceName>,
-}
-
-#[derive(Deserialize)]
-pub(super) struct Changed {
-    pub name: String,
-    #[serde(default)]
-    pub unit: String,
-    pub change: f64,
-    #[serde(default)]
-    left: Option<LeftName>,
 }
 
 #[derive(Serialize)]
