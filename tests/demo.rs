@@ -78,11 +78,12 @@ fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
     let (_, changes) = text.split_once("Changes of the machine\n").unwrap();
     let first = changes.lines().next().unwrap();
     assert!(
-        first.trim().starts_with("profile angle") && number(first.split_whitespace().nth(2).unwrap()) > 5.0,
+        first.trim().starts_with("profile angle")
+            && number(first.split_whitespace().nth(2).unwrap().trim_end_matches('′')) > 5.0,
         "{text}"
     );
     assert!(changes.lines().nth(1).unwrap().contains("left alone"), "{text}");
-    assert!(changes.contains("not determined by these nodes: ") && changes.contains("as predicted"), "{text}");
+    assert!(text.contains("tooth thickness, infeed, tool axis offset") && changes.contains("as predicted"), "{text}");
 }
 
 #[test]
@@ -239,7 +240,7 @@ fn every_shipped_fit_request_is_shown() {
     let requests = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/requests");
     let mut files: Vec<_> = std::fs::read_dir(requests).unwrap().map(|entry| entry.unwrap().path()).collect();
     files.retain(|file| file.file_name().unwrap().to_string_lossy().starts_with("fit_"));
-    assert!(files.len() >= 44, "{}", files.len());
+    assert!(files.len() >= 42, "{}", files.len());
     for file in files {
         let folder = tempfile::tempdir().unwrap();
         let output = demo(folder.path(), &["--exit", "--nodes", file.to_str().unwrap()]);

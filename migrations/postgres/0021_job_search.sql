@@ -49,13 +49,14 @@ SET search_path FROM CURRENT AS $$
     SELECT job FROM job_texts WHERE text_parts(tenant, folded) @> parts LIMIT most
 $$;
 
--- What jobs are sorted by where it is by name: the first line of what is searched. The trigger comes after folded_of_jobs.
+-- What jobs are sorted by where it is by name: the first line of what is searched, as much of it as an index takes. The trigger comes
+-- after folded_of_jobs.
 ALTER TABLE jobs ADD COLUMN sort_name text COLLATE "C";
-UPDATE jobs SET sort_name = split_part(coalesce(folded, lower(name)), E'\n', 1);
+UPDATE jobs SET sort_name = left(split_part(coalesce(folded, lower(name)), E'\n', 1), 400);
 
 CREATE FUNCTION note_sort_name() RETURNS trigger LANGUAGE plpgsql AS $$
 BEGIN
-    NEW.sort_name := split_part(coalesce(NEW.folded, lower(NEW.name)), E'\n', 1);
+    NEW.sort_name := left(split_part(coalesce(NEW.folded, lower(NEW.name)), E'\n', 1), 400);
     RETURN NEW;
 END
 $$;

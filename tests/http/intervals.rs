@@ -56,9 +56,19 @@ async fn predictions_are_there_for_every_place() {
     // the sum of the coefficients at u = 34, v = 0
     let coefficient = |j: usize| number(&body["coefficients"][j]["value"]);
     assert!((value[4] - (coefficient(0) + 34.0 * coefficient(2))).abs() < 1e-9, "{body}");
-    let covariance = |i: usize, j: usize| number(&body["covariance"]["coefficients"][i][j]);
-    let variance = covariance(0, 0) + 68.0 * covariance(2, 0) + 34.0 * 34.0 * covariance(2, 2);
-    assert!((error[4] - variance.sqrt()).abs() < 1e-7 * error[4]);
+    // the nodes chose λ*: the error that holds is that of least squares, the other one is smaller
+    let variance = |of: &str| {
+        let covariance = |i: usize, j: usize| number(&body["covariance"][of][i][j]);
+        covariance(0, 0) + 68.0 * covariance(2, 0) + 34.0 * 34.0 * covariance(2, 2)
+    };
+    assert!((error[4] - variance("least_squares").sqrt()).abs() < 1e-7 * error[4]);
+    assert!(variance("coefficients") < variance("least_squares"));
+    for (j, coefficient) in body["coefficients"].as_array().unwrap().iter().enumerate() {
+        for (of, name) in [("least_squares", "std_error"), ("coefficients", "conditional_std_error")] {
+            let (error, own) = (number(&coefficient[name]), number(&body["covariance"][of][j][j]).sqrt());
+            assert!((error - own).abs() < 1e-7 * own, "{name} {coefficient}");
+        }
+    }
     for kind in ["confidence", "prediction", "simultaneous"] {
         let band: Vec<Vec<f64>> = found[kind].as_array().unwrap().iter().map(numbers).collect();
         assert_eq!(band.len(), 6);

@@ -151,7 +151,7 @@ fn the_header_describes_gear_and_measurement() {
             (Some("M1-M2"), Some(5.5516))
         );
         assert_eq!((rules.helix_plus_material.rule, rules.helix_plus_material.form), (Some(0), Some(1)));
-        assert_eq!((rules.profile_plus_material.rule, rules.profile_plus_material.total), (Some(2), Some(1)));
+        assert_eq!((rules.profile_plus_material.rule, rules.profile_plus_material.total), (Some(0), Some(1)));
         assert!(file.signs().is_known(Kind::Helix) && file.signs().is_known(Kind::Profile));
         // codes of no known meaning are kept
         assert_eq!(file.header.get(9001).unwrap().fields, ["was", "immer"]);

@@ -142,7 +142,7 @@ impl Lines {
         self.code(179, "Bezugslaenge Flankenlinie", "Reference length", "BZGFL: 1: Z");
         self.code(180, "Bezugslaenge Profil", "Reference length", "BZGPR: 0: M1-M2");
         self.code(181, "Plusmaterial Fl.", "Plus material", "PLMFL: 0: 0: 1");
-        self.code(182, "Plusmaterial Pr.", "Plus material", "PLMPR: 2: 1: 0");
+        self.code(182, "Plusmaterial Pr.", "Plus material", "PLMPR: 0: 1: 0");
         self.code(183, "Schnitt", "Section", "SCHNT: 1");
         self.code(9001, "Unbekannt", "Unknown", "was : immer")
     }

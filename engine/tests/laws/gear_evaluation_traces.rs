@@ -7,7 +7,7 @@ use flankfit_engine::gear::{
     Gear, Kind, Side, Trace,
     evaluation::{
         Evaluation, Posted, TraceSurface, evaluate,
-        settings::{Settings, SlopeSign},
+        settings::{HelixReference, HelixSettings, Settings, SlopeSign},
         warning::{SurfaceFigure, Warning},
     },
 };
@@ -43,8 +43,10 @@ fn lines(gear: &Gear, profiles: &[f64], helices: &[f64], count: usize, terms: Te
     profiles.chain(helices.iter().map(|u| of(Kind::Helix, u))).collect()
 }
 
+/// Slopes are over the evaluation ranges, as the terms of a surface are.
 fn plain() -> Settings {
-    Settings { sign: SlopeSign::Vdi, ..settings() }
+    let helix = settings().helix.map(|helix| HelixSettings { reference: HelixReference::EvaluationRange, ..helix });
+    Settings { sign: SlopeSign::Vdi, helix, ..settings() }
 }
 
 fn answer(gear: &Gear, traces: &[Trace], settings: &Settings) -> Evaluation {

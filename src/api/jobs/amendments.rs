@@ -22,6 +22,7 @@ use crate::{
 pub struct KnownMeasurandBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
+    /// The tooth that was measured, as on traces: its number from 1, or a name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, example = "1")]
     pub tooth: Option<ShortText>,

@@ -16,6 +16,7 @@ use super::{
 };
 use crate::{
     api::{
+        fits::answer::parts::CauseName,
         gears::{evaluation::figures::FigureBody, fit_figures::FitFiguresBody},
         jobs::{iterations::NewIterationBody, job::JobBody},
     },
@@ -72,7 +73,7 @@ pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<Strin
     write!(out, "{}", results(&before, &after))?;
     writeln!(out, "\nChanges of the machine")?;
     for (name, change, unit) in &changes {
-        writeln!(out, "  {:<18}{} {unit}", words(name), significant(*change, 3))?;
+        writeln!(out, "  {:<18}{}{}", words(name), significant(*change, 3), symbol(unit))?;
     }
     for (reason, text) in
         [("within_limits", "left alone, within the limits"), ("not_distinguishable", "left alone, no change found")]
@@ -80,13 +81,15 @@ pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<Strin
         let names = settings(&proposed).filter(|setting| setting["left"] == reason);
         list(out, text, names)?;
     }
-    list(out, "not determined by these nodes", settings(&proposed).filter(|setting| setting["undetermined"] == true))?;
-    let dependencies = before.iter().flat_map(|one| chosen(one).into_iter());
-    if let Some(first) = dependencies.flat_map(|fit| &fit.result.collinearity.near_dependencies).next() {
-        writeln!(out, "\nWhat the nodes cannot tell\n  {}", first.sentence)?;
+    writeln!(out, "\nNot determined by the nodes")?;
+    list(out, "no common zero", settings(&proposed).filter(|setting| setting["undetermined"] == true))?;
+    let fits = before.iter().flat_map(|one| chosen(one).into_iter());
+    let dependencies = fits.flat_map(|fit| &fit.result.collinearity.near_dependencies);
+    for dependency in dependencies.filter(|dependency| dependency.cause == CauseName::Nodes) {
+        writeln!(out, "  {}", dependency.sentence)?;
     }
     let sentence = answered["answer"]["sentence"].as_str().unwrap_or_default();
-    writeln!(out, "\nSecond measurement\n  {sentence}")?;
+    writeln!(out, "\nSecond measurement\n  {}", sentence.replace(", ", ",\n  "))?;
     Ok(path)
 }
 
@@ -193,6 +196,14 @@ fn changed(correction: &Value) -> Vec<(&str, f64, &str)> {
         Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?))
     }
     settings(correction).filter_map(of).filter(|(_, change, _)| *change != 0.0).collect()
+}
+
+fn symbol(unit: &str) -> String {
+    match unit {
+        "arcmin" => "′".into(),
+        "um" => " µm".into(),
+        other => format!(" {other}"),
+    }
 }
 
 fn words(setting: &str) -> String {

@@ -25,7 +25,8 @@ impl Read<PgPool> for GetTrace {
         let mut db = snapshot(from).await?;
         let job = jobs::located(&mut db, &caller.tenant, self.job).await?;
         let rows: Vec<TracedIterationRow> = sqlx::query_as(
-            "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes FROM measured
+            "SELECT id, number, measured_at, instrument, operator, created_at, flank, tooth, axes,
+                    units_accepted FROM measured
              WHERE job = $1 AND number > $2 ORDER BY number LIMIT $3",
         )
         .bind(self.job)

@@ -21,7 +21,7 @@ use tokio::{
 use crate::jobs::{RepositoryError, Tenant};
 
 /// How long a read may wait for its turn.
-const WAIT: Duration = Duration::from_secs(10);
+const WAIT: Duration = Duration::from_secs(60);
 /// How long a read may take.
 pub const READ_TIME: Duration = Duration::from_secs(5);
 

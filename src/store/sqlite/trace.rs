@@ -24,7 +24,8 @@ impl Read<SqlitePool> for GetTrace {
         let (seq, job) = jobs::located(&mut db, &caller.tenant, self.job).await?;
         let after = after.map_or(0, |cursor| locate::signed(cursor.number()));
         let rows: Vec<WithSeq<TracedIterationRow>> = sqlx::query_as(
-            "SELECT seq, id, number, measured_at, instrument, operator, created_at, flank, tooth, axes FROM measured
+            "SELECT seq, id, number, measured_at, instrument, operator, created_at, flank, tooth, axes,
+                    units_accepted FROM measured
          WHERE job = ? AND number > ? ORDER BY number LIMIT ?",
         )
         .bind(seq)

@@ -254,7 +254,8 @@ async fn a_bias_bound_of_limits_stays_within_them() {
 async fn a_correction_by_a_machine_predicts_figures_by_name() {
     let app = TestApp::start().await;
     let place = job(&app).await;
-    // u over the roll lengths, v over z: f_Hα 6 µm, f_Hβ −4 µm, C_α 3 µm, C_β 2 µm, twist 4 µm
+    // u over the roll lengths, v over 13 of 15 mm of z: f_Hα 6 µm, f_Hβ −4 · 15/13 µm, C_α 3 µm,
+    // C_β 2 µm, twist 4 µm
     let surface = |share: f64| {
         move |l: f64, z: f64| {
             let (u, v) = ((l - 9.0) / 3.0, (z - 7.5) / 6.5);
@@ -275,12 +276,12 @@ async fn a_correction_by_a_machine_predicts_figures_by_name() {
         }
     };
     // DIN turns helix slope and twist of a right flank; a form grinder has no setting for the twist
-    are(&figures["before"], [6.0, 4.0, 3.0, 2.0, -4.0], 1e-6);
+    are(&figures["before"], [6.0, 4.0 * 15.0 / 13.0, 3.0, 2.0, -4.0], 1e-6);
     are(&figures["after"], [0.0, 0.0, 0.0, 0.0, -4.0], 0.2);
     // half of it comes
     assert_eq!(send(app.post(&place, flank(surface(0.5)).to_string())).await.status, 201);
     let told = send(app.get(&path)).await.json();
-    are(&told["answer"]["figures"], [3.0, 2.0, 1.5, 1.0, -4.0], 1e-6);
+    are(&told["answer"]["figures"], [3.0, 2.0 * 15.0 / 13.0, 1.5, 1.0, -4.0], 1e-6);
     assert_eq!(told["answer"]["verdict"], "weaker", "{}", told["answer"]["sentence"]);
     let slope = &told["answer"]["figure_changes"]["profile_slope"];
     for (name, want) in [("before", 6.0), ("measured", 3.0), ("change", -3.0)] {

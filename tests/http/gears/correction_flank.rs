@@ -25,6 +25,18 @@ fn change(correction: &Value, name: &str) -> f64 {
     setting["change"].as_f64().unwrap()
 }
 
+/// The iteration of a file whose traces scatter by no more than the digits that they are written
+/// with: somebody has to say that its units are right.
+async fn imported(app: &TestApp, job: &str, content: Vec<u8>) -> Value {
+    let made = import(app, job, content, "1.mka", None).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let iteration = made.json();
+    let path = format!("{job}/iterations/{}", iteration["number"]);
+    let patched = send(app.client.patch(app.url(&path)).json(&json!({"accept_units": true}))).await;
+    assert_eq!(patched.status, 200, "{}", patched.text);
+    iteration
+}
+
 /// The file says which flank it is of: nobody has to say it again, and nobody can say otherwise.
 #[tokio::test]
 async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
@@ -34,9 +46,7 @@ async fn an_imported_flank_is_corrected_as_the_flank_that_it_is() {
     for left in [true, false] {
         let (flank, other) = if left { ("left", "right") } else { ("right", "left") };
         let job = job(&app, Some(spur())).await;
-        let made = import(&app, &job, file_of_flank(left, false, |_| true), "1.mka", None).await;
-        assert_eq!(made.status, 201, "{}", made.text);
-        let iteration = made.json();
+        let iteration = imported(&app, &job, file_of_flank(left, false, |_| true)).await;
         assert_eq!((&iteration["flank"], &iteration["tooth"]), (&json!(flank), &json!("1")));
         let lengths = iteration["axes"]["z"]["trace_lengths"].clone();
         let height =
@@ -78,9 +88,7 @@ async fn zeros_of_imported_traces_are_no_deviations() {
     let (mut coefficients, mut corrections) = (Vec::new(), Vec::new());
     for (number, moved) in [(1, false), (2, true)] {
         let file = file_with_zeros(|_| true, |k| if moved { zero(k) } else { 0.0 });
-        let made = import(&app, &job, file, "1.mka", None).await;
-        assert_eq!(made.status, 201, "{}", made.text);
-        let iteration = made.json();
+        let iteration = imported(&app, &job, file).await;
         assert!(iteration["note"].as_str().unwrap().contains("zero"), "{}", iteration["note"]);
         let fit = iteration["fits"][0]["result"]["coefficients"].as_array().unwrap().clone();
         coefficients.push(fit.iter().map(|c| c["least_squares"].as_f64().unwrap()).collect::<Vec<f64>>());
@@ -116,7 +124,7 @@ async fn zeros_of_imported_traces_are_no_deviations() {
     assert!(change(one, "helix_angle").abs() > 0.5, "{one}");
     // profiles alone say nothing of the helix
     let profiles = file_with_zeros(|trace| trace.profile, zero);
-    assert_eq!(import(&app, &job, profiles, "1.mka", None).await.status, 201);
+    imported(&app, &job, profiles).await;
     let made = correct(&app, &format!("{job}/iterations/3/correction"), &request).await;
     let undetermined = |name: &str| {
         made["settings"].as_array().unwrap().iter().find(|s| s["name"] == name).unwrap()["undetermined"].clone()

@@ -261,7 +261,8 @@ async fn traces_with_their_sections_tell_the_surface_of_their_flank() {
         assert_eq!((&found["tooth"], &found["flank"], &found["traces"]), (&json!("4"), &json!(flank), &json!(3)));
         for (name, truth) in [
             ("profile_slope_um", 10.0),
-            ("helix_slope_um", turned * -6.0),
+            // over the face width of 15 mm
+            ("helix_slope_um", turned * -6.0 * 15.0 / 13.0),
             ("profile_crowning_um", 4.0),
             ("helix_crowning_um", 7.0),
             ("twist_um", turned * 10.0),

@@ -6,6 +6,7 @@ use std::process::Command;
 use serde_json::{Value, json};
 
 use super::{
+    fit_figures::axes,
     import::{file, import, job},
     rexs_file::{Attribute, Model, array, matrix},
     spur, taken,
@@ -58,7 +59,7 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
     let place = format!("{}/iterations", job(&app, Some(spur())).await);
     let (u, v) = ([6.0, 8.0, 10.0, 12.0], [1.0, 4.0, 7.5, 11.0, 14.0]);
     let rows: Vec<Vec<f64>> = u.iter().map(|u| v.iter().map(|v| 3.0 * u - 2.0 * v).collect()).collect();
-    let nodes = json!({"nodes": {"type": "grid", "u": u, "v": v, "z": rows},
+    let nodes = json!({"nodes": {"type": "grid", "u": u, "v": v, "z": rows}, "flank": "left", "axes": axes(),
         "model": {"type": "polynomial", "degree": 2, "terms": "total"}});
     assert_eq!(send(app.post(&place, nodes.to_string())).await.status, 201);
     let mut request = examples("create_iteration_correction")[0].1.clone();

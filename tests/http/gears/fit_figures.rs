@@ -152,6 +152,8 @@ async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
     gear.as_object_mut().unwrap().remove("tip_diameter_mm");
     gear.as_object_mut().unwrap().remove("root_diameter_mm");
     let (profile, z, rows) = grid();
+    // on the flank of this gear, whose roll lengths are greater
+    let profile: Vec<f64> = profile.iter().map(|roll| roll + 3.4).collect();
     let surface = async |direction: Option<&str>| {
         let mut request = json!({"gear": gear, "flank": "right", "profile": profile, "z_mm": z, "deviation_um": rows});
         if let Some(direction) = direction {
@@ -176,7 +178,9 @@ async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
             requirements["direction"] = json!(direction);
         }
         let job = job(&app, json!({"name": "w", "gear": gear, "requirements": requirements})).await;
-        posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone()
+        let mut body = iteration();
+        body["nodes"]["u"] = json!(profile);
+        posted(&app, &format!("{job}/iterations"), &body).await.json()["fits"][0]["figures"].clone()
     };
     let limits = json!({"profile_slope_um": [-most, most]});
     let (along, across) = (figures(None, limits.clone()).await, figures(Some("transverse"), limits).await);
@@ -236,7 +240,11 @@ async fn a_class_that_bounds_nothing_is_left_aside_and_said_so() {
     gear["face_width_mm"] = json!(3.5);
     let requirements = json!({"tolerance_limits": {"class": 5, "profile_crowning_um": [0.0, 5.0]}});
     let job = job(&app, json!({"name": "w", "gear": gear, "requirements": requirements})).await;
-    let figures = posted(&app, &format!("{job}/iterations"), &iteration()).await.json()["fits"][0]["figures"].clone();
+    let mut body = iteration();
+    let z: Vec<f64> = grid().1.iter().map(|z| 0.25 * z).collect();
+    body["nodes"]["v"] = json!(z);
+    let figures = posted(&app, &format!("{job}/iterations"), &body).await.json()["fits"][0]["figures"].clone();
+    assert_eq!(figures["warnings"].as_array().map(Vec::len), Some(1), "{figures}");
     assert_eq!(figures["warnings"][0]["code"], "requirement_left_aside", "{figures}");
     assert!(figures["warnings"][0]["message"].as_str().unwrap().contains("face width"), "{figures}");
     assert_eq!((figures["profile_slope_um"].get("within"), figures["helix_slope_um"].get("within")), (None, None));

@@ -122,16 +122,35 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     // next to them the surface of the flank: 10 µm over the evaluated profile, 6 µm over 15 mm of
     // width
     let surface = &kept["result"]["surfaces"][0];
-    let over = kept["result"]["evaluation"]["helix_range_mm"].as_array().unwrap();
-    let width = over[1].as_f64().unwrap() - over[0].as_f64().unwrap();
     assert_eq!(surface["traces"], 6);
     assert!((surface["profile_slope_um"]["value"].as_f64().unwrap() - 10.0).abs() < 0.01, "{surface}");
-    assert!((surface["helix_slope_um"]["value"].as_f64().unwrap() - 0.4 * width).abs() < 0.01, "{surface}");
+    assert!((surface["helix_slope_um"]["value"].as_f64().unwrap() - 6.0).abs() < 0.01, "{surface}");
     // the same with words of the caller
     let spec = json!({"tooth": "1", "flank": "left", "note": "again",
         "evaluation": {"helix_range_mm": [1.0, 14.0], "helix_reference_length_mm": 7.5}});
     let again = import(&app, &job, file(false), "1.mka", Some(spec)).await;
     assert_eq!((again.status.as_u16(), &again.json()["note"]), (201, &json!("again")));
+    app.stop().await;
+}
+
+/// Known files have the rule 0: another one counts as its settings for total and form say, aloud.
+#[tokio::test]
+async fn an_unknown_rule_for_plus_material_is_told() {
+    let app = TestApp::start().await;
+    let text = String::from_utf8(file(false)).unwrap();
+    for (rule, taken, assumed) in [("0: 1: 0", "ignored", false), ("2: 1: 0", "total", true)] {
+        let job = job(&app, None).await;
+        let content = text.replace("PLMPR: 0: 1: 0", &format!("PLMPR: {rule}"));
+        assert!(content.contains(&format!("PLMPR: {rule}")), "{rule}");
+        let made = import(&app, &job, content.into_bytes(), "1.mka", None).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let records = send(app.get(&format!("{job}/iterations/1/records"))).await.json();
+        let id = records["items"][0]["id"].as_str().unwrap();
+        let result = send(app.get(&format!("{job}/iterations/1/records/{id}"))).await.json()["result"].clone();
+        assert_eq!(result["evaluation"]["profile_plus_material"], taken, "{}", result["evaluation"]);
+        let mut codes = result["warnings"].as_array().unwrap().iter().map(|warning| &warning["code"]);
+        assert_eq!(codes.any(|code| code == "plus_material_assumed"), assumed, "{}", result["warnings"]);
+    }
     app.stop().await;
 }
 
@@ -232,8 +251,15 @@ fn the_demonstration_takes_curves_of_a_tester() {
     };
     let (done, text) = run("1.mka", &file(true));
     assert!(done && text.contains("1.mka, left flank of tooth 1") && text.contains("samples of 6 traces"), "{text}");
-    // 10 µm over the evaluated profile, as they were put into the file
-    assert!(text.contains("profile slope f_Hα") && text.contains("helix slope f_Hβ"), "{text}");
+    // 10 µm over 5.552 mm of roll length and 6 µm over 15 mm of z, as they were put into the file: half
+    // of what of them lies between the outermost nodes
+    let coefficient = |term: &str| {
+        let row = text.lines().find(|line| line.split_whitespace().next() == Some(term)).unwrap();
+        row.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap()
+    };
+    close(coefficient("P1(u)"), 5.0 * 5.247 / 5.552, 1e-3);
+    close(coefficient("P1(v)"), 3.0 * 13.475 / 15.0, 1e-3);
+    assert!(text.contains("The decision is left to you"), "{text}");
     for (name, content, says) in
         [("2.mka", &b"hello"[..], "expected HEADER KS.MK.FILE"), ("3.rexs", b"<model>", "line")]
     {

@@ -377,7 +377,6 @@ async fn a_class_that_the_gear_has_none_of_is_left_aside_or_refused() {
     for (name, value, pointer) in [
         ("pitch_limits", json!({"class": 0}), "/pitch_limits/class"),
         ("pitch_limits", json!({"single_pitch_um": [1, 1]}), "/pitch_limits/single_pitch_um"),
-        ("pitch_limits", Value::Null, "/pitch_limits"),
         ("standard_uncertainty_um", json!({"runout": 0}), "/standard_uncertainty_um/runout"),
         ("standard_uncertainty_um", json!({"runout": -1}), "/standard_uncertainty_um/runout"),
         ("standard_uncertainty_um", json!({"f_p": 1}), "/standard_uncertainty_um/f_p"),
@@ -387,6 +386,10 @@ async fn a_class_that_the_gear_has_none_of_is_left_aside_or_refused() {
         refused[name] = value;
         assert_eq!(pointers(&app, "/v1/gears/pitch", &refused).await, [pointer]);
     }
+    // null is as absent
+    body["pitch_limits"] = Value::Null;
+    let answer = taken(&app, "/v1/gears/pitch", &body).await;
+    assert_eq!(answer["left"].get("single_pitch_within"), None, "{answer}");
 }
 
 #[tokio::test]

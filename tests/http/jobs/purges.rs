@@ -320,7 +320,8 @@ async fn nobodys_name_is_left_in_the_file() {
     let named = |k: usize| {
         let mut body = iteration();
         body["operator"] = json!(format!("Canary Bird the {k}th"));
-        body["note"] = json!("Canary".repeat(50));
+        // longer than a page of the file
+        body["note"] = json!("Canary€€€€".repeat(400));
         body
     };
     // beside others, so that pages are shared, split and filled anew

@@ -56,12 +56,19 @@ async fn a_prior_waits_for_noise() {
     });
     let opened = app.post(&format!("{job}/streams"), &asked).await.expect(201);
     let stream = opened.header("location").unwrap().to_owned();
-    for (sequence, code) in [(1, Some("too_few_nodes")), (2, Some("no_degrees_of_freedom")), (3, None)] {
+    for (sequence, code, at) in [
+        (1, "too_few_nodes", None),
+        (2, "no_degrees_of_freedom", None),
+        // there is a result then, which warns of what a stream keeps of its nodes
+        (3, "nodes_not_kept", Some("/result")),
+    ] {
         let nodes = json!({"type": "curve", "x": [sequence], "y": [sequence * sequence]});
         let block = json!({"sequence": sequence, "nodes": nodes});
         let answer = app.post(&format!("{stream}/nodes"), &block).await.expect(200).json();
-        assert_eq!(answer["warnings"][0]["code"].as_str(), code, "{answer}");
-        assert_eq!(answer.get("result").is_some(), code.is_none(), "{answer}");
+        let warnings = answer["warnings"].as_array().unwrap();
+        assert_eq!(warnings.len(), 1, "{answer}");
+        assert_eq!((warnings[0]["code"].as_str(), warnings[0]["at"].as_str()), (Some(code), at), "{answer}");
+        assert_eq!(answer.get("result").is_some(), at.is_some(), "{answer}");
     }
 }
 

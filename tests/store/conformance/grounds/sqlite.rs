@@ -71,6 +71,14 @@ impl Ground for Sqlite {
         Box::pin(async {})
     }
 
+    fn again(&self, table: &str) -> String {
+        // `sort_name` is generated
+        const JOBS: &str = "seq, id, name, part_number, serial_number, machine, gear, tags, version, created_at, \
+            updated_at, tenant, changed_at, iteration_count, status, folded, purged_at, requirements, class";
+        let (into, from) = if table == "jobs" { (format!("({JOBS})"), JOBS) } else { (String::new(), "*") };
+        format!("DELETE FROM {table}; INSERT INTO {table} {into} SELECT {from} FROM kept_{table}")
+    }
+
     fn refusal(&self, sql: &'static str) -> Soon<'_, Option<String>> {
         Box::pin(async move {
             let mut own = self.place.connect().await;
