@@ -251,8 +251,8 @@ fn the_demonstration_takes_curves_of_a_tester() {
     };
     let (done, text) = run("1.mka", &file(true));
     assert!(done && text.contains("1.mka, left flank of tooth 1") && text.contains("samples of 6 traces"), "{text}");
-    // 10 µm over 5.552 mm of roll length and 6 µm over 15 mm of z, as they were put into the file: half
-    // of what of them lies between the outermost nodes
+    // half of 10 µm over 5.552 mm of roll length and of 6 µm over 15 mm of z, as they were put into
+    // the file, each by its share between the outermost nodes
     let coefficient = |term: &str| {
         let row = text.lines().find(|line| line.split_whitespace().next() == Some(term)).unwrap();
         row.split_whitespace().nth(1).unwrap().parse::<f64>().unwrap()

@@ -166,6 +166,24 @@ pub async fn send(request: RequestBuilder) -> Answer {
     Answer { status: response.status(), headers: response.headers().clone(), text: response.text().await.unwrap() }
 }
 
+/// A part of an answer, as it is answered by itself: with its own list of what was gathered from
+/// it.
+pub fn alone(answer: &Value, part: &str) -> Value {
+    let mut alone = answer.pointer(part).unwrap().clone();
+    let of_part = |warning: &Value| {
+        let at = warning["at"].as_str()?.strip_prefix(part).filter(|rest| rest.starts_with('/'))?.to_owned();
+        let mut warning = warning.clone();
+        warning["at"] = at.into();
+        Some(warning)
+    };
+    let gathered: Vec<Value> = answer["warnings"].as_array().unwrap().iter().filter_map(of_part).collect();
+    if !gathered.is_empty() {
+        assert_eq!(alone.get("warnings"), None);
+        alone["warnings"] = gathered.into();
+    }
+    alone
+}
+
 /// A flank grid: a plane, some waviness, one missing node.
 pub fn nodes() -> Value {
     let u: Vec<f64> = (0..9).map(|i| 30.0 + 0.5 * f64::from(i)).collect();

@@ -13,7 +13,7 @@ use serde_json::{Value, json};
 use sqlx::{ConnectOptions, Connection, sqlite::SqliteConnectOptions};
 use tokio::sync::Notify;
 
-use super::app::{iteration, send};
+use super::app::{alone, iteration, send};
 use crate::database::{self, in_file};
 
 const ROUNDS: usize = 12;
@@ -249,9 +249,9 @@ async fn check(client: &Client, base: &str, job: &str, answered: &[Value], check
     assert!(iterations.len() >= answered.len());
     for told in &answered[*checked..] {
         let number = told["number"].as_u64().unwrap();
-        let fit = &told["fits"][0];
+        let fit = alone(told, "/fits/0");
         let place = format!("{base}{job}/iterations/{number}/fits/{}", fit["id"].as_str().unwrap());
-        assert_eq!(send(client.get(place)).await.expect(200).json(), *fit);
+        assert_eq!(send(client.get(place)).await.expect(200).json(), fit);
     }
     *checked = answered.len();
 }

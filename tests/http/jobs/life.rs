@@ -1,6 +1,6 @@
 //! The whole life of a job, with a restart in the middle of it.
 
-use super::app::{TestApp, iteration, nodes, send};
+use super::app::{TestApp, alone, iteration, nodes, send};
 use flankfit::api::jobs::{
     iterations::{IterationBody, IterationFitBody, NewIterationBody},
     job::JobBody,
@@ -35,6 +35,30 @@ fn check_traced(told: &Value, first: &Value, second: &Value) {
     assert_eq!(told["decisions"][0]["decision"], "remachine");
 }
 
+/// What is seen of an iteration at `place` that was just created, which was answered with
+/// `created`, read as `first`: its fit by its figures, and the fit itself in full, byte for byte.
+async fn check_seen(app: &TestApp, place: &str, created: &str, first: &Value) {
+    let seen = app.get(place).await.expect(200);
+    let body: IterationBody = serde_json::from_str(&seen.text).unwrap();
+    assert_eq!(serde_json::to_value(body).unwrap(), seen.json());
+    let mut named = seen.json();
+    let figures = named["fits"][0].take();
+    named["fits"][0] = first["fits"][0].clone();
+    // what the fit's result warns of is told where the result is
+    let mut without_result = first.clone();
+    let of_result = |warning: &Value| warning["at"].as_str().unwrap().starts_with("/fits/0/result");
+    without_result["warnings"].as_array_mut().unwrap().retain(|warning| !of_result(warning));
+    assert_ne!(without_result, *first);
+    assert_eq!(named, without_result);
+    assert_eq!(figures.get("result"), None);
+    assert_eq!(figures["rms"], first["fits"][0]["result"]["residuals"]["rms"]);
+    let fit = format!("{place}/fits/{}", first["fits"][0]["id"].as_str().unwrap());
+    let full = app.get(&fit).await.expect(200);
+    assert_eq!(full.json(), alone(first, "/fits/0"));
+    let (text, _) = full.text.rsplit_once(r#","warnings":["#).unwrap();
+    assert!(created.contains(&format!("{text}}}")), "{}", full.text);
+}
+
 #[tokio::test]
 async fn a_job_from_creation_to_acceptance() {
     let mut app = TestApp::start().await;
@@ -67,20 +91,7 @@ async fn a_job_from_creation_to_acceptance() {
     assert_eq!(serde_json::to_value(body).unwrap(), first);
     assert_eq!(first["measured_at"], "2026-11-21T08:30:00.000000Z");
     let place = format!("{job}/iterations/1");
-    // Looked at again it names its fit by its figures; the fit itself is answered in full, byte for
-    // byte.
-    let seen = app.get(&place).await.expect(200);
-    let body: IterationBody = serde_json::from_str(&seen.text).unwrap();
-    assert_eq!(serde_json::to_value(body).unwrap(), seen.json());
-    let mut named = seen.json();
-    let figures = named["fits"][0].take();
-    named["fits"][0] = first["fits"][0].clone();
-    assert_eq!(named, first);
-    assert_eq!(figures.get("result"), None);
-    assert_eq!(figures["rms"], first["fits"][0]["result"]["residuals"]["rms"]);
-    let fit = format!("{place}/fits/{}", first["fits"][0]["id"].as_str().unwrap());
-    let full = app.get(&fit).await.expect(200);
-    assert!(created_text.contains(&full.text), "{}", full.text);
+    check_seen(&app, &place, &created_text, &first).await;
     // The stored answer is the one that POST /v1/fits gives.
     let mut plain = iteration();
     for extra in ["measured_at", "instrument", "operator", "note"] {

@@ -6919,7 +6919,10 @@ export interface components {
         /** @description What was known of an iteration's nodes. */
         KnownMeasurand: {
             flank?: components["schemas"]["FlankSide"];
-            /** @example 1 */
+            /**
+             * @description The tooth that was measured, as on traces: its number from 1, or a name.
+             * @example 1
+             */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
             /** @description Whether the units were said to be right, however implausible. */
@@ -7495,7 +7498,10 @@ export interface components {
         /** @description What is known of an iteration's nodes from a change on, and what was before. */
         MeasurandChange: {
             flank?: components["schemas"]["FlankSide"];
-            /** @example 1 */
+            /**
+             * @description The tooth that was measured, as on traces: its number from 1, or a name.
+             * @example 1
+             */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
             /** @description Whether the units were said to be right, however implausible. */

@@ -29,7 +29,11 @@ test("tables are grids where every u meets every v; bad cells are named by line 
   assert.deepEqual([...(content.surface?.z ?? [])], [2, Number.NaN, Number.NaN, 4]);
   assert.equal(read("b.csv", "u,v,z\n1,1,2\n1,2,3\n2,1.5,3\n").form, "scattered");
   assert.equal(read("c.csv", "x,y\n1,2\n2,3\n").form, "curve");
-  assert.deepEqual(specOf(EMPTY, read("c.csv", "x,y\n1,2\n"))["model"], { type: "polynomial", degree: 2, basis: "legendre" });
+  assert.deepEqual(specOf(EMPTY, read("c.csv", "x,y\n1,2\n"))["model"], {
+    type: "polynomial",
+    degree: 2,
+    basis: "legendre",
+  });
 });
 
 test("other files are known by what is in them", () => {

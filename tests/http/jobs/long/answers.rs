@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use super::{begun, kinds::example, later, once, result, same, slow_iteration, study, trimmed};
 use crate::jobs::{
-    app::{Answer, TestApp, iteration, send},
+    app::{Answer, TestApp, alone, iteration, send},
     events::Listener,
 };
 
@@ -31,9 +31,9 @@ async fn what_is_stored_is_there_when_the_operation_has_ended() {
     assert_eq!(told.iter().filter(|one| **one == ("operation", Some("succeeded"))).count(), 1, "{events:?}");
     assert!(events.iter().filter(|event| event.1 == "operation").all(|event| event.2["operation_id"] == id));
     // the stored fit is the one that was answered, and can be computed again
-    let fit = &made.json()["fits"][0];
+    let fit = alone(&made.json(), "/fits/0");
     let place = format!("{job}/iterations/1/fits/{}", fit["id"].as_str().unwrap());
-    assert_eq!(app.get(&place).await.expect(200).json(), *fit);
+    assert_eq!(app.get(&place).await.expect(200).json(), fit);
     assert_eq!(app.post(&format!("{place}/replay"), &json!({})).await.expect(200).json()["identical"], true);
     let refit = json!({"model": {"type": "polynomial", "degree": [3, 3]}, "estimator": {"type": "lp", "p": 1.5}});
     let operation = begun(later(&app, &format!("{job}/iterations/1/fits"), &refit)).await;

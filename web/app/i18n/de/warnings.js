@@ -15,8 +15,7 @@ export default {
     "Die wahrscheinlichste Korrelation der Nachbarn liegt am Rand des durchsuchten Bereichs und ist keine Schätzung.",
   criterion_unavailable: "Das Kriterium braucht σ; stattdessen gelten die kleinsten Quadrate.",
   dependent_columns: "Bei einzelnen Stufen hängen die Spalten voneinander ab; was es dort nicht gibt, fehlt.",
-  lambda_at_limit:
-    "Das Kriterium hat im durchsuchten Bereich kein Minimum; die Antwort gilt am Ende des Bereichs.",
+  lambda_at_limit: "Das Kriterium hat im durchsuchten Bereich kein Minimum; die Antwort gilt am Ende des Bereichs.",
   discrepancy_not_reached: "Die Residuen bleiben immer unter dem Rauschen; die Antwort ist der größte Wert.",
   empty_spans: "In einzelnen Zellen liegen keine Knoten: Dort folgt die Fläche ihren Nachbarn.",
   exact_fit: "Viele Knoten liegen genau auf einer Fläche: Die Streuung ist 0, Standardabweichungen gibt es nicht.",
