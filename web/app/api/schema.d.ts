@@ -1487,8 +1487,8 @@ export interface paths {
         put?: never;
         /**
          * Creates a tenant, with its first key.
-         * @description The key has the role `admin`; with it the tenant makes its own. A server that asks for no key yet
-         *     takes an administrator's key (`POST /v1/keys`) before the first tenant.
+         * @description The key has the role `admin`; with it the tenant makes its own. A server that asks for no key
+         *     yet takes an administrator's key (`POST /v1/keys`) before the first tenant.
          */
         post: operations["create_tenant"];
         delete?: never;
@@ -1910,8 +1910,8 @@ export interface components {
         /** @description What the numbers of an axis mean. */
         Axis: {
             /**
-             * @description `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`, `deviation`,
-             *     or a word of your own.
+             * @description `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`,
+             *     `deviation`, or a word of your own.
              * @example deviation
              */
             quantity: string;

@@ -7,7 +7,6 @@ pub mod figures;
 pub mod include;
 pub mod iteration_nodes;
 mod kept_result;
-mod kept_result;
 pub mod predicted;
 pub mod request;
 pub mod result;
