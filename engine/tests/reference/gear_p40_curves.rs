@@ -81,8 +81,11 @@ fn side(value: &Value) -> Option<Side> {
     }
 }
 
+/// Reads a figure off an evaluated trace.
+type OfTrace = fn(&Evaluated) -> f64;
+
 /// A figure of traces: slope, form or total.
-fn figure(quantity: &str) -> Option<(Kind, fn(&Evaluated) -> f64)> {
+fn figure(quantity: &str) -> Option<(Kind, OfTrace)> {
     let slope: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").slope;
     let form: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").form;
     let total: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").total;
