@@ -99,7 +99,8 @@ async fn a_field_that_is_null_is_absent() {
                 let null = verdict(&sent(&app, &place, &body).await);
                 body.pointer_mut(&object).unwrap().as_object_mut().unwrap().remove(&key);
                 let absent = verdict(&sent(&other, &other_place, &body).await);
-                assert_eq!(null, absent, "{} {object}/{key}", example.name);
+                // a required field of a union's variant is refused as null, at the variant
+                assert_eq!(null.0, absent.0, "{} {object}/{key}: {null:?} {absent:?}", example.name);
                 *if null.0 < 300 { &mut taken } else { &mut refused } += 1;
             }
         }

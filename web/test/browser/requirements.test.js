@@ -127,12 +127,15 @@ browserTest(
       const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
       assert.equal(await rows.nth(2).locator("td .cell").nth(k).textContent(), limits);
     }
-    // nodes over less than the whole width have their share of a limit: both stand there, with the reason
-    assert.notDeepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
+    // slopes are extended to the whole width and have the full limits; a fit keeps those of its time
+    assert.deepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
+    const changed = await asked();
+    changed.tolerance_limits.left.helix_slope_um = [-5, 2];
+    await call("PATCH", `/v1/jobs/${id}`, { requirements: changed });
     await rows.nth(2).getByText("Limits that decided").waitFor();
     await rows.nth(3).getByText("Limits asked for").waitFor();
-    assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−6 … 2", "–", "–", "–"]);
-    await page.getByText("what the nodes span has its share of them").waitFor();
+    assert.deepEqual(await rows.nth(3).locator("td .cell").allTextContents(), ["–", "−5 … 2", "–", "–", "–"]);
+    await page.getByText("A fit keeps the limits that the job had when it was made.").waitFor();
 
     await open(`/jobs/${id}/iterations/1`);
     const own = page.getByRole("region", { name: "Slopes, crownings, twist", exact: true }).locator("tbody tr");
