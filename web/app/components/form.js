@@ -80,7 +80,8 @@ export function TextField({
 
 /**
  * One of a few values.
- * @param {FieldProps & { value: string, onChange: (value: string) => void, options: readonly { value: string, label: Children }[] }} props
+ * @param {FieldProps & { value: string, onChange: (value: string) => void, options: readonly { value: string, label: Children, verbatim?: boolean }[] }} props
+ * An option that is `verbatim` is the same in every language, as a unit is.
  */
 export function SelectField({ value, onChange, options, ...field }) {
   return h(Field, {
@@ -88,7 +89,7 @@ export function SelectField({ value, onChange, options, ...field }) {
     control: ({ id, describedBy, invalid }) =>
       html`<select id=${id} value=${value} aria-describedby=${describedBy} aria-invalid=${invalid ? "true" : undefined}
         onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLSelectElement>} */ event) => onChange(event.currentTarget.value)}>
-        ${options.map((option) => html`<option key=${option.value} value=${option.value}>${option.label}</option>`)}
+        ${options.map((option) => html`<option key=${option.value} value=${option.value} translate=${option.verbatim ? "no" : undefined}>${option.label}</option>`)}
       </select>`,
   });
 }

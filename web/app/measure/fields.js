@@ -37,7 +37,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
       label,
       required: true,
       value: typed[key],
-      options: options.map(([value, words]) => ({ value, label: words })),
+      options: options.map(([value, words]) => ({ value, label: words, verbatim: /^[µn]?m{1,2}$/.test(words) })),
       onChange: (value) => change({ [key]: value }),
       error,
       ...more,

@@ -267,7 +267,8 @@ for (const [lang, words] of /** @type {const} */ ([
     await open(`/jobs/${id}/report?parts=pitch,warnings&lang=${lang}`);
     const f = formats(lang);
     const { pages } = await printed(world);
-    const [first = ""] = pages;
+    // the charts fill a page, the tables follow
+    const first = pages.join(" ");
     holds(first, [words.title, words.single, words.outside]);
     // how wide the space about the dots is, is the font's
     const tight = first.replaceAll(" … ", "…");
