@@ -63,8 +63,8 @@ $$;
 CREATE TRIGGER sort_name_of_jobs BEFORE INSERT OR UPDATE OF folded, name ON jobs FOR EACH ROW EXECUTE FUNCTION note_sort_name();
 
 CREATE INDEX jobs_by_name ON jobs (tenant, sort_name, id);
-CREATE INDEX jobs_by_machine ON jobs (tenant, machine, changed_at, id) WHERE machine IS NOT NULL;
-CREATE INDEX jobs_by_part ON jobs (tenant, part_number, changed_at, id) WHERE part_number IS NOT NULL;
+CREATE INDEX jobs_by_machine ON jobs (tenant, left(machine, 400), changed_at, id) WHERE machine IS NOT NULL;
+CREATE INDEX jobs_by_part ON jobs (tenant, left(part_number, 400), changed_at, id) WHERE part_number IS NOT NULL;
 CREATE INDEX jobs_by_class ON jobs (tenant, class, changed_at, id) WHERE class IS NOT NULL;
 DROP INDEX jobs_by_status;
 CREATE INDEX jobs_by_status ON jobs (tenant, status, changed_at, id);

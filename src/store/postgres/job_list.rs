@@ -85,6 +85,12 @@ fn page(begin: &str, caller: &Caller, query: &JobQuery, few: Option<&Parts>) -> 
             sql.push(condition).push_bind(value);
         }
     }
+    // an index holds no more of them
+    for (column, value) in [("machine", machine), ("part_number", part_number)] {
+        if let Some(value) = value {
+            sql.push(format!(" AND left({column}, 400) = left(")).push_bind(value.clone()).push(", 400)");
+        }
+    }
     if let Some(from) = from {
         sql.push(" AND changed_at >= ").push_bind(stamp(*from));
     }
