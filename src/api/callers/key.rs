@@ -305,7 +305,7 @@ mod tests {
             read::<RotationBody>(body.as_bytes(), None).map(|body| body.overlap_seconds)
         };
         assert_eq!([overlap("0").unwrap(), overlap("2592000").unwrap()], [0, 2_592_000]);
-        for wrong in ["-1", "2592001", "4294967296", "0.5", "1e999", "true", r#""60""#, "null"] {
+        for wrong in ["-1", "2592001", "4294967296", "0.5", "1e999", "true", r#""60""#] {
             let fault = overlap(wrong).unwrap_err().into_fault();
             assert_eq!(fault.pointer, "/overlap_seconds");
             let told = fault.detail.starts_with("expected a whole number from 0 to 2592000 (30 days), found");

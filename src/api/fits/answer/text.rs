@@ -40,7 +40,7 @@ fn room(result: &FitResult, include: Include) -> usize {
         + robust.as_ref().filter(|_| include.robust_weights).map_or(0, |report| report.weights.len())
         + matrix_b.as_ref().map_or(0, |rows| rows.len() * n);
     let squares = (3 * usize::from(include.collinearity) + usize::from(include.covariance)) * n * n;
-    4096 + 22 * (squares + 34 * n + values)
+    4096 + 22 * (squares + 40 * n + values)
 }
 
 #[cfg(test)]
