@@ -195,6 +195,8 @@ pub enum Common {
     Nodes,
     /// All of a trace.
     NodesOfTrace,
+    /// All of one of several flanks.
+    NodesOfFlank,
 }
 
 impl fmt::Display for Common {
@@ -202,6 +204,7 @@ impl fmt::Display for Common {
         f.write_str(match self {
             Common::Nodes => "all nodes",
             Common::NodesOfTrace => "all nodes of a trace",
+            Common::NodesOfFlank => "all nodes of a flank",
         })
     }
 }

@@ -1,6 +1,8 @@
 //! Predicted beside measured: whether the machine answered as predicted.
 
-use flankfit_engine::gear::correction::{Answer, Comparison, Correction, CorrectionSpec, Noise, Verdict, compare};
+use flankfit_engine::gear::correction::{
+    Answer, Comparison, Correction, CorrectionSpec, Noise, Scatter, Verdict, compare,
+};
 use flankfit_engine::gear::simulation::{Simulation, Strategy, case, run};
 use flankfit_engine::gear::{
     Refused,
@@ -85,6 +87,7 @@ fn one_setting(sigma: f64, response_uncertainty: f64, came: f64) -> Answer {
         response_uncertainty,
         absolute: true,
         traces: None,
+        scatter: Scatter::default(),
     })
     .unwrap()
 }
@@ -131,6 +134,7 @@ fn the_noise_of_the_first_measurement_is_taken_out() {
             response_uncertainty: 0.0,
             absolute: true,
             traces: None,
+            scatter: Scatter::default(),
         })
         .unwrap()
     };
@@ -161,6 +165,7 @@ fn a_column_that_is_off_within_the_uncertainty_is_no_other_machine() {
             response_uncertainty: 0.05,
             absolute: true,
             traces: None,
+            scatter: Scatter::default(),
         })
         .unwrap()
     };
@@ -191,6 +196,7 @@ fn numbers_are_those_of_their_definitions() {
         response_uncertainty: 0.0,
         absolute: true,
         traces: None,
+        scatter: Scatter::default(),
     })
     .unwrap();
     let close = |got: f64, want: f64| assert!((got - want).abs() < 1e-9, "{got} is not {want}");
@@ -238,6 +244,7 @@ fn nothing_predicted_has_no_ratio_and_faults_have_their_places() {
         response_uncertainty: 0.02,
         absolute: true,
         traces: None,
+        scatter: Scatter::default(),
     };
     let told = compare(&still).unwrap();
     assert_eq!((told.verdict, told.response_ratio), (Verdict::Different, None));
@@ -284,6 +291,7 @@ fn without_a_datum_means_do_not_matter() {
             response_uncertainty: 0.02,
             absolute: false,
             traces: None,
+            scatter: Scatter::default(),
         })
         .unwrap()
     };

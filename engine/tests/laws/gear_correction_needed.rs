@@ -12,9 +12,9 @@ use flankfit_engine::gear::{
 
 use crate::oracle::random::Random;
 
-const ROWS: usize = 5;
-const COLUMNS: usize = 9;
-const NEEDED: SettingsUsed = SettingsUsed::Needed { keep_within: DEFAULT_KEEP_WITHIN };
+pub const ROWS: usize = 5;
+pub const COLUMNS: usize = 9;
+pub const NEEDED: SettingsUsed = SettingsUsed::Needed { keep_within: DEFAULT_KEEP_WITHIN };
 
 pub fn helical() -> Gear {
     let data = GearData { helix_angle: 20f64.to_radians(), hand: Hand::Right, ..GearData::spur(37, 2.0) };
@@ -36,7 +36,7 @@ pub fn flank(gear: Gear, side: Side) -> Flank {
 
 /// The settings of generating grinding on one flank, without the offset of the tool, which does the
 /// same as the thickness there: names and a matrix whose columns move the flank by 1 µm at most.
-fn six_settings(flank: &Flank) -> (Vec<Setting>, Vec<f64>) {
+pub fn six_settings(flank: &Flank) -> (Vec<Setting>, Vec<f64>) {
     let found = Machine::GeneratingGrinding.sensitivity(&flank.gear, &flank.places, flank.ranges).unwrap();
     let all = found.settings.len();
     let settings: Vec<Setting> = found.settings[..6].to_vec();

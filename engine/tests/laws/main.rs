@@ -34,6 +34,7 @@ mod gear_correction_loop;
 mod gear_correction_machine;
 mod gear_correction_needed;
 mod gear_correction_target;
+mod gear_correction_teeth;
 mod gear_correction_traces;
 mod gear_correction_verdict;
 mod gear_evaluation;

@@ -5,6 +5,7 @@ use super::{
     figures::{HeldFigure, MEAN},
     machine::{FlankNode, Ranges},
     problem::CorrectionSpec,
+    scatter::Scatter,
 };
 use crate::{
     estimation::{FitSpec, spec::Model},
@@ -191,7 +192,7 @@ impl Flank {
         let defined = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (0..nodes).map(|k| if deviation[k].is_nan() { f64::NAN } else { of(k) }).collect()
         };
-        let measured = self.estimated_figures(deviation, weight)?;
+        let measured = self.scattered_figures(deviation, weight, &spec.scatter)?;
         let target = defined(&|k| spec.target.as_ref().map_or(0.0, |target| target[k]));
         let moved: Vec<Vec<f64>> = (0..columns).map(|j| defined(&|k| spec.sensitivity[k * columns + j])).collect();
         let of_moved: Option<Vec<FlankFigures>> = moved.iter().map(|column| self.figures(column, weight)).collect();
@@ -223,6 +224,28 @@ impl Flank {
             });
         }
         Some(held)
+    }
+
+    /// The figures with the greater of their standard errors by noise and by the scatter of teeth.
+    pub fn scattered_figures(
+        &self,
+        deviation: &[f64],
+        weight: Option<&[f64]>,
+        scatter: &Scatter,
+    ) -> Option<FlankFigures<EstimatedFigure>> {
+        let measured = self.estimated_figures(deviation, weight)?;
+        let mut squares: Option<FlankFigures> = None;
+        for column in &scatter.columns {
+            let defined = column.iter().zip(deviation).map(|(e, d)| if d.is_nan() { f64::NAN } else { *e });
+            let figures = self.figures(&defined.collect::<Vec<f64>>(), weight)?.map(|x| x * x);
+            squares = Some(squares.map_or(figures, |sums| sums.zip(figures).map(|(sum, square)| sum + square)));
+        }
+        let greater = |(figure, square): (EstimatedFigure, f64)| match figure.std_error {
+            Some(error) if error >= square.sqrt() => figure,
+            None if square == 0.0 => figure,
+            _ => EstimatedFigure::new(figure.value, Some(square.sqrt()), scatter.freedom, 1.0),
+        };
+        Some(squares.map_or(measured, |squares| measured.zip(squares).map(greater)))
     }
 
     /// The surface, at each node, on which each figure is 1 and the others are 0.

@@ -139,6 +139,21 @@ impl<'a> Gain<'a> {
         self.correction.counted().iter().map(of).sum()
     }
 
+    /// Standard errors of the free settings, in their units, by the scatter of teeth.
+    pub(crate) fn scatter(&self) -> Vec<f64> {
+        let mut variance = vec![0.0; self.free.len()];
+        for column in &self.correction.asked().scatter.columns {
+            let mut along = vec![0.0; self.free.len()];
+            for &k in self.correction.counted().iter().asking(self.free.len()) {
+                let root = self.correction.weight(k).sqrt();
+                along.iter_mut().zip(self.row(k)).for_each(|(sum, x)| *sum += root * column[k] * x);
+            }
+            let moved = self.back(&self.along(&along));
+            variance.iter_mut().zip(moved).for_each(|(sum, x)| *sum += x * x);
+        }
+        variance.iter().zip(&self.scale).map(|(variance, scale)| variance.sqrt() / scale).collect()
+    }
+
     /// Errors of the free settings for the changes `change` of all; `misfit` is the share of the
     /// remaining deviations that is no noise.
     pub(crate) fn errors(&self, change: &[f64], misfit: f64) -> Errors {

@@ -17,6 +17,7 @@
 //! * `limits`: settings that may not go as far as they should;
 //! * `rounding`: settings that the control sets in steps;
 //! * [`solution`]: the answer, `notices`: what is to be said of it;
+//! * [`teeth`]: the mean of a flank over several teeth;
 //! * [`mod@compare`]: predicted beside measured;
 //! * [`machine`]: J of cylindrical gear grinding.
 
@@ -33,7 +34,9 @@ pub mod needed;
 mod notices;
 pub mod problem;
 mod rounding;
+mod scatter;
 pub mod solution;
+pub mod teeth;
 
 pub use compare::{Answer, Comparison, FigureChange, Verdict, compare, compare_figures};
 pub use damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping, Trust};
@@ -42,4 +45,6 @@ pub use flank::Flank;
 pub use limits::Limit;
 pub use needed::{DEFAULT_KEEP_WITHIN, LeftAlone};
 pub use problem::{Correction, CorrectionSpec, ResponseErrors, Setting, SettingsUsed};
+pub use scatter::Scatter;
 pub use solution::{Change, Indistinguishable, Noise, Predicted, Solution};
+pub use teeth::TeethMean;

@@ -7,7 +7,8 @@
 //! decision on conformity, and where
 //!
 //! * its removal adds less than 9σ² to the sum of squares of the step before: the change is *not
-//!   distinguishable* from none (three standard errors of the setting given the others), or
+//!   distinguishable* from none (three standard errors of the setting given the others; of means
+//!   over teeth the standard error by their scatter, where that is greater), or
 //! * every figure that it moves stays, with its guard band, within the middle share of its limits:
 //!   there is nothing to correct.
 //!
@@ -55,7 +56,7 @@ pub(super) fn left_alone(
     keep_within: f64,
 ) -> Option<Vec<Option<LeftAlone>>> {
     let asked = correction.asked();
-    let reduced = Reduced::of(correction, held);
+    let reduced = Reduced::of(correction, held, sigma);
     let mut kept: Vec<usize> = (0..correction.open.len()).collect();
     let mut left = vec![None; asked.settings.len()];
     let mut step = reduced.solve(&kept)?;
@@ -115,6 +116,8 @@ struct Reduced<'a> {
     scale: Vec<f64>,
     r: DMatrix<f64>,
     qty: DVector<f64>,
+    /// What the scatter of teeth is there, σ = 1.
+    scatter: Vec<DVector<f64>>,
 }
 
 /// Least squares of some of the settings.
@@ -126,7 +129,7 @@ struct Step {
 }
 
 impl<'a> Reduced<'a> {
-    fn of(correction: &'a Correction, held: &'a [f64]) -> Self {
+    fn of(correction: &'a Correction, held: &'a [f64], sigma: Option<f64>) -> Self {
         let (rows, n) = (correction.counted().len(), correction.open.len());
         let (mut columns, mut heights) = (DMatrix::zeros(rows, n), DVector::zeros(rows));
         for (i, &k) in correction.counted().iter().enumerate().asking(n) {
@@ -140,8 +143,15 @@ impl<'a> Reduced<'a> {
         for (mut column, scale) in columns.column_iter_mut().zip(&scale) {
             column /= *scale;
         }
+        let whitened = |column: &Vec<f64>| {
+            let sigma = sigma.filter(|sigma| *sigma > 0.0)?;
+            let node = |&k: &usize| correction.weight(k).sqrt() * column[k] / sigma;
+            Some(DVector::from_iterator(rows, correction.counted().iter().map(node)))
+        };
+        let scatter = correction.asked().scatter.columns.iter().filter_map(whitened);
+        let scatter = scatter.map(|column| qr_with_rhs(columns.clone(), column).qty).collect();
         let found = qr_with_rhs(columns, heights);
-        Reduced { correction, held, scale, r: found.r, qty: found.qty }
+        Reduced { correction, held, scale, r: found.r, qty: found.qty, scatter }
     }
 
     /// The changes of least norm where the nodes do not tell all of the settings `kept`; `None`
@@ -155,12 +165,21 @@ impl<'a> Reduced<'a> {
         let parts = svd(found.r)?;
         let least = RANK * parts.sigma.last()?;
         let (told, lost): (Vec<usize>, Vec<usize>) = (0..n).partition(|&i| parts.sigma[i] > least);
-        let along: Vec<f64> =
-            told.iter().map(|&i| parts.us.column(i).dot(&found.qty) / (parts.sigma[i] * parts.sigma[i])).collect();
+        let along = |qty: &DVector<f64>| -> Vec<f64> {
+            told.iter().map(|&i| parts.us.column(i).dot(qty) / (parts.sigma[i] * parts.sigma[i])).collect()
+        };
+        let of_scatter: Vec<Vec<f64>> = self
+            .scatter
+            .iter()
+            .map(|column| along(&qr_with_rhs(self.r.select_columns(kept), column.clone()).qty))
+            .collect();
+        let along = along(&found.qty);
         let mut cost = Vec::with_capacity(n);
         for (j, &place) in kept.iter().enumerate() {
-            let x: f64 = told.iter().zip(&along).map(|(&i, a)| parts.v[(j, i)] * a).sum();
-            let variance: f64 = told.iter().map(|&i| (parts.v[(j, i)] / parts.sigma[i]).powi(2)).sum();
+            let entry = |along: &[f64]| told.iter().zip(along).map(|(&i, a)| parts.v[(j, i)] * a).sum::<f64>();
+            let x = entry(&along);
+            let noise: f64 = told.iter().map(|&i| (parts.v[(j, i)] / parts.sigma[i]).powi(2)).sum();
+            let variance = noise.max(of_scatter.iter().map(|along| entry(along).powi(2)).sum());
             // what others do as well costs nothing
             let replaced = lost.iter().any(|&i| parts.v[(j, i)].abs() > RANK.sqrt());
             cost.push(if replaced { 0.0 } else { x * x / variance });

@@ -56,7 +56,11 @@ impl Correction {
             [min, max, increment].iter().any(|limit| limit.is_some())
         };
         let unused: Vec<usize> = staying.iter().copied().filter(limited).collect();
-        let common = if self.asked.traces.is_some() { Common::NodesOfTrace } else { Common::Nodes };
+        let common = match self.asked.traces {
+            Some(_) if self.asked.flank_zeros => Common::NodesOfFlank,
+            Some(_) => Common::NodesOfTrace,
+            None => Common::Nodes,
+        };
         warn(staying, &|settings| Warning::UndeterminedSettings { settings, common });
         warn(moved, &Warning::UndeterminedSettingsMoved);
         warn(unused, &Warning::LimitsWithoutEffect);

@@ -6,6 +6,7 @@ use super::{
     damping::{DEFAULT_RESPONSE_UNCERTAINTY, Damping},
     fault::{CorrectionFaults, CorrectionField, CorrectionReason, Left, LimitField, MOST_ENTRIES, MOST_SETTINGS},
     figures::HeldFigure,
+    scatter::Scatter,
 };
 use crate::{
     estimation::spec::{Include, Scaling},
@@ -117,6 +118,10 @@ pub struct CorrectionSpec {
     /// Without a datum: the trace that each node belongs to, where every trace has a zero of its
     /// own. What the nodes of a trace have in common is left aside then.
     pub traces: Option<Vec<usize>>,
+    /// Whether the zeros of `traces` are those of whole flanks.
+    pub flank_zeros: bool,
+    /// Errors of the deviations that are means over teeth.
+    pub scatter: Scatter,
     /// Which settings are changed.
     pub used: SettingsUsed,
     /// Figures of the flanks that the nodes lie on, of which [`SettingsUsed::Needed`] keeps those
@@ -143,6 +148,8 @@ impl CorrectionSpec {
             response_errors: ResponseErrors::default(),
             absolute: true,
             traces: None,
+            flank_zeros: false,
+            scatter: Scatter::default(),
             used: SettingsUsed::default(),
             figures: Vec::new(),
             include: Include::default(),
@@ -348,6 +355,9 @@ fn check_lists(asked: &CorrectionSpec, nodes: usize, faults: &mut CorrectionFaul
         faults.push(CorrectionField::Weight { index }, CorrectionReason::Weight(*weight));
     }
     count(asked.traces.as_ref().map(Vec::len), CorrectionField::Traces, faults);
+    for column in &asked.scatter.columns {
+        count(Some(column.len()), CorrectionField::Deviations, faults);
+    }
 }
 
 /// Means that are taken off the nodes `counted`.

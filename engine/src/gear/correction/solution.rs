@@ -208,7 +208,8 @@ impl Correction {
             let (sigma, freedom) = (fit.residuals.sigma?, fitted.checked_sub(lost).filter(|freedom| *freedom > 0)?);
             Some(Noise { sigma: sigma * (fitted as f64 / freedom as f64).sqrt(), freedom: Some(freedom) })
         };
-        self.asked.noise_sigma.map(|sigma| Noise { sigma, freedom: None }).or_else(estimated)
+        let noise = self.asked.noise_sigma.map(|sigma| Noise { sigma, freedom: None }).or_else(estimated)?;
+        Some(Noise { sigma: noise.sigma.max(self.asked.scatter.node), ..noise })
     }
 
     /// Standard deviations of the free settings, of noise and errors of J together and of those of
@@ -231,12 +232,14 @@ impl Correction {
             // what remains is taken for noise; it holds the errors of single entries of J too, and
             // they count once
             Some(freedom) => {
-                (((residuals.least_squares_rss - of_response) / freedom.max(1) as f64).max(0.0).sqrt(), 0.0)
+                let left = ((residuals.least_squares_rss - of_response) / freedom.max(1) as f64).max(0.0).sqrt();
+                (left.max(self.asked.scatter.node), 0.0)
             }
         };
         let errors = gain.errors(change, misfit);
-        let both = |(own, response): (&f64, &f64)| [(sigma * own).hypot(*response), *response];
-        errors.noise.iter().zip(&errors.response).map(both).collect()
+        let both =
+            |((own, response), scatter): ((&f64, &f64), f64)| [(sigma * own).max(scatter).hypot(*response), *response];
+        errors.noise.iter().zip(&errors.response).zip(gain.scatter()).map(both).collect()
     }
 
     fn changes(

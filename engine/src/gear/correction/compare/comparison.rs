@@ -6,6 +6,7 @@ use crate::{
         fault::{ComparisonFaults, ComparisonField, ComparisonReason, NodeList},
         gain::Gain,
         problem::Correction,
+        scatter::Scatter,
         solution::{Change, Noise, Solution},
     },
 };
@@ -35,6 +36,8 @@ pub struct Comparison {
     pub absolute: bool,
     /// Without a datum: the trace of each node, where every trace has a zero of its own.
     pub traces: Option<Vec<usize>>,
+    /// Errors of d' − d by the scatter of the teeth that both are means over.
+    pub scatter: Scatter,
 }
 
 impl Correction {
@@ -71,6 +74,7 @@ impl Correction {
             response_uncertainty: asked.response_uncertainty,
             absolute: asked.absolute,
             traces: asked.traces.clone(),
+            scatter: Scatter::default(),
         }
     }
 }
@@ -88,6 +92,10 @@ impl Comparison {
         ];
         if let Some(traces) = self.traces.as_ref().filter(|traces| traces.len() != nodes) {
             faults.push(ComparisonField::Traces, Common::PerNode { given: traces.len(), nodes });
+        }
+        for column in self.scatter.columns.iter().filter(|column| column.len() != nodes) {
+            let field = ComparisonField::List(NodeList::Measured);
+            faults.push(field, Common::PerNode { given: column.len(), nodes });
         }
         for (list, values, signed) in lists {
             let Some(values) = values else { continue };

@@ -25,6 +25,8 @@ pub(super) struct Counted {
     pub leverage: f64,
     /// How many means were taken off.
     pub means: usize,
+    /// The columns of the scatter of teeth.
+    pub scatter: Vec<Vec<f64>>,
 }
 
 impl Counted {
@@ -68,6 +70,15 @@ impl Counted {
             before: list(&|k| before[k] - about(&level, k)),
             came: list(&|k| measured[k] - before[k] - about(&moved, k)),
             means: level.len(),
+            scatter: comparison
+                .scatter
+                .columns
+                .iter()
+                .map(|column| {
+                    let means = mean(&|k| column[k]);
+                    list(&|k| column[k] - about(&means, k))
+                })
+                .collect(),
             change,
             weight: list(&weight),
             contributions: counted.iter().map(|&k| row(k)).collect(),

@@ -7,12 +7,15 @@ use crate::numerics::distribution::fisher;
 
 /// 0.999 quantile of the standard normal distribution, one-sided.
 const ONE_SIDED: f64 = 3.090_232_306_167_813;
+/// The same, two-sided.
+pub(super) const TWO_SIDED: f64 = 3.290_526_731_491_894;
 /// What the quantile leaves.
 pub(super) const TAIL: f64 = 0.001;
 
 /// S for errors of J of the size `eta`, by what Woodbury's identity needs of it: with N its
-/// diagonal and B the columns η C_j and η c, `rᵀ S⁻¹ r = rᵀN⁻¹r − ‖L⁻¹ BᵀN⁻¹r‖²`, `L Lᵀ = I +
-/// BᵀN⁻¹B`.
+/// diagonal and B the columns η C_j, η c and those of the scatter of teeth, `rᵀ S⁻¹ r = rᵀN⁻¹r −
+/// ‖L⁻¹ BᵀN⁻¹r‖²`, `L Lᵀ = I + BᵀN⁻¹B`. The last are longer by the ratio of Student's quantile to
+/// the normal one, since few teeth do not tell their scatter well.
 pub(super) struct Covariance {
     diagonal: Vec<f64>,
     /// N^(-1/2) B.
@@ -21,15 +24,23 @@ pub(super) struct Covariance {
 }
 
 impl Covariance {
-    pub(super) fn of(nodes: &Counted, known: f64, eta: f64) -> Option<Self> {
+    pub(super) fn of(nodes: &Counted, known: f64, eta: f64, scatter: usize) -> Option<Self> {
         let settings = nodes.contributions.first()?.len();
         let more = eta * eta - known * known;
         let diagonal: Vec<f64> = nodes.variance.iter().zip(&nodes.single).map(|(s, u)| s + more * u).collect();
-        let columns = DMatrix::from_fn(nodes.before.len(), settings + 1, |i, j| {
-            let entry = nodes.contributions[i].get(j).copied().unwrap_or(nodes.change[i]);
-            eta * entry / diagonal[i].sqrt()
+        let longer = match scatter {
+            0 => 1.0,
+            freedom => fisher::student_two_sided(TAIL, freedom as f64) / TWO_SIDED,
+        };
+        let all = settings + 1 + nodes.scatter.len();
+        let columns = DMatrix::from_fn(nodes.before.len(), all, |i, j| {
+            let entry = match j.checked_sub(settings + 1) {
+                Some(of_scatter) => longer * nodes.scatter[of_scatter][i],
+                None => eta * nodes.contributions[i].get(j).copied().unwrap_or(nodes.change[i]),
+            };
+            entry / diagonal[i].sqrt()
         });
-        let inner = Cholesky::new(DMatrix::identity(settings + 1, settings + 1) + columns.tr_mul(&columns))?;
+        let inner = Cholesky::new(DMatrix::identity(all, all) + columns.tr_mul(&columns))?;
         Some(Covariance { diagonal, columns, inner })
     }
 

@@ -29,6 +29,10 @@
 //! | explains | as near to 1 as e allows | *as predicted* |
 //! | does not | any | *different*: another setting, another tool, another workpiece |
 //!
+//! *Means over teeth.* The scatter of teeth adds the covariance of the difference of both means to
+//! S ([`super::teeth`]), and what it does to ⟨c, d' − d⟩ to e²; degrees of freedom of e² are then
+//! those of Satterthwaite.
+//!
 //! Quantiles are of probability 0.999, so a machine that is what J says is called something else
 //! once or twice in a thousand corrections (20 of 28,000 in simulation with white noise,
 //! `tests/laws/gear_correction_verdict.rs`; waviness that does not repeat raises it). Where σ was
@@ -70,7 +74,9 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
     let predicted = |i: usize| nodes.before[i] + nodes.change[i];
     let left = |beta: f64| -> Vec<f64> { (0..m).map(|i| nodes.came[i] - beta * nodes.change[i]).collect() };
     let eta = comparison.response_uncertainty;
-    let covariance = Covariance::of(&nodes, eta, eta).ok_or(FitError::NotConverged(Unconverged::Comparison))?;
+    let of_scatter = comparison.scatter.freedom;
+    let covariance =
+        Covariance::of(&nodes, eta, eta, of_scatter).ok_or(FitError::NotConverged(Unconverged::Comparison))?;
     let chi_squared = covariance.square(&left(1.0));
     let alone = |r: &[f64]| r.iter().zip(&nodes.variance).map(|(r, s)| r * r / s).sum::<f64>();
     // what all nodes (of a trace) have in common is left aside
@@ -81,7 +87,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
     let multiple = |scaled: &Scaled| {
         let rest = left(scaled.ratio);
         // a machine that answers more strongly has greater errors too
-        let greater = Covariance::of(&nodes, eta, eta * scaled.ratio.abs().max(1.0));
+        let greater = Covariance::of(&nodes, eta, eta * scaled.ratio.abs().max(1.0), of_scatter);
         greater.is_some_and(|greater| greater.square(&rest) <= quantile(free.max(2) - 1, freedom))
             || alone(&rest) <= (1.0 - EXPLAINED) * alone(&left(1.0))
     };
@@ -102,7 +108,7 @@ pub fn compare(comparison: &Comparison) -> Result<Answer, ComparisonRefused> {
         expected_difference_rms: (nodes.variance.iter().sum::<f64>() / m as f64).sqrt(),
         response_ratio: determined.as_ref().map(|scaled| scaled.ratio),
         response_ratio_std_error: determined.as_ref().map(|scaled| scaled.std_error),
-        response_ratio_interval: determined.map(|scaled| scaled.interval(freedom)),
+        response_ratio_interval: determined.map(|scaled| scaled.interval()),
         chi_squared,
         chi_squared_limit,
         verdict,

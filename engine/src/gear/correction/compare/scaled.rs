@@ -1,13 +1,16 @@
 //! β: how much of the predicted change came.
 
-use super::{answer::Verdict, comparison::Comparison, counted::Counted, misfit::TAIL};
+use super::{
+    answer::Verdict,
+    comparison::Comparison,
+    counted::Counted,
+    misfit::{TAIL, TWO_SIDED},
+};
 use crate::{
     gear::correction::solution::Noise,
     numerics::distribution::{Student, fisher},
 };
 
-/// 0.999 quantile of the standard normal distribution, two-sided.
-const TWO_SIDED: f64 = 3.290_526_731_491_894;
 /// The measured change as a multiple of the predicted one.
 pub(super) struct Scaled {
     /// β̂.
@@ -17,6 +20,8 @@ pub(super) struct Scaled {
     pub std_error: f64,
     /// Quantile that differences are held against.
     quantile: f64,
+    /// Degrees of freedom of the standard error; `None` where the noise is known.
+    freedom: Option<f64>,
 }
 
 impl Scaled {
@@ -44,14 +49,27 @@ impl Scaled {
         // of σ²h, where σ is estimated
         let uncertain = freedom.map_or(0.0, |freedom| 2.0 / freedom.max(1) as f64 * nodes.leverage * nodes.leverage);
         let variance = 2.0 * noise + noise * noise * (nodes.leverage + uncertain) + eta * eta * (1.0 + columns);
-        let quantile = freedom.map_or(TWO_SIDED, |freedom| fisher::student_two_sided(TAIL, freedom.max(1) as f64));
         let largest = if freedom.is_some() { raw } else { ratio };
-        Some(Scaled { ratio, largest, std_error: variance.sqrt(), quantile })
+        let by_scatter = |column: &Vec<f64>| {
+            let along: f64 = (0..m).map(|i| nodes.weight[i] * c[i] * column[i]).sum();
+            (along / (unit * square)).powi(2)
+        };
+        let scatter: f64 = nodes.scatter.iter().map(by_scatter).sum();
+        let freedom = freedom.map(|freedom| freedom.max(1) as f64);
+        let freedom = match comparison.scatter.freedom {
+            of_scatter if of_scatter > 0 && scatter > 0.0 => {
+                let own = freedom.map_or(0.0, |freedom| variance * variance / freedom);
+                Some((variance + scatter).powi(2) / (own + scatter * scatter / of_scatter as f64))
+            }
+            _ => freedom,
+        };
+        let quantile = freedom.map_or(TWO_SIDED, |freedom| fisher::student_two_sided(TAIL, freedom));
+        Some(Scaled { ratio, largest, std_error: (variance + scatter).sqrt(), quantile, freedom })
     }
 
     /// Of the ratio, at 0.95.
-    pub(super) fn interval(&self, freedom: Option<usize>) -> [f64; 2] {
-        let student = freedom.map_or(Student::NORMAL, |freedom| Student::new(freedom.max(1) as f64));
+    pub(super) fn interval(&self) -> [f64; 2] {
+        let student = self.freedom.map_or(Student::NORMAL, Student::new);
         let half = student.upper_quantile(0.025) * self.std_error;
         [self.ratio - half, self.ratio + half]
     }
