@@ -16,6 +16,7 @@ use super::{
     page::{Page, PageRequest},
     prior::{Predecessor, Predecessors},
     record::Record,
+    rounds::Rounds,
     said::{Choice, DecisionEvent},
     service::Jobs,
 };
@@ -79,6 +80,11 @@ impl Jobs {
     /// Earlier iterations of the same flank and tooth, oldest first.
     pub async fn predecessors(&self, job: Uuid, wanted: Predecessors) -> Result<Vec<Predecessor>, RepositoryError> {
         self.repository.predecessors(job, wanted).await
+    }
+
+    /// Iterations and corrections of a job.
+    pub async fn rounds(&self, job: Uuid) -> Result<Rounds, RepositoryError> {
+        self.repository.rounds(job).await
     }
 
     /// What was measured after an iteration.

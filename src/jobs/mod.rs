@@ -46,6 +46,7 @@ mod record;
 mod records;
 mod replay;
 mod repository;
+mod rounds;
 mod runs;
 mod said;
 mod service;
@@ -83,6 +84,7 @@ pub use purge::{NewPurge, Purge, Seen};
 pub use record::{Record, RecordDraft, RecordKind, RecordSummary};
 pub use replay::{Difference, Replay};
 pub use repository::{Repository, Store, Turn, Upkeep, Wakes};
+pub use rounds::{MadeCorrection, MeasuredIteration, Rounds};
 pub use said::{Choice, Decision, DecisionEvent, Event};
 pub use service::{JobService, Jobs};
 pub use streams::{

@@ -17,8 +17,10 @@ pub enum RecordKind {
     Evaluation,
     /// Pitches of all teeth, and run-out.
     Pitch,
-    /// Changes of machine settings.
+    /// Changes of machine settings by the nodes of one iteration.
     Correction,
+    /// Changes of machine settings by all teeth that were measured, kept with the last iteration.
+    GearCorrection,
     /// What the nodes are of, added or changed after they were measured.
     Measurand,
     /// Changes of machine settings that were made, as far as they are not those of the correction.
@@ -26,13 +28,14 @@ pub enum RecordKind {
 }
 
 impl RecordKind {
-    pub const ALL: [RecordKind; 8] = [
+    pub const ALL: [RecordKind; 9] = [
         RecordKind::Curve,
         RecordKind::Surface,
         RecordKind::Deviations,
         RecordKind::Evaluation,
         RecordKind::Pitch,
         RecordKind::Correction,
+        RecordKind::GearCorrection,
         RecordKind::Measurand,
         RecordKind::Applied,
     ];
@@ -46,6 +49,7 @@ impl RecordKind {
             RecordKind::Evaluation => "evaluation",
             RecordKind::Pitch => "pitch",
             RecordKind::Correction => "correction",
+            RecordKind::GearCorrection => "gear_correction",
             RecordKind::Measurand => "measurand",
             RecordKind::Applied => "applied",
         }

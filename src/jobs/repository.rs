@@ -25,6 +25,7 @@ use super::{
     prior::{Predecessor, Predecessors},
     purge::NewPurge,
     record::{Record, RecordKind, RecordSummary},
+    rounds::Rounds,
     said::{Choice, DecisionEvent},
     streams::{Block, FinishedStream, NewBlock, NewStream, Stream, StreamState},
     summary::JobCounts,
@@ -147,6 +148,8 @@ macro_rules! repository_operations {
                 GetSuccessors = successors(job: Uuid, number: u32) -> Successors;
                 /// Earlier iterations of the same flank and tooth, oldest first.
                 GetPredecessors = predecessors(job: Uuid, wanted: Predecessors) -> Vec<Predecessor>;
+                /// Iterations and corrections of a job, without what they hold.
+                GetRounds = rounds(job: Uuid) -> Rounds;
                 /// Iterations by number; a page may hold fewer than its limit where they are big.
                 GetTrace = trace(job: Uuid, page: PageRequest) -> Trace;
 

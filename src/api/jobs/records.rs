@@ -27,6 +27,8 @@ pub enum RecordKindName {
     Evaluation,
     Pitch,
     Correction,
+    /// Of all teeth that were measured.
+    GearCorrection,
     Measurand,
     /// The changes that were entered on the machine after a correction.
     Applied,
@@ -107,6 +109,7 @@ impl From<RecordKind> for RecordKindName {
             RecordKind::Evaluation => RecordKindName::Evaluation,
             RecordKind::Pitch => RecordKindName::Pitch,
             RecordKind::Correction => RecordKindName::Correction,
+            RecordKind::GearCorrection => RecordKindName::GearCorrection,
             RecordKind::Measurand => RecordKindName::Measurand,
             RecordKind::Applied => RecordKindName::Applied,
         }

@@ -9,12 +9,13 @@ use super::{
 };
 use crate::{
     jobs::{
-        Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, RepositoryError, Successors,
+        Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, RepositoryError, Rounds,
+        Successors,
     },
     store::shared::{
-        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow,
-        ListIterations, Listed, ListedIterationRow, MeasurandRow, NodesRow, Outcome, PredecessorRow, Read,
-        SuccessorRow, damaged, figure_columns, page, predecessors, successors,
+        CorrectionRow, GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetRounds, GetSuccessors,
+        IterationRow, ListIterations, Listed, ListedIterationRow, MeasurandRow, MeasuredRow, NodesRow, Outcome,
+        PredecessorRow, Read, SuccessorRow, damaged, figure_columns, page, predecessors, rounds, successors,
     },
 };
 use flankfit_engine::estimation::Nodes;
@@ -151,5 +152,31 @@ impl Read<PgPool> for GetPredecessors {
         .bind(wanted.before.map_or(i64::MAX, i64::from))
         .fetch(&mut *db);
         Ok(predecessors(rows, wanted).await?)
+    }
+}
+
+impl Read<PgPool> for GetRounds {
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &PgPool) -> Outcome<Rounds> {
+        let mut db = snapshot(from).await?;
+        gone::refuse(&mut db, tenant, self.job).await?;
+        let iterations: Vec<MeasuredRow> = sqlx::query_as(
+            "SELECT i.number, i.flank, i.tooth, NULL::text AS axes, i.created_at
+             FROM jobs j JOIN measured i ON i.job = j.id WHERE j.id = $1 AND j.tenant = $2 ORDER BY i.number",
+        )
+        .bind(self.job)
+        .bind(tenant.as_str())
+        .fetch_all(&mut *db)
+        .await?;
+        let corrections: Vec<CorrectionRow> = sqlx::query_as(
+            "SELECT r.number, r.id, r.kind, r.created_at
+             FROM jobs j JOIN records r ON r.job = j.id
+             WHERE j.id = $1 AND j.tenant = $2 AND r.kind IN ('correction', 'gear_correction')
+             ORDER BY r.created_at, r.number, r.position",
+        )
+        .bind(self.job)
+        .bind(tenant.as_str())
+        .fetch_all(&mut *db)
+        .await?;
+        Ok(rounds(iterations, corrections))
     }
 }

@@ -37,15 +37,15 @@ pub use maintenance::{
     ClaimTask, EndTask, FindCertificate, FindKey, ForgetAnswers, ForgetTasks, ForgetTold, GiveTaskBack, HasKeys,
     NOTED_EVERY, NoteUses, PROBE, Probe, RenewTasks, SealAudit,
 };
-pub use neighbours::{PredecessorRow, SuccessorRow, predecessors, successors};
+pub use neighbours::{CorrectionRow, MeasuredRow, PredecessorRow, SuccessorRow, predecessors, rounds, successors};
 pub use operation::{
     Amend, Asked, CancelTask, Choose, Decide, DeleteJob, DeleteStream, FinishStream, GetAllEvents, GetAnswer, GetAudit,
     GetBlockSha256, GetBlocks, GetEvents, GetFit, GetIteration, GetJob, GetJobCounts, GetKey, GetLastEvent,
     GetLastPlace, GetLatestRecord, GetMeasurand, GetNodes, GetNodesUpTo, GetPlant, GetPredecessors, GetRecord,
-    GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace, InsertBlock,
-    InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream, InsertTask,
-    Key, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords, ListStreams, ListTasks, Operation,
-    PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter, VerifyAudit, key_of,
+    GetRounds, GetSeals, GetStream, GetStreamState, GetSuccessors, GetTask, GetTaskOfKey, GetTaskResult, GetTrace,
+    InsertBlock, InsertFit, InsertIteration, InsertJob, InsertKey, InsertPlant, InsertRecord, InsertRuns, InsertStream,
+    InsertTask, Key, ListFits, ListIterations, ListJobs, ListKeys, ListPlants, ListRecords, ListStreams, ListTasks,
+    Operation, PatchJob, PatchKey, PatchPlant, PurgeJob, RevokeKey, RotateKey, TellsAllAfter, VerifyAudit, key_of,
 };
 pub use queue::{Pending, Queue, Queued, Run, Waiting, queue};
 #[cfg(test)]

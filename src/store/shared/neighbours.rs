@@ -5,8 +5,13 @@ use futures_util::{TryStream, TryStreamExt as _};
 use sqlx::FromRow;
 use uuid::Uuid;
 
-use super::{columns::Integer, row::MeasurandRow};
-use crate::jobs::{Measurand, Predecessor, Predecessors, Successors};
+use super::{
+    columns::{Integer, Moment},
+    row::MeasurandRow,
+};
+use crate::jobs::{
+    MadeCorrection, Measurand, MeasuredIteration, Predecessor, Predecessors, RecordKind, Rounds, Successors,
+};
 
 /// An iteration, without the axes.
 #[derive(FromRow)]
@@ -68,4 +73,41 @@ pub async fn predecessors(
     }
     found.reverse();
     Ok(found)
+}
+
+/// An iteration with its time, without the axes.
+#[derive(FromRow)]
+pub struct MeasuredRow {
+    number: Integer<u32>,
+    #[sqlx(flatten)]
+    measurand: MeasurandRow,
+    created_at: Moment,
+}
+
+/// A correction without its texts.
+#[derive(FromRow)]
+pub struct CorrectionRow {
+    number: Integer<u32>,
+    id: Uuid,
+    kind: RecordKind,
+    created_at: Moment,
+}
+
+/// The rounds of a job, of its iterations by number and its corrections by time.
+pub fn rounds(iterations: Vec<MeasuredRow>, corrections: Vec<CorrectionRow>) -> Rounds {
+    let measured = |row: MeasuredRow| MeasuredIteration {
+        number: row.number.0,
+        measurand: row.measurand.into(),
+        created_at: row.created_at.0,
+    };
+    let made = |row: CorrectionRow| MadeCorrection {
+        number: row.number.0,
+        id: row.id,
+        kind: row.kind,
+        created_at: row.created_at.0,
+    };
+    Rounds {
+        iterations: iterations.into_iter().map(measured).collect(),
+        corrections: corrections.into_iter().map(made).collect(),
+    }
 }

@@ -8,12 +8,13 @@ use super::{
 };
 use crate::{
     jobs::{
-        Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, RepositoryError, Successors,
+        Caller, Iteration, ListedIteration, Measurand, Page, PageRequest, Predecessor, RepositoryError, Rounds,
+        Successors,
     },
     store::shared::{
-        GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetSuccessors, IterationRow,
-        ListIterations, Listed, ListedIterationRow, MeasurandRow, NodesRow, Outcome, PredecessorRow, Read,
-        SuccessorRow, damaged, figure_columns, page, predecessors, successors,
+        CorrectionRow, GetIteration, GetMeasurand, GetNodes, GetNodesUpTo, GetPredecessors, GetRounds, GetSuccessors,
+        IterationRow, ListIterations, Listed, ListedIterationRow, MeasurandRow, MeasuredRow, NodesRow, Outcome,
+        PredecessorRow, Read, SuccessorRow, damaged, figure_columns, page, predecessors, rounds, successors,
     },
 };
 use flankfit_engine::estimation::Nodes;
@@ -161,5 +162,30 @@ impl Read<SqlitePool> for GetPredecessors {
         .bind(wanted.before.map_or(i64::MAX, i64::from))
         .fetch(&mut *db);
         Ok(predecessors(rows, wanted).await?)
+    }
+}
+
+impl Read<SqlitePool> for GetRounds {
+    async fn read(&self, Caller { tenant, .. }: &Caller, from: &SqlitePool) -> Outcome<Rounds> {
+        let mut db = from.begin().await?;
+        gone::refuse(&mut db, tenant, self.job).await?;
+        let iterations: Vec<MeasuredRow> = sqlx::query_as(
+            "SELECT i.number AS number, i.flank AS flank, i.tooth AS tooth, NULL AS axes, i.created_at AS created_at
+             FROM jobs j JOIN measured i ON i.job = j.seq WHERE j.id = ? AND j.tenant = ? ORDER BY i.number",
+        )
+        .bind(self.job)
+        .bind(tenant.as_str())
+        .fetch_all(&mut *db)
+        .await?;
+        let corrections: Vec<CorrectionRow> = sqlx::query_as(
+            "SELECT i.number AS number, r.id AS id, r.kind AS kind, r.created_at AS created_at
+             FROM jobs j JOIN iterations i ON i.job = j.seq JOIN records r ON r.iteration = i.seq
+             WHERE j.id = ? AND j.tenant = ? AND r.kind IN ('correction', 'gear_correction') ORDER BY r.seq",
+        )
+        .bind(self.job)
+        .bind(tenant.as_str())
+        .fetch_all(&mut *db)
+        .await?;
+        Ok(rounds(iterations, corrections))
     }
 }

@@ -145,7 +145,8 @@ conformance! {
             a_key_stays_what_it_is,
             a_key_is_changed_once_from_each_version;
         neighbours:
-            neighbours_are_of_the_same_flank_and_tooth;
+            neighbours_are_of_the_same_flank_and_tooth,
+            rounds_tell_iterations_and_corrections;
         paging:
             lists_that_grow_are_read_without_gaps_or_repeats,
             the_order_is_that_of_storing_not_of_ids;

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use flankfit::jobs::{
-    Choice, Event, Measurand, NewIteration, Precondition, Predecessor, Predecessors, RepositoryError, Resource,
-    Successors,
+    Choice, Event, MadeCorrection, Measurand, NewIteration, Precondition, Predecessor, Predecessors, Record,
+    RecordKind, RepositoryError, Resource, Successors,
 };
 use flankfit_engine::gear::Side;
 use uuid::Uuid;
@@ -62,4 +62,32 @@ pub async fn neighbours_are_of_the_same_flank_and_tooth(pair: &mut Pair) {
     }
     let beyond = store.measurand(job, 8).await;
     assert!(matches!(beyond, Err(RepositoryError::NotFound(Resource::Iteration))), "{beyond:?}");
+}
+
+pub async fn rounds_tell_iterations_and_corrections(pair: &mut Pair) {
+    let (store, place) = (pair.store.clone(), pair.values.clone());
+    let job = place.stored_job(&store).await.id;
+    assert_eq!(store.rounds(job).await.unwrap(), Default::default());
+    let measured = [of(Side::Right, "3"), Measurand::default()];
+    for measurand in &measured {
+        let iteration = NewIteration { measurand: measurand.clone(), ..NewIteration::clone(&place.iteration(job)) };
+        store.insert_iteration(Arc::new(iteration), None).await.unwrap();
+    }
+    let mut made = Vec::new();
+    let kinds = [RecordKind::GearCorrection, RecordKind::Curve, RecordKind::Correction, RecordKind::Applied];
+    for (k, kind) in kinds.into_iter().enumerate() {
+        let (number, record) = (2 - k as u32 / 2, place.record(kind, kind.name()));
+        store.insert_record(job, number, record.clone(), None).await.unwrap();
+        let Record { id, created_at, .. } = *record;
+        if matches!(kind, RecordKind::Correction | RecordKind::GearCorrection) {
+            made.push(MadeCorrection { number, id, kind, created_at });
+        }
+    }
+    let rounds = store.rounds(job).await.unwrap();
+    assert_eq!(rounds.corrections, made);
+    assert_eq!(rounds.newest_of_gear(), made.first());
+    for (number, (one, measurand)) in (1..).zip(rounds.iterations.iter().zip(measured)) {
+        assert_eq!((one.number, &one.measurand), (number, &Measurand { axes: None, ..measurand }));
+        assert_eq!(one.created_at, store.iteration(job, number).await.unwrap().created_at);
+    }
 }

@@ -212,6 +212,7 @@ pub async fn a_purged_job_keeps_its_numbers_and_no_more(pair: &mut Pair) {
     gone(store.latest_record(job, 1, RecordKind::Curve).await, &purge);
     let before = Predecessors { of: Measurand::default(), from: 1, before: None, most: 10 };
     gone(store.predecessors(job, before).await, &purge);
+    gone(store.rounds(job).await, &purge);
     assert_eq!(streams.len(), 2);
     for stream in streams {
         gone(store.stream(stream).await, &purge);

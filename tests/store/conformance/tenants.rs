@@ -93,6 +93,7 @@ pub async fn another_tenants_reads_find_nothing(pair: &mut Pair) {
     assert_eq!(other.predecessors(job, alike).await.unwrap(), []);
     assert_eq!(store.successors(job, 1).await.unwrap().any, Some(2));
     assert_eq!(other.successors(job, 1).await.unwrap(), Default::default());
+    assert_eq!(other.rounds(job).await.unwrap(), Default::default());
     assert_eq!(other.events(job, 0, 1000).await.unwrap(), []);
     assert!(other.blocks(stream, 0).await.unwrap().is_empty());
     assert_eq!(store.block_sha256(stream, 1).await.unwrap(), Some([1; 32]));
