@@ -143,6 +143,12 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "A form grinder's settings by the nodes of a flank"
     ),
     example!("create_applied_changes", "applied_changes", "Only the two angles were entered"),
+    example!(
+        "create_gear_correction",
+        "gear_correction",
+        "A generating grinder's settings by all teeth, the profile of its worm dressed by flank"
+    ),
+    example!("create_gear_applied_changes", "gear_applied_changes", "The crownings stay as they are"),
     example!("create_iteration_evaluation", "iteration_evaluation", "A helix that was measured with the nodes"),
     example!("create_iteration_pitch", "iteration_pitch", "Single pitches of the left flank, and readings of a ball"),
     example!(

@@ -91,12 +91,17 @@ pub async fn update(
     state.jobs.amend(job_id, number, draft, seen).await.map_err(|error| of_measured(error, "/tooth"))
 }
 
-/// Refuses an iteration whose units are implausible, by the figures of its chosen fit.
-pub async fn refuse_implausible(state: &CallerState, job: Uuid, number: u32) -> Result<(), Problem> {
+/// Returns why the units of an iteration are implausible, by the figures of its chosen fit; `None`
+/// where they are not, or where somebody has accepted them.
+pub async fn implausible(state: &CallerState, job: Uuid, number: u32) -> Result<Option<String>, Problem> {
     let iteration = state.jobs.iteration(job, number).await?;
     let figures = standing(state, &iteration).await?.flank;
-    let why = figures.as_deref().and_then(FitFiguresBody::implausible).filter(|_| !iteration.measurand.units_accepted);
-    match why {
+    Ok(figures.as_deref().and_then(FitFiguresBody::implausible).filter(|_| !iteration.measurand.units_accepted))
+}
+
+/// Refuses an iteration whose units are implausible.
+pub async fn refuse_implausible(state: &CallerState, job: Uuid, number: u32) -> Result<(), Problem> {
+    match implausible(state, job, number).await? {
         Some(why) => Err(Problem::new(ProblemCode::ImplausibleUnit, format!("{why}."))),
         None => Ok(()),
     }

@@ -7,7 +7,8 @@ use uuid::Uuid;
 use super::{
     caller_state::CallerState,
     idempotency::IdempotencyKey,
-    records::{NewRecord, RecordRequest},
+    records::{JobRecordRequest, NewRecord, RecordRequest},
+    rounds,
     state::AppState,
 };
 use crate::{
@@ -25,7 +26,7 @@ use crate::{
 const PAGE: u32 = 200;
 
 pub fn group() -> OpenApiRouter<AppState> {
-    OpenApiRouter::new().routes(routes!(create_applied_changes))
+    OpenApiRouter::new().routes(routes!(create_applied_changes)).routes(routes!(create_gear_applied_changes))
 }
 
 /// Keeps the changes that were entered on the machine after the iteration's correction.
@@ -63,12 +64,54 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
     request.keep_of("correction/applied", correction, build).await
 }
 
+/// Keeps the changes that were entered on the machine after the correction of the gear.
+///
+/// They belong to its newest correction, whose comparison with the next round then takes them in
+/// place of the proposed changes. Settings that are not named were changed as proposed. The newest
+/// entry counts, and earlier ones stay in the trace.
+#[utoipa::path(
+    post, path = "/v1/jobs/{job_id}/correction/applied", operation_id = "create_gear_applied_changes", tag = "jobs",
+    params(
+        ("job_id" = Uuid, Path),
+        IdempotencyKey
+    ),
+    request_body(content = AppliedRequestBody, description = "The changes that were entered."),
+    responses(
+        (status = 201, description = "The record: its `result` has every setting with the change that was entered and \
+            the proposed one.", body = RecordBody,
+            headers(("Location" = String, description = "Where the record is.")))
+    )
+)]
+async fn create_gear_applied_changes(request: JobRecordRequest) -> Result<Response, Problem> {
+    let correction = async |state: CallerState, job| {
+        state.jobs.job(job).await?;
+        match newest_of_gear(&state, job).await? {
+            Some((number, correction)) => Ok((number, (number, correction))),
+            None => Err(Problem::new(
+                ProblemCode::NotFound,
+                "The job has no correction of the gear: make one before entering what was set of it.",
+            )),
+        }
+    };
+    let build = |text: &[u8], (number, correction): &(u32, Record), _: Room| {
+        let draft = applied::draft(&read_json::<AppliedRequestBody>(text)?, correction, *number, "")?;
+        Ok(NewRecord::from(draft))
+    };
+    request.keep_of("correction/applied", correction, build).await
+}
+
+async fn newest_of_gear(state: &CallerState, job: Uuid) -> Result<Option<(u32, Record)>, Problem> {
+    let made = state.jobs.rounds(job).await?;
+    let found = rounds::newest(state, job, &made).await?;
+    Ok(found.map(|(made, record)| (made.number, record)))
+}
+
 async fn newest(state: &CallerState, job: Uuid, number: u32) -> Result<Option<Record>, Problem> {
     Ok(state.jobs.latest_record(job, number, RecordKind::Correction).await?)
 }
 
 /// Returns the record of what was entered before an iteration of `measurand` that is about to be
-/// stored: after the newest correction of the flank's iteration before it.
+/// stored: after the newest correction of the flank's iteration before it, or of the gear.
 pub async fn before_next(
     state: &CallerState,
     job: Uuid,
@@ -80,8 +123,11 @@ pub async fn before_next(
         let detail = format!("the job has no earlier iteration of {} that was corrected", measurand.words());
         return Err(Problem::invalid(Faults::one("/applied", detail)));
     };
-    match newest(state, job, previous.number).await? {
-        Some(correction) => applied::draft(asked, &correction, previous.number, "/applied"),
+    let own = newest(state, job, previous.number).await?.map(|correction| (previous.number, correction));
+    // the newer of the corrections of the iteration and of the gear
+    let newest = own.into_iter().chain(newest_of_gear(state, job).await?).max_by_key(|(_, made)| made.created_at);
+    match newest {
+        Some((number, correction)) => applied::draft(asked, &correction, number, "/applied"),
         None => {
             let detail = format!("iteration {}, the last of {}, has no correction", previous.number, measurand.words());
             Err(Problem::invalid(Faults::one("/applied", detail)))
@@ -90,17 +136,17 @@ pub async fn before_next(
 }
 
 /// Returns what was entered after a correction: the newest entry kept with its iteration or with
-/// the one that measured it, `next`.
+/// one of those that measured it, `later`.
 pub async fn entered_after(
     state: &CallerState,
     job: Uuid,
     correction: &Record,
     iteration: u32,
-    next: Option<u32>,
+    later: &[u32],
 ) -> Result<Option<AppliedChangesBody>, Problem> {
     let mut newest: Option<AppliedChangesBody> = None;
-    for number in [Some(iteration), next].into_iter().flatten() {
-        let Some(found) = newest_entry(state, job, correction.id, number).await? else { continue };
+    for number in std::iter::once(&iteration).chain(later) {
+        let Some(found) = newest_entry(state, job, correction.id, *number).await? else { continue };
         if newest.as_ref().is_none_or(|newest| newest.created_at.0 <= found.created_at.0) {
             newest = Some(found);
         }

@@ -12,20 +12,22 @@ use super::{
     extract::{PathOf, QueryOf},
     idempotency::IdempotencyKey,
     include::CorrectionQuery,
-    records::{NewRecord, RecordContext, RecordRequest},
+    records::{NewRecord, RecordContext, RecordRequest, gear_record},
+    rounds::measured,
     state::AppState,
-    stored,
 };
 use crate::{
     api::{
         gears::{
             correction::{
                 self,
+                blocks::Subject,
                 csv::{self, OutsideLimitsName},
                 include::{CorrectionInclude, StoredIncludeName},
                 request::CorrectionRequestBody,
                 result::CorrectionBody,
                 same_nodes::Measured,
+                sensitivity::Level,
                 stored::{self as stored_correction, After, StoredCorrectionBody},
             },
             deviations::{self, request::DeviationsRequestBody},
@@ -40,7 +42,7 @@ use crate::{
         jobs::records::RecordBody,
         problem::{Problem, ProblemCode, Room},
     },
-    jobs::{RecordKind, Successors},
+    jobs::{Job, RecordKind, Successors},
 };
 
 pub fn group() -> OpenApiRouter<AppState> {
@@ -168,16 +170,33 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
     amendments::refuse_implausible(&request.state, request.job, request.number).await?;
-    let build = |text: &[u8], context: &RecordContext, _: Room| {
-        let gear = of_job(&context.job)?;
-        let required = RequirementsBody::of(&context.job);
-        let (built, include) =
-            correction::build(text, &context.nodes, &context.measurand, gear.as_ref(), required.as_ref())?;
-        let draft = context.gear_record(RecordKind::Correction, text, built)?;
+    let context = async |state: CallerState, job, number| {
+        let own = measured(&state, job, number, false).await?;
+        let rounds = state.jobs.rounds(job).await?;
+        let newest = rounds.newest_beside(&own.measurand).map(|one| one.number);
+        let other = match newest {
+            Some(newest) => Some(measured(&state, job, newest, true).await?),
+            None => None,
+        };
+        Ok((state.jobs.job(job).await?, own, other))
+    };
+    type Context = (Job, WithPermit<Measured>, Option<WithPermit<Measured>>);
+    let build = |text: &[u8], (job, own, other): &Context, _: Room| {
+        let gear = of_job(job)?;
+        let required = RequirementsBody::of(job);
+        let subject = Subject {
+            level: Level::Iteration,
+            measured: vec![&**own],
+            other: other.as_deref(),
+            gear: gear.as_ref(),
+            requirements: required.as_ref(),
+        };
+        let (built, include) = correction::build(text, &subject)?;
+        let draft = gear_record(job, RecordKind::Correction, text, built)?;
         let answer = include.of_result(&draft.result)?.into_bytes();
         Ok(NewRecord { draft, answer: Some(answer.into()) })
     };
-    request.keep("correction", build).await
+    request.keep_of("correction", context, build).await
 }
 
 /// The correction of an iteration that was made last, with what was measured of it.
@@ -227,13 +246,13 @@ async fn get_iteration_correction(
         let written = move || csv::write(&record, &csv::About { job: &of, flanks, iterations: &[number] }, allowed);
         return Ok(format.response(state.pool.run(written).await??));
     }
-    let (before, _before) = measured(&state, job, number).await?.into_parts();
+    let (before, _before) = measured(&state, job, number, false).await?.into_parts();
     let successors = state.jobs.successors(job, number).await?;
-    let applied = applied::entered_after(&state, job, &record, number, successors.alike).await?;
+    let applied = applied::entered_after(&state, job, &record, number, successors.alike.as_slice()).await?;
     let (after, _after) = match successors {
         Successors { alike: Some(next), .. } => {
-            let (after, permit) = measured(&state, job, next).await?.into_parts();
-            (After::Same(next, after), Some(permit))
+            let (after, permit) = measured(&state, job, next, false).await?.into_parts();
+            (After::Same(after), Some(permit))
         }
         Successors { any: Some(next), .. } => (After::Others(next), None),
         Successors { .. } => (After::Nothing, None),
@@ -242,10 +261,4 @@ async fn get_iteration_correction(
     let write = move || stored_correction::write(&record, applied, &before, &after, today.as_ref(), include);
     let body = state.pool.run(write).await??;
     Ok(format.response(body))
-}
-
-async fn measured(state: &CallerState, job: Uuid, number: u32) -> Result<WithPermit<Measured>, Problem> {
-    let measurand = state.jobs.measurand(job, number).await?;
-    let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
-    Ok(WithPermit::new(Measured { nodes, measurand }, permit))
 }

@@ -55,9 +55,14 @@ pub struct RecordContext {
 impl RecordContext {
     /// A record that refers to the gear of the job keeps it, since the job's may be changed.
     pub fn gear_record(&self, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
-        let gear = self.job.gear.as_deref().map(Into::into);
-        Ok(RecordDraft { gear, ..records::draft(kind, text, built)? })
+        gear_record(&self.job, kind, text, built)
     }
+}
+
+/// A record with the gear of its job.
+pub fn gear_record(job: &Job, kind: RecordKind, text: &[u8], built: Built) -> Result<RecordDraft, Problem> {
+    let gear = job.gear.as_deref().map(Into::into);
+    Ok(RecordDraft { gear, ..records::draft(kind, text, built)? })
 }
 
 /// A record to be kept, and what is answered: the record itself where there is nothing else.
@@ -117,9 +122,55 @@ impl RecordRequest {
         build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
     ) -> Result<Response, Problem> {
         let RecordRequest { state, job, number, key, payload } = self;
-        let iteration = format!("/v1/jobs/{job}/iterations/{number}");
-        idempotent(state, key, format!("POST {iteration}/{route}"), payload, move |state, payload, key| async move {
-            let context = context(state.clone(), job, number).await?;
+        let scope = format!("POST /v1/jobs/{job}/iterations/{number}/{route}");
+        let context = async move |state: CallerState, job| Ok((number, context(state, job, number).await?));
+        JobRecordRequest { state, job, key, payload }.keep_under(scope, context, build).await
+    }
+}
+
+/// A request for a record of a job, which is kept with one of its iterations.
+pub struct JobRecordRequest {
+    state: CallerState,
+    job: Uuid,
+    key: IdempotencyKey,
+    payload: Payload,
+}
+
+impl FromRequest<AppState> for JobRecordRequest {
+    type Rejection = Problem;
+
+    async fn from_request(mut request: Request, state: &AppState) -> Result<Self, Problem> {
+        let PathOf(job) = request.extract_parts_with_state(state).await?;
+        let key = request.extract_parts_with_state(state).await?;
+        let caller = request.extract_parts_with_state(state).await?;
+        let payload = request.extract_with_state(state).await?;
+        Ok(JobRecordRequest { state: caller, job, key, payload })
+    }
+}
+
+impl JobRecordRequest {
+    /// Makes the record of what `context` reads, with the iteration that it names, as
+    /// [`RecordRequest::keep_of`] does.
+    pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<(u32, C), Problem>>>(
+        self,
+        route: &str,
+        context: impl FnOnce(CallerState, Uuid) -> F,
+        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let scope = format!("POST /v1/jobs/{}/{route}", self.job);
+        self.keep_under(scope, context, build).await
+    }
+
+    async fn keep_under<C: Send + 'static, F: Future<Output = Result<(u32, C), Problem>>>(
+        self,
+        scope: String,
+        context: impl FnOnce(CallerState, Uuid) -> F,
+        build: impl FnOnce(&[u8], &C, Room) -> Result<NewRecord, Problem> + Send + 'static,
+    ) -> Result<Response, Problem> {
+        let JobRecordRequest { state, job, key, payload } = self;
+        idempotent(state, key, scope, payload, move |state, payload, key| async move {
+            let (number, context) = context(state.clone(), job).await?;
+            let iteration = format!("/v1/jobs/{job}/iterations/{number}");
             let limit = state.settings.body_limit;
             let mut permit = state.budget.permit();
             let made = move || {
@@ -129,7 +180,11 @@ impl RecordRequest {
             };
             let (NewRecord { draft, answer }, _held) = state.pool.run(made).await??;
             let answer = move |record: &Record, _: Stored| {
-                created(&iteration, record, answer.as_deref().map_or_else(|| records::record(record), <[u8]>::to_vec))
+                created(
+                    &iteration,
+                    record,
+                    answer.as_deref().map_or_else(|| records::record(record), |answer| with_id(answer, record)),
+                )
             };
             let keyed = key.map(|key| key.answered_by(answer.clone()));
             let (record, stored): (Arc<Record>, Stored) = state.jobs.add_record(job, number, draft, keyed).await?;
@@ -137,6 +192,12 @@ impl RecordRequest {
         })
         .await
     }
+}
+
+/// An answer, which is an object, with the id of its record.
+fn with_id(answer: &[u8], record: &Record) -> Vec<u8> {
+    let members = answer.strip_prefix(b"{").unwrap_or(answer);
+    [format!("{{\"id\":\"{}\",", record.id).as_bytes(), members].concat()
 }
 
 impl RecordRequest {
@@ -241,7 +302,7 @@ async fn get_iteration_record(
         }
         _ => {}
     }
-    if record.draft.kind == RecordKind::Correction {
+    if matches!(record.draft.kind, RecordKind::Correction | RecordKind::GearCorrection) {
         record.draft.result = CorrectionInclude::of_stored(&names).of_result(&record.draft.result)?.into();
     }
     let mut response = Format::Json.response(records::record(&record));

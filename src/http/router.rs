@@ -14,8 +14,8 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    applied, audit, conditional, cors, curves, events, fits, gear_records, gears, headers, imports, iterations,
-    job_fits, jobs, keys, life, long, meta, observe,
+    applied, audit, conditional, cors, curves, events, fits, gear_corrections, gear_records, gears, headers, imports,
+    iterations, job_fits, jobs, keys, life, long, meta, observe,
     openapi::{self, Contract, scopes},
     operations::{self, Operations},
     previews, records, shapes, simulations,
@@ -42,6 +42,7 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(previews::group())
         .merge(gears::group())
         .merge(gear_records::group())
+        .merge(gear_corrections::group())
         .merge(applied::group())
         .merge(imports::group())
         .merge(shapes::group())

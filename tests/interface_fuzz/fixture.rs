@@ -166,6 +166,11 @@ impl Stored {
         ] {
             make("POST", format!("{first}/{name}"), example(operation)).await;
         }
+        for (operation, name) in
+            [("create_gear_correction", "correction"), ("create_gear_applied_changes", "correction/applied")]
+        {
+            make("POST", format!("{job}/{name}"), example(operation)).await;
+        }
         for finished in [true, false] {
             let stream = make("POST", format!("{job}/streams"), example("create_stream")).await;
             let stream = format!("/v1/streams/{}", text(&stream["id"]));

@@ -13,7 +13,11 @@ use crate::{
         built::Built,
         faults::{Faults, Field},
         fits::{canonical, spec::regularization_json},
-        gears::correction::{self, result::Asked, target::AimName},
+        gears::correction::{
+            self,
+            result::{About, Asked},
+            target::AimName,
+        },
         jobs::{fits, records},
         json::value::read_json,
         problem::Problem,
@@ -158,6 +162,7 @@ fn simulate_run(
                     aim: AimName::Nominal,
                     figures: None,
                     flank: None,
+                    about: About::default(),
                     warnings: Vec::new(),
                 };
                 let digest = canonical::request_sha256(&request);

@@ -71,6 +71,8 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("create_iteration_pitch", Trivial("sums over at most 10,000 teeth")),
     ("create_iteration_correction", Dear("{job}/iterations/1/correction", dear::correction)),
     ("create_applied_changes", Trivial("names of settings")),
+    ("create_gear_correction", Dear("{flank_job}/correction", dear::correction)),
+    ("create_gear_applied_changes", Trivial("names of settings")),
     ("import_iteration", Bounded("{job}/import", dear::points_file)),
     ("create_iteration_curve", Dear("{curve_job}/iterations/1/curves", dear::curve_of_nodes)),
     ("create_iteration_surface", Dear("{job}/iterations/1/surfaces", dear::surface_of_nodes)),
@@ -179,6 +181,10 @@ fn every_operation_ends_with_its_client() {
     let (fit, _) = ask(&server, &format!("{job}/iterations/1/fits"), &dear::replayed());
     let (_, curve_job) = ask(&server, "/v1/jobs", &dear::job());
     ask(&server, &format!("{curve_job}/iterations"), &plain(dear::curve_nodes()));
+    let (_, flank_job) = ask(&server, "/v1/jobs", &dear::job());
+    let mut flank = plain(dear::nodes());
+    flank["flank"] = json!("left");
+    ask(&server, &format!("{flank_job}/iterations"), &flank);
     let (_, stream) = ask(&server, &format!("{job}/streams"), &dear::stream());
     let (spec, block) = dear::full_stream();
     let (_, full_stream) = ask(&server, &format!("{job}/streams"), &spec);
@@ -186,6 +192,7 @@ fn every_operation_ends_with_its_client() {
     let names = [
         ("{dear_fit}", fit["id"].as_str().unwrap()),
         ("{curve_job}", &curve_job),
+        ("{flank_job}", &flank_job),
         ("{full_stream}", &full_stream),
         ("{stream}", &stream),
         ("{job}", &job),

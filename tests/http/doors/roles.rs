@@ -76,6 +76,7 @@ fn operations_ask_for_what_they_do() {
         "add_stream_nodes",
         "connect_stream",
         "create_applied_changes",
+        "create_gear_applied_changes",
         "create_iteration",
         "create_iteration_deviations",
         "create_iteration_evaluation",
@@ -89,6 +90,7 @@ fn operations_ask_for_what_they_do() {
     ];
     let judge = [
         "choose_fit",
+        "create_gear_correction",
         "create_iteration_correction",
         "create_iteration_curve",
         "create_iteration_fit",

@@ -149,7 +149,9 @@ async fn traces_are_told_with_nodes_or_with_the_correction() {
     let mut told = request.clone();
     told["trace"] = json!((0..20).map(|k| k / 5).collect::<Vec<_>>());
     let two = correct(&app, &format!("{job}/iterations/2/correction"), &told).await;
-    assert_eq!(one, two);
+    for part in ["settings", "predicted", "figures", "warnings"] {
+        assert_eq!(one[part], two[part], "{part}");
+    }
     // rows of this grid run along the helix: nothing is known along the profile
     let undetermined: Vec<&str> = one["settings"]
         .as_array()

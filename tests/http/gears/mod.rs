@@ -9,6 +9,7 @@ mod correction_target;
 mod evaluation;
 mod exchange;
 mod fit_figures;
+mod gear_correction;
 pub mod import;
 mod kept_traces;
 #[path = "../../../engine/tests/formats/klingelnberg_file.rs"]

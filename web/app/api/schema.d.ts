@@ -836,6 +836,37 @@ export interface paths {
         patch?: never;
         trace?: never;
     };
+    "/v1/jobs/{job_id}/correction": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /**
+         * The correction of the gear that was made last, with what the next round measured of it.
+         * @description The next round is what was measured after the correction and before the next one. Its means are
+         *     compared with those that are predicted for the changes that were entered, and the scatter of the
+         *     teeth is in the errors of both. By `Accept: text/csv` it is answered for the control of the
+         *     machine, a line for each setting.
+         */
+        get: operations["get_gear_correction"];
+        put?: never;
+        /**
+         * Computes changes of machine settings by all teeth of both flanks that were measured since the
+         *     last correction, and keeps them with the last of these iterations.
+         * @description Of each flank the deviations are averaged over the teeth, and both flanks are corrected by the
+         *     same settings. A tooth that was measured more than once counts by its newest iteration. Where
+         *     nothing was measured after the last correction, the new one is made for the same iterations.
+         *     Teeth are chosen by `teeth`.
+         */
+        post: operations["create_gear_correction"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
     "/v1/jobs/{job_id}/iterations/{number}/correction/applied": {
         parameters: {
             query?: never;
@@ -852,6 +883,28 @@ export interface paths {
          *     is overwritten: the newest entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_applied_changes"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/jobs/{job_id}/correction/applied": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Keeps the changes that were entered on the machine after the correction of the gear.
+         * @description They belong to its newest correction, whose comparison with the next round then takes them in
+         *     place of the proposed changes. Settings that are not named were changed as proposed. The newest
+         *     entry counts, and earlier ones stay in the trace.
+         */
+        post: operations["create_gear_applied_changes"];
         delete?: never;
         options?: never;
         head?: never;
@@ -2884,8 +2937,43 @@ export interface components {
             /** @description With `"include": ["residuals"]`: of the counted nodes, in the order posted. */
             values?: number[];
         };
+        /** @description The teeth whose mean a flank was corrected by. */
+        CorrectedTeeth: {
+            /**
+             * @description The iteration of each tooth. The mean is taken at the nodes of the first, which has most of
+             *     them, of equals the newest.
+             */
+            iterations: number[];
+            /** @description Names of the teeth in the same order; those of iterations without one are left out. */
+            teeth: string[];
+            /**
+             * Format: double
+             * @description s, the standard deviation between teeth at a node (root mean square over the nodes), about
+             *     the teeth's means where the deviations have no datum. It holds the noise of the measurement.
+             *     Left out of one tooth.
+             */
+            spread_um?: number;
+            /**
+             * Format: double
+             * @description Standard error of the mean at a node: the root of max(s², v)/t, with v the mean variance of
+             *     the residuals of the teeth's surfaces of second order and t the number of teeth. Left out
+             *     where neither is known.
+             */
+            std_error_um?: number;
+        };
         /** @description What is to be changed, and what is expected of it. */
         Correction: {
+            /**
+             * Format: uuid
+             * @description UUIDv7 of the record that it is kept as; in the answer to the request that made it.
+             */
+            id?: string;
+            /** @description Numbers of the iterations whose nodes it is made for; left out where there is no iteration. */
+            iterations?: number[];
+            /** @description The flanks that they are of, the left one first; left out where no iteration says it. */
+            flanks?: components["schemas"]["FlankSide"][];
+            /** @description Of a gear: the teeth of each flank, and how much they differ. */
+            teeth?: components["schemas"]["SidedTeeth"];
             /** @description What was aimed at. */
             target: components["schemas"]["CorrectionAim"];
             /**
@@ -2907,6 +2995,8 @@ export interface components {
              *     requires; left out with a `matrix` and where the nodes do not tell them.
              */
             figures?: components["schemas"]["SidedCorrectionFigures"];
+            /** @description What the changes do to the other flank; of the correction of an iteration by a machine. */
+            other_flank?: components["schemas"]["OtherFlank"];
             /** @description Direction in which the figures count. Present with a machine, like the next three. */
             direction?: components["schemas"]["DeviationDirection"];
             /** @description Length that slopes refer to. */
@@ -3000,7 +3090,8 @@ export interface components {
         CorrectionInclude: "nodes" | "result" | "residuals" | "collinearity" | "lambda_curve" | "matrix_b" | "ridge_trace";
         /**
          * @description A correction of machine settings, by the deviations (µm) that the nodes of an iteration
-         *     hold.
+         *     hold, or of a gear the means of each flank over its teeth. Lists with an entry for each node
+         *     of a gear have those of the left flank first.
          */
         CorrectionRequest: {
             sensitivity: components["schemas"]["Sensitivity"];
@@ -3070,6 +3161,11 @@ export interface components {
              *     least-squares estimate.
              */
             coefficient_norm_limit?: number;
+            /**
+             * @description For the correction of a gear: the teeth whose mean is corrected, of each flank those of
+             *     them that were measured. By default all that were measured since the last correction.
+             */
+            teeth?: string[];
             /** @description What is answered only when asked for. */
             include?: components["schemas"]["CorrectionInclude"][];
         };
@@ -7295,9 +7391,11 @@ export interface components {
         MachineAnswer: {
             /**
              * Format: int32
-             * @description Number of the iteration that measured it.
+             * @description Number of the iteration that measured it; of a gear the last of `iterations`.
              */
             iteration: number;
+            /** @description Of a gear: the iterations of the round after the correction, whose mean is compared. */
+            iterations?: number[];
             /** @description How many nodes were compared. */
             nodes: number;
             /**
@@ -7375,6 +7473,11 @@ export interface components {
              *     out where the nodes do not tell them.
              */
             figure_changes?: components["schemas"]["FigureChanges"];
+            /**
+             * @description Of a gear: the figures of each flank that was measured again, in place of `figures` and
+             *     `figure_changes`. Their errors hold the scatter of the teeth.
+             */
+            flanks?: components["schemas"]["SidedFigureChanges"];
         };
         /** @description Jobs on one machine. */
         MachineCount: {
@@ -8039,6 +8142,22 @@ export interface components {
          * @enum {string}
          */
         OperationState: "queued" | "running" | "succeeded" | "failed" | "cancelled";
+        /** @description The flank beside the corrected one, as the settings that both have in common change it. */
+        OtherFlank: {
+            flank: components["schemas"]["FlankSide"];
+            /**
+             * Format: int32
+             * @description Its newest iteration; left out where it was not measured.
+             */
+            iteration?: number;
+            /**
+             * @description Its figures before and as predicted, with the limits that the job requires; the target is
+             *     the job's.
+             */
+            figures?: components["schemas"]["CorrectionTargetFigures"];
+            /** @description Why there are no figures. */
+            not_predicted?: string;
+        };
         /** @description Machines that are not listed. */
         OtherMachines: {
             /**
@@ -9168,7 +9287,7 @@ export interface components {
          * @description What a record is.
          * @enum {string}
          */
-        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "measurand" | "applied";
+        RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "gear_correction" | "measurand" | "applied";
         /** @description Some records of an iteration, oldest first. */
         RecordPage: {
             /** @description The records of this page. */
@@ -9987,6 +10106,12 @@ export interface components {
              *     default that of the nodes.
              */
             helix_range_mm?: number[];
+            /**
+             * @description With `machine`: settings that it has for each flank by itself, such as the profile angle
+             *     of a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and
+             *     they leave the other flank as it is. Default none: all settings act on both flanks.
+             */
+            by_flank?: string[];
         };
         /** @description How far the sensitivity is trusted, in columns of unit length. */
         SensitivityTrust: {
@@ -10158,6 +10283,16 @@ export interface components {
         SidedCorrectionFigures: {
             left?: components["schemas"]["CorrectionTargetFigures"];
             right?: components["schemas"]["CorrectionTargetFigures"];
+        };
+        /** @description Changes of the figures of each flank. */
+        SidedFigureChanges: {
+            left?: components["schemas"]["FigureChanges"];
+            right?: components["schemas"]["FigureChanges"];
+        };
+        /** @description The teeth of each flank that was measured. */
+        SidedTeeth: {
+            left?: components["schemas"]["CorrectedTeeth"];
+            right?: components["schemas"]["CorrectedTeeth"];
         };
         /**
          * @description Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
@@ -24768,6 +24903,598 @@ export interface operations {
             };
         };
     };
+    get_gear_correction: {
+        parameters: {
+            query?: {
+                /** @description What is answered beside: names with commas between them. */
+                include?: components["schemas"]["KeptCorrectionInclude"][];
+                /** @description Of the CSV: that the predicted figures may lie outside their limits. */
+                outside_limits?: components["schemas"]["OutsideLimits"];
+            };
+            header?: never;
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        requestBody?: never;
+        responses: {
+            /** @description The correction with its request, and the answer of the machine once there is one. As CSV a line for each setting, named as in OPC UA for Geometrical Measuring Systems. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["KeptCorrection"];
+                    "text/csv": string;
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Neither application/json nor text/csv is accepted. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description As CSV: predicted figures lie outside their limits (`predicted_outside_limits`). */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The query has a parameter that this operation has not, or one twice. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_gear_correction: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The same key and body answers the first response again. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        /** @description What the settings do, how far they may go, and how far that is trusted. */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["CorrectionRequest"];
+            };
+        };
+        responses: {
+            /** @description The changes and what they should bring. */
+            201: {
+                headers: {
+                    /** @description `true` where this is the first answer to the same key, given again. */
+                    "Idempotency-Replayed"?: string;
+                    /** @description Where the record is. */
+                    Location?: string;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["Correction"];
+                };
+            };
+            /** @description The body or its compression cannot be read; `detail` says where. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body did not arrive in time. */
+            408: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_timeout",
+                     *       "detail": "The body did not arrive within 30 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 408,
+                     *       "title": "The request body took too long",
+                     *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The units of an iteration are implausible (`implausible_unit`), or the first request with this idempotency key is still running. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is too large (counted after decompression). */
+            413: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_too_large",
+                     *       "detail": "The body has more than 268435456 bytes.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 413,
+                     *       "title": "The request body is too large",
+                     *       "type": "urn:flankfit:problem:body_too_large"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The media type or the compression is not supported. */
+            415: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unsupported_media_type",
+                     *       "detail": "The media type is text/plain; send application/json.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 415,
+                     *       "title": "The media type is not supported",
+                     *       "type": "urn:flankfit:problem:unsupported_media_type"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
     create_applied_changes: {
         parameters: {
             query?: never;
@@ -24968,6 +25695,347 @@ export interface operations {
                      *       "status": 410,
                      *       "title": "The operation was cancelled",
                      *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is too large (counted after decompression). */
+            413: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_too_large",
+                     *       "detail": "The body has more than 268435456 bytes.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 413,
+                     *       "title": "The request body is too large",
+                     *       "type": "urn:flankfit:problem:body_too_large"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The media type or the compression is not supported. */
+            415: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unsupported_media_type",
+                     *       "detail": "The media type is text/plain; send application/json.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 415,
+                     *       "title": "The media type is not supported",
+                     *       "type": "urn:flankfit:problem:unsupported_media_type"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    create_gear_applied_changes: {
+        parameters: {
+            query?: never;
+            header?: {
+                /** @description The same key and body answers the first response again. */
+                "Idempotency-Key"?: string;
+            };
+            path: {
+                /** @description The job, by its UUID. */
+                job_id: string;
+            };
+            cookie?: never;
+        };
+        /** @description The changes that were entered. */
+        requestBody: {
+            content: {
+                "application/json": components["schemas"]["AppliedRequest"];
+            };
+        };
+        responses: {
+            /** @description The record: its `result` has every setting with the change that was entered and the proposed one. */
+            201: {
+                headers: {
+                    /** @description `true` where this is the first answer to the same key, given again. */
+                    "Idempotency-Replayed"?: string;
+                    /** @description Where the record is. */
+                    Location?: string;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["JobRecord"];
+                };
+            };
+            /** @description The body or its compression cannot be read; `detail` says where. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description There is no such resource. */
+            404: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_found",
+                     *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 404,
+                     *       "title": "There is nothing here",
+                     *       "type": "urn:flankfit:problem:not_found"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body did not arrive in time. */
+            408: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_timeout",
+                     *       "detail": "The body did not arrive within 30 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 408,
+                     *       "title": "The request body took too long",
+                     *       "type": "urn:flankfit:problem:body_timeout"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The first request with this idempotency key is still running. */
+            409: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "conflict",
+                     *       "detail": "The job has iterations, which are kept for good.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 409,
+                     *       "title": "The resource's state does not allow this",
+                     *       "type": "urn:flankfit:problem:conflict"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];

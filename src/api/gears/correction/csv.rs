@@ -186,7 +186,9 @@ impl Change {
 
 /// What a change of a machine's setting means at the machine.
 fn sense(setting: &str, more: bool) -> Option<&'static str> {
-    Some(match (setting, more) {
+    // settings of one flank
+    let name = setting.strip_suffix("_left").or_else(|| setting.strip_suffix("_right")).unwrap_or(setting);
+    Some(match (name, more) {
         ("profile_angle", true) => "greater pressure angle of the tool, less material at the tip",
         ("profile_angle", false) => "smaller pressure angle of the tool, more material at the tip",
         ("helix_angle", true) => "towards the right hand",

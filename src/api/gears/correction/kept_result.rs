@@ -3,12 +3,19 @@
 use serde::Deserialize;
 
 use super::{result::LeftName, target::AimBody};
-use crate::api::gears::evaluation::request::{DirectionName, ReferenceName};
+use crate::api::{
+    gears::evaluation::request::{DirectionName, ReferenceName},
+    measurand::side::SideName,
+};
 
 /// A correction as it was kept: the changes that it asked for.
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 pub struct StoredResult {
     pub settings: Vec<Changed>,
+    #[serde(default)]
+    pub iterations: Vec<u32>,
+    #[serde(default)]
+    pub flanks: Vec<SideName>,
     #[serde(default)]
     pub target: Option<AimBody>,
     #[serde(default)]
@@ -17,7 +24,7 @@ pub struct StoredResult {
     pub reference: Option<ReferenceName>,
 }
 
-#[derive(Deserialize)]
+#[derive(Debug, Deserialize)]
 pub struct Changed {
     pub name: String,
     #[serde(default)]

@@ -1,18 +1,22 @@
 //! Corrections of machine settings from deviations of a flank.
 
 pub mod applied;
+pub mod blocks;
 pub mod csv;
 pub mod figure_changes;
 pub mod figures;
 pub mod include;
 pub mod iteration_nodes;
 mod kept_result;
+pub mod other_flank;
 pub mod predicted;
 pub mod request;
 pub mod result;
+pub mod round;
 pub mod same_nodes;
 pub mod sensitivity;
 pub mod stored;
 pub mod target;
+pub mod teeth;
 
 pub use self::result::{build, write};

@@ -1,50 +1,49 @@
 //! What a correction of machine settings is asked for.
 
-use std::collections::BTreeMap;
+use std::{collections::BTreeMap, ops::Range};
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
 use super::{
+    blocks::{Block, Blocks, How},
     include::{CorrectionInclude, CorrectionIncludeName},
-    iteration_nodes,
-    sensitivity::{self, Corrected, SensitivityBody},
+    same_nodes::Measured,
+    sensitivity::{Level, SensitivityBody},
     target::{AimBody, AimName, TargetBody, Wanted},
 };
-use crate::{
-    api::{
-        faults::Faults,
-        fits::{
-            reader::fields,
-            spec::request::{FitFieldsMembers, RegularizationBody, ScalingName},
-        },
-        gears::requirements::RequirementsBody,
-        json::{
-            error::ReadError,
-            location::escape,
-            members::{Members, of_request},
-            present::present,
-            request::request,
-        },
-        measurand::axes::AxesBody,
+use crate::api::{
+    faults::Faults,
+    fits::{
+        reader::fields,
+        spec::request::{FitFieldsMembers, RegularizationBody, ScalingName},
     },
-    jobs::Measurand,
+    gears::requirements::RequirementsBody,
+    json::{
+        error::ReadError,
+        location::escape,
+        members::{Members, of_request},
+        present::present,
+        request::request,
+    },
 };
 use flankfit_engine::{
-    estimation::{Nodes, spec::Scaling},
+    estimation::spec::Scaling,
     gear::{
         Gear,
         correction::{
-            CorrectionSpec, DEFAULT_KEEP_WITHIN, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Flank, ResponseErrors, Setting,
-            SettingsUsed,
+            CorrectionSpec, DEFAULT_KEEP_WITHIN, DEFAULT_RESPONSE_UNCERTAINTY, Damping, Flank, HeldFigure,
+            ResponseErrors, Scatter, Setting, SettingsUsed,
         },
-        evaluation::flank_surface::{FigureTerms, figure_limits},
+        evaluation::flank_surface::{FigureTerms, FlankFigures, figure_limits},
+        tooth,
     },
 };
 
 request! {
     /// A correction of machine settings, by the deviations (µm) that the nodes of an iteration
-    /// hold.
+    /// hold, or of a gear the means of each flank over its teeth. Lists with an entry for each node
+    /// of a gear have those of the left flank first.
     #[schema(as = CorrectionRequest)]
     pub struct CorrectionRequestBody as CorrectionMembers {
         required sensitivity: SensitivityBody,
@@ -94,6 +93,10 @@ request! {
         /// least-squares estimate.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
+        /// For the correction of a gear: the teeth whose mean is corrected, of each flank those of
+        /// them that were measured. By default all that were measured since the last correction.
+        #[schema(min_items = 1)]
+        optional teeth: Vec<String>,
         /// What is answered only when asked for.
         optional include: Vec<CorrectionIncludeName>,
     }
@@ -158,15 +161,13 @@ impl From<ResponseErrorsName> for ResponseErrors {
 
 /// A request that has been read.
 pub struct Read {
-    /// The contract's name of the sensitivity.
-    pub method: &'static str,
     pub spec: CorrectionSpec,
     /// What is aimed at; its deviations are those of the spec.
     pub aim: AimName,
     /// Nobody said what to aim at.
     pub aim_assumed: bool,
-    /// The flank that the nodes lie on, where the sensitivity is that of a machine.
-    pub flank: Option<Flank>,
+    /// The nodes that the correction is made for.
+    pub nodes: Blocks,
     pub include: CorrectionInclude,
 }
 
@@ -179,6 +180,22 @@ pub enum Job<'a> {
     Kept(&'a Kept),
 }
 
+impl<'a> Job<'a> {
+    fn requirements(self) -> Option<&'a RequirementsBody> {
+        match self {
+            Job::Requires(requirements) => requirements,
+            Job::Kept(_) => None,
+        }
+    }
+
+    fn terms(self) -> FigureTerms {
+        match self {
+            Job::Kept(kept) => kept.terms,
+            Job::Requires(requirements) => requirements.map(RequirementsBody::figure_terms).unwrap_or_default(),
+        }
+    }
+}
+
 /// What became of the requirements of the job in a kept correction.
 #[derive(Clone, Debug, Default)]
 pub struct Kept {
@@ -189,12 +206,11 @@ pub struct Kept {
     pub left: Vec<String>,
 }
 
-/// Reads a request for the nodes of an iteration, which are of `measurand`, and the gear of its
-/// job.
+/// Reads a request for the iterations `measured`, and the gear of their job.
 pub fn read(
     text: &[u8],
-    nodes: &Nodes,
-    measurand: &Measurand,
+    measured: &[&Measured],
+    level: Level,
     gear: Option<&Gear>,
     job: Job<'_>,
 ) -> Result<Result<Read, Faults>, ReadError> {
@@ -213,83 +229,150 @@ pub fn read(
     let limits = members.limits.read(&mut faults);
     let absolute = members.absolute.read(&mut faults);
     let trace = members.trace.read(&mut faults);
+    let trace: Option<Vec<usize>> = trace.map(|trace| trace.into_iter().map(|trace| trace as usize).collect());
     let weight = members.weight.read(&mut faults);
     let noise_sigma = members.noise_sigma_um.read(&mut faults);
     let response = members.response_uncertainty.read(&mut faults);
-    let axes = AxesBody::of(measurand).map_err(|why| faults.push("/sensitivity", why)).unwrap_or_default();
-    let factor = axes.deviation_factor();
-    let factor = factor.map_err(|why| faults.push("/sensitivity", why)).unwrap_or(1.0);
     let errors = members.response_errors.read(&mut faults);
-    let sensitivity = members.sensitivity.required_text(&mut faults).and_then(|slice| {
-        let iteration = Corrected { nodes, measurand, axes: &axes, gear };
-        sensitivity::read(slice, iteration, &mut faults).or_else(|| none(&mut faults))
+    let chosen = chosen(members.teeth.optional(&mut faults), measured, level, &mut faults);
+    let nodes = members.sensitivity.required_text(&mut faults).and_then(|slice| {
+        let how = How { slice, level, gear, absolute, trace: trace.as_deref() };
+        Blocks::read(&chosen?, how, &mut faults)
     });
-    let (Some(fit), Some(mut sensitivity)) = (fit, sensitivity) else { return Ok(Err(faults)) };
-    limit(&mut sensitivity.settings, &limits.unwrap_or_default(), &mut faults);
-    let traces = match trace {
-        Some(trace) => Some(trace.into_iter().map(|trace| trace as usize).collect()),
-        None => axes.traces(),
-    };
-    let requirements = match job {
-        Job::Requires(requirements) => requirements,
-        Job::Kept(_) => None,
-    };
-    if let Some(flank) = &mut sensitivity.flank {
-        flank.traces.clone_from(&traces);
-        flank.terms = match job {
-            Job::Kept(kept) => kept.terms,
-            Job::Requires(_) => requirements.map(RequirementsBody::figure_terms).unwrap_or_default(),
-        };
-    }
-    let deviation = iteration_nodes::deviations(nodes, factor);
-    let weight = weight.or_else(|| iteration_nodes::weights(nodes));
+    let (Some(fit), Some(mut nodes)) = (fit, nodes) else { return Ok(Err(faults)) };
+    limit(&mut nodes.settings, &limits.unwrap_or_default(), &mut faults);
+    nodes.blocks.iter_mut().filter_map(|block| block.flank.as_mut()).for_each(|flank| flank.terms = job.terms());
+    let (deviation, weight) = (nodes.deviation(), weight.or_else(|| nodes.weight()));
     // lists of another length are refused where the correction is checked
     let fits = weight.as_ref().is_none_or(|weight| weight.len() == deviation.len())
-        && traces.as_ref().is_none_or(|traces: &Vec<usize>| traces.len() == deviation.len());
-    let flank = sensitivity.flank.as_ref().filter(|_| fits);
-    let limits = flank.zip(requirements.and_then(|requirements| requirements.tolerance_limits));
-    let limits = limits.map(|(flank, limits)| {
-        let ranges = [flank.ranges.profile, flank.ranges.helix];
-        figure_limits(&flank.gear, flank.terms, ranges, &limits.of(flank.side))
-    });
-    let limits = limits.unwrap_or_default();
+        && nodes.traces.as_ref().is_none_or(|traces| traces.len() == deviation.len());
+    let parts = parts(&nodes.blocks, weight.as_deref(), fits, job);
     let aim_assumed = matches!(asked.target, Some(None));
     let aim = match job {
-        Job::Kept(kept) => Some((kept.again(&mut sensitivity.settings), SettingsUsed::All)),
-        Job::Requires(_) => {
-            let wanted = Wanted { flank, deviation: &deviation, weight: weight.as_deref(), limits, requirements };
-            asked.aim(&wanted, &mut faults)
-        }
+        Job::Kept(kept) => Some((kept.again(&mut nodes.settings), SettingsUsed::All)),
+        Job::Requires(requirements) => asked.aim(&parts, requirements, &mut faults),
     };
     let Some((aim, used)) = aim else { return Ok(Err(faults)) };
     let damping = if regularized { Damping::Given(fit.regularization) } else { Damping::default() };
-    let spec = CorrectionSpec {
-        weight,
+    let of_means = level == Level::Gear;
+    // of a measured deviation; a mean has less
+    let noise_sigma =
+        noise_sigma.map(|sigma| if of_means { sigma / (nodes.most_teeth() as f64).sqrt() } else { sigma });
+    let mut spec = CorrectionSpec {
+        weight: weight.clone(),
         target: aim.deviation_um,
         damping,
         scaling: if scaled { fit.scaling } else { Scaling::UnitLength },
         noise_sigma,
         coefficient_norm_limit: fit.coefficient_norm_limit,
         response_uncertainty: response.unwrap_or(DEFAULT_RESPONSE_UNCERTAINTY),
-        absolute: absolute.unwrap_or(sensitivity.flank.is_none() && traces.is_none()),
-        traces,
+        absolute: nodes.absolute,
+        traces: nodes.traces.clone(),
+        flank_zeros: nodes.flank_zeros,
+        scatter: if of_means { nodes.scatter(&[]) } else { Scatter::default() },
         response_errors: errors.map_or_else(ResponseErrors::default, Into::into),
         used,
         include: include.fit,
-        ..CorrectionSpec::new(deviation, sensitivity.matrix, sensitivity.settings)
+        ..CorrectionSpec::new(deviation, nodes.matrix.clone(), nodes.settings.clone())
     };
     let target_fits = spec.target.as_ref().is_none_or(|target| target.len() == spec.deviation.len());
-    let figures = flank.filter(|_| target_fits && matches!(job, Job::Requires(_)));
-    let figures = figures.map(|flank| flank.held(&spec, limits)).unwrap_or_default();
-    let spec = CorrectionSpec { figures, ..spec };
-    Ok(faults.into_result(Read {
-        method: sensitivity.name,
-        spec,
-        aim: aim.kind,
-        aim_assumed,
-        flank: sensitivity.flank,
-        include,
-    }))
+    if target_fits && matches!(job, Job::Requires(_)) {
+        spec.figures = parts.iter().flat_map(|part| part.held(&spec)).collect();
+    }
+    drop(parts);
+    Ok(faults.into_result(Read { spec, aim: aim.kind, aim_assumed, nodes, include }))
+}
+
+/// The iterations that are asked for by their teeth.
+fn chosen<'a>(
+    teeth: Option<Option<Vec<String>>>,
+    measured: &[&'a Measured],
+    level: Level,
+    faults: &mut Faults,
+) -> Option<Vec<&'a Measured>> {
+    let Some(names) = teeth? else { return Some(measured.to_vec()) };
+    if level != Level::Gear {
+        faults.push("/teeth", "it belongs to the correction of the gear; this one is made for the iteration's tooth");
+        return None;
+    }
+    let canonical = |name: &str| tooth::canonical(name).unwrap_or_else(|_| name.to_owned());
+    let of = |one: &Measured| one.measurand.tooth.as_deref().map(canonical);
+    let names: Vec<String> = names.iter().map(|name| canonical(name)).collect();
+    let before = faults.count();
+    for (k, name) in
+        names.iter().enumerate().filter(|(_, name)| !measured.iter().any(|one| of(one).as_ref() == Some(name)))
+    {
+        let mut there: Vec<String> = measured.iter().filter_map(|one| of(one)).collect();
+        there.sort_unstable();
+        there.dedup();
+        let there = if there.is_empty() { "none with a name".to_owned() } else { format!("`{}`", there.join("`, `")) };
+        let detail = format!("tooth {name} was not measured since the last correction; measured were {there}");
+        faults.push(format!("/teeth/{k}"), detail);
+    }
+    if names.is_empty() {
+        faults.push("/teeth", "it names no tooth; leave it out for all that were measured");
+    }
+    let wanted = |one: &&&Measured| of(one).is_some_and(|name| names.contains(&name));
+    (faults.count() == before).then(|| measured.iter().filter(wanted).copied().collect())
+}
+
+/// A flank of the correction with its limits, for its targets and figures.
+pub struct Part<'a> {
+    rows: Range<usize>,
+    flank: Option<&'a Flank>,
+    deviation: &'a [f64],
+    weight: Option<Vec<f64>>,
+    limits: FlankFigures<[f64; 2]>,
+}
+
+/// The flanks; without their places where lists do not fit the nodes.
+fn parts<'a>(blocks: &'a [Block], weight: Option<&[f64]>, fits: bool, job: Job<'_>) -> Vec<Part<'a>> {
+    let mut before = 0;
+    let each = blocks.iter().map(|block| {
+        let rows = before..before + block.mean.deviation.len();
+        before = rows.end;
+        let flank = block.flank.as_ref().filter(|_| fits);
+        Part {
+            flank,
+            deviation: &block.mean.deviation,
+            weight: weight.and_then(|weight| weight.get(rows.clone())).map(<[f64]>::to_vec),
+            limits: flank.map(|flank| limits_of(flank, job.requirements())).unwrap_or_default(),
+            rows,
+        }
+    });
+    each.collect()
+}
+
+/// What a job requires of the figures of a flank.
+pub fn limits_of(flank: &Flank, requirements: Option<&RequirementsBody>) -> FlankFigures<[f64; 2]> {
+    let Some(limits) = requirements.and_then(|requirements| requirements.tolerance_limits) else {
+        return FlankFigures::default();
+    };
+    let ranges = [flank.ranges.profile, flank.ranges.helix];
+    figure_limits(&flank.gear, flank.terms, ranges, &limits.of(flank.side))
+}
+
+impl Part<'_> {
+    /// The figures of the flank as the settings of `spec` move them.
+    fn held(&self, spec: &CorrectionSpec) -> Vec<HeldFigure> {
+        let Some(flank) = self.flank else { return Vec::new() };
+        let (rows, columns) = (self.rows.clone(), spec.settings.len());
+        let Some(sensitivity) = spec.sensitivity.get(rows.start * columns..rows.end * columns) else {
+            return Vec::new();
+        };
+        let scatter = Scatter {
+            columns: spec.scatter.columns.iter().map(|column| column[rows.clone()].to_vec()).collect(),
+            ..spec.scatter.clone()
+        };
+        let own = CorrectionSpec {
+            weight: self.weight.clone(),
+            target: spec.target.as_ref().map(|target| target[rows].to_vec()),
+            absolute: spec.absolute,
+            scatter,
+            ..CorrectionSpec::new(self.deviation.to_vec(), sensitivity.to_vec(), spec.settings.clone())
+        };
+        flank.held(&own, self.limits)
+    }
 }
 
 /// What of a request the requirements of the job have a say in.
@@ -311,9 +394,14 @@ impl Asked {
         Asked { target, used, keep_within }
     }
 
-    /// The target, and which settings are changed.
-    fn aim(self, wanted: &Wanted<'_>, faults: &mut Faults) -> Option<(AimBody, SettingsUsed)> {
-        let limited = wanted.limits.named().iter().any(|(_, limits)| limits.is_some());
+    /// The target of all flanks, and which settings are changed.
+    fn aim(
+        self,
+        parts: &[Part<'_>],
+        requirements: Option<&RequirementsBody>,
+        faults: &mut Faults,
+    ) -> Option<(AimBody, SettingsUsed)> {
+        let limited = parts.iter().any(|part| part.limits.named().iter().any(|(_, limits)| limits.is_some()));
         let used = match self.used {
             Some(SettingsUsedName::All) => SettingsUsed::All,
             None if !limited => SettingsUsed::All,
@@ -321,8 +409,30 @@ impl Asked {
                 SettingsUsed::Needed { keep_within: self.keep_within.unwrap_or(DEFAULT_KEEP_WITHIN) }
             }
         };
-        Some((wanted.target(self.target?, faults)?, used))
+        let asked = self.target?;
+        let aim = |part: &Part<'_>, faults: &mut Faults| {
+            let Part { flank, deviation, limits, .. } = *part;
+            let weight = part.weight.as_deref();
+            Wanted { flank, deviation, weight, limits, requirements }.target(asked.clone(), faults)
+        };
+        let aim = match parts {
+            [one] => aim(one, faults)?,
+            // given deviations are of all flanks
+            [one, ..] if matches!(asked, Some(TargetBody::Given(_))) => aim(one, faults)?,
+            all => stacked(all, all.iter().map(|part| aim(part, faults)).collect::<Option<_>>()?),
+        };
+        Some((aim, used))
     }
+}
+
+/// The targets of flanks one behind the other.
+fn stacked(parts: &[Part<'_>], aims: Vec<AimBody>) -> AimBody {
+    let kind = aims.iter().map(|aim| aim.kind).find(|kind| *kind != AimName::Nominal).unwrap_or(AimName::Nominal);
+    if kind == AimName::Nominal {
+        return AimBody::NOMINAL;
+    }
+    let own = |(aim, part): (AimBody, &Part<'_>)| aim.deviation_um.unwrap_or_else(|| vec![0.0; part.rows.len()]);
+    AimBody { kind, deviation_um: Some(aims.into_iter().zip(parts).flat_map(own).collect()) }
 }
 
 impl Kept {
@@ -351,12 +461,4 @@ fn limit(settings: &mut [Setting], limits: &BTreeMap<String, LimitsBody>, faults
             }
         }
     }
-}
-
-/// What has no value has a fault.
-fn none<T>(faults: &mut Faults) -> Option<T> {
-    if faults.is_empty() {
-        faults.push("/sensitivity", "it cannot be read");
-    }
-    None
 }

@@ -2,36 +2,38 @@
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
+use uuid::Uuid;
 
 use super::{
+    blocks::{Blocks, Subject},
     figures::{SidedFiguresBody, outside_limits, removes_crowning},
     include::CorrectionInclude,
+    other_flank::{self, OtherFlankBody},
     request::{self, Job, Read, SettingsUsedName},
+    same_nodes::Measured,
+    sensitivity::Level,
     target::{AimBody, AimName},
+    teeth::{self, SidedTeethBody},
 };
-use crate::{
-    api::{
-        built::Built,
-        faults::Field,
-        fits::{
-            answer::{result::FitResultBody, text},
-            canonical,
-        },
-        gears::{
-            deviations::registration::IndistinguishableBody,
-            evaluation::request::{DirectionName, ReferenceName},
-            requirements::RequirementsBody,
-        },
-        json::writer::Json,
-        problem::Problem,
-        warning::WarningBody,
+use crate::api::{
+    built::Built,
+    faults::Field,
+    fits::{
+        answer::{result::FitResultBody, text},
+        canonical,
     },
-    jobs::Measurand,
+    gears::{
+        deviations::registration::IndistinguishableBody,
+        evaluation::request::{DirectionName, ReferenceName},
+    },
+    json::writer::Json,
+    measurand::side::SideName,
+    problem::{Problem, ProblemCode},
+    warning::WarningBody,
 };
 use flankfit_engine::{
-    estimation::{Field as FitField, FitError, NodeList, Nodes, spec::Include},
+    estimation::{Field as FitField, FitError, NodeList, spec::Include},
     gear::{
-        Gear,
         correction::{Change, Correction, Flank, LeftAlone, Limit, Predicted, SettingsUsed, Solution, Trust},
         evaluation::flank_surface::FlankFigures,
     },
@@ -41,6 +43,18 @@ use flankfit_engine::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Correction)]
 pub struct CorrectionBody {
+    /// UUIDv7 of the record that it is kept as; in the answer to the request that made it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub id: Option<Uuid>,
+    /// Numbers of the iterations whose nodes it is made for; left out where there is no iteration.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<Vec<u32>>,
+    /// The flanks that they are of, the left one first; left out where no iteration says it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flanks: Option<Vec<SideName>>,
+    /// Of a gear: the teeth of each flank, and how much they differ.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub teeth: Option<SidedTeethBody>,
     /// What was aimed at.
     pub target: AimBody,
     /// Whether the mean of the deviations was taken for measured; where it was not, what all nodes
@@ -57,6 +71,9 @@ pub struct CorrectionBody {
     /// requires; left out with a `matrix` and where the nodes do not tell them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<SidedFiguresBody>,
+    /// What the changes do to the other flank; of the correction of an iteration by a machine.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub other_flank: Option<OtherFlankBody>,
     /// Direction in which the figures count. Present with a machine, like the next three.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub direction: Option<DirectionName>,
@@ -234,23 +251,20 @@ pub struct TrustBody {
     pub gain: f64,
 }
 
-/// Computes a correction by the nodes of an iteration: the whole of it, and what of it is asked
-/// for. Processor work.
-pub fn build(
-    text: &[u8],
-    nodes: &Nodes,
-    measurand: &Measurand,
-    gear: Option<&Gear>,
-    requirements: Option<&RequirementsBody>,
-) -> Result<(Built, CorrectionInclude), Problem> {
-    let read = request::read(text, nodes, measurand, gear, Job::Requires(requirements))?;
+/// Computes a correction: the whole of it, and what of it is asked for. Processor work.
+pub fn build(text: &[u8], subject: &Subject<'_>) -> Result<(Built, CorrectionInclude), Problem> {
+    let Subject { level, ref measured, gear, requirements, .. } = *subject;
+    let read = request::read(text, measured, level, gear, Job::Requires(requirements))?;
     let read = read.map_err(Problem::invalid)?;
-    let Read { method, spec, aim, aim_assumed, flank, include } = read;
+    let Read { spec, aim, aim_assumed, nodes, include } = read;
+    refuse_implausible(measured, &nodes)?;
     let correction = Correction::new(spec).map_err(Problem::invalid)?;
     let solution = correction.solve().map_err(refused)?;
     let spec = correction.asked();
+    let flank = nodes.blocks.first().and_then(|block| block.flank.as_ref());
+    let single = flank.filter(|_| nodes.blocks.len() == 1);
     let of = |flank: &Flank, deviation: &[f64]| flank.figures(deviation, spec.weight.as_deref()).map(Into::into);
-    let figures = flank.as_ref().and_then(|flank| {
+    let figures = single.and_then(|flank| {
         let (before, after) = (of(flank, &spec.deviation)?, of(flank, &solution.predicted.deviation)?);
         Some(FiguresBeforeAfterBody { before, after })
     });
@@ -259,9 +273,25 @@ pub fn build(
         warnings.extend(removes_crowning(&spec.figures));
     }
     warnings.extend(outside_limits(&spec.figures, &solution));
-    let asked = Asked { correction: &correction, aim, figures, flank: flank.as_ref(), warnings };
+    let about = About { other_flank: other_flank::of(text, subject, &nodes, &solution)?, ..About::new(level, &nodes) };
+    if level == Level::Gear {
+        warnings.extend(teeth::warnings(&nodes));
+    }
+    let asked = Asked { correction: &correction, aim, figures, flank, about, warnings };
     let result = write(&solution, asked, &canonical::request_sha256(text), include.fit)?;
-    Ok((Built { method: method.to_owned(), result }, include))
+    Ok((Built { method: nodes.method.to_owned(), result }, include))
+}
+
+/// Refuses iterations whose units are implausible.
+fn refuse_implausible(measured: &[&Measured], nodes: &Blocks) -> Result<(), Problem> {
+    let used = |one: &&&Measured| nodes.blocks.iter().any(|block| block.numbers.contains(&one.number));
+    for one in measured.iter().filter(used) {
+        if let Some(why) = &one.implausible {
+            let detail = format!("Iteration {}: {why}.", one.number);
+            return Err(Problem::new(ProblemCode::ImplausibleUnit, detail));
+        }
+    }
+    Ok(())
 }
 
 /// A fit that was refused, by places in the request.
@@ -281,14 +311,39 @@ pub struct Asked<'a> {
     pub correction: &'a Correction,
     pub aim: AimName,
     pub figures: Option<FiguresBeforeAfterBody>,
+    /// Of the direction and the reference lengths.
     pub flank: Option<&'a Flank>,
+    pub about: About,
     pub warnings: Vec<WarningBody>,
+}
+
+/// What was measured of it.
+#[derive(Default)]
+pub struct About {
+    pub iterations: Vec<u32>,
+    pub flanks: Vec<SideName>,
+    pub teeth: Option<SidedTeethBody>,
+    pub other_flank: Option<OtherFlankBody>,
+}
+
+impl About {
+    fn new(level: Level, nodes: &Blocks) -> Self {
+        let mut iterations: Vec<u32> = nodes.blocks.iter().flat_map(|block| block.numbers.iter().copied()).collect();
+        iterations.sort_unstable();
+        About {
+            iterations,
+            flanks: nodes.blocks.iter().filter_map(|block| block.side.map(Into::into)).collect(),
+            teeth: (level == Level::Gear).then(|| SidedTeethBody::new(nodes)),
+            other_flank: None,
+        }
+    }
 }
 
 /// The whole of it as JSON, `nodes` and `result` too; `digest` is that of the request, `include`
 /// that of the fits.
 pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Include) -> Result<Vec<u8>, Problem> {
-    let Asked { correction, aim, figures, flank, warnings: more } = asked;
+    let Asked { correction, aim, figures, flank, about, warnings: more } = asked;
+    let About { iterations, flanks, teeth, other_flank } = about;
     let spec = correction.asked();
     let Solution { settings, indistinguishable, predicted, trust, fit, limited_fit, warnings, leverage: _, noise: _ } =
         solution;
@@ -315,12 +370,16 @@ pub fn write(solution: &Solution, asked: Asked<'_>, digest: &str, include: Inclu
     let mut json = Json::with_capacity(8192 + 48 * predicted.deviation.len());
     let mut object = json.object();
     object
+        .maybe("iterations", (!iterations.is_empty()).then_some(iterations))
+        .maybe("flanks", (!flanks.is_empty()).then_some(flanks))
+        .maybe("teeth", teeth)
         .field("target", &AimBody { kind: aim, deviation_um: spec.target.clone() })
         .field("absolute", &spec.absolute)
         .field("settings_used", &used)
         .maybe("keep_within", keep_within)
         .field("settings", &settings)
         .maybe("figures", sided)
+        .maybe("other_flank", other_flank)
         .maybe("direction", flank.map(|flank| DirectionName::from(flank.terms.direction)))
         .maybe("reference", flank.map(|flank| ReferenceName::from(flank.terms.reference)))
         .maybe("profile_reference_length_mm", flank.map(|flank| flank.references()[0]))

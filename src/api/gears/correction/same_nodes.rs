@@ -15,8 +15,12 @@ use flankfit_engine::{estimation::Nodes, gear::correction::Flank};
 
 /// Nodes with what they are of.
 pub struct Measured {
+    /// Of the iteration.
+    pub number: u32,
     pub nodes: Nodes,
     pub measurand: Measurand,
+    /// Why its units are implausible, where they are and nobody has accepted them.
+    pub implausible: Option<String>,
 }
 
 /// Places that were turned from one coordinate into another are the same within this, mm: units and

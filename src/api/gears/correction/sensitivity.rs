@@ -53,6 +53,10 @@ request! {
         /// default that of the nodes.
         #[schema(min_items = 2, max_items = 2)]
         optional helix_range_mm: [f64; 2],
+        /// With `machine`: settings that it has for each flank by itself, such as the profile angle
+        /// of a wheel that is dressed on both sides. Their names end in `_left` or `_right`, and
+        /// they leave the other flank as it is. Default none: all settings act on both flanks.
+        optional by_flank: Vec<String>,
     }
 }
 
@@ -99,6 +103,17 @@ pub struct Sensitivity {
     pub flank: Option<Flank>,
 }
 
+/// What a correction is made for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// The nodes of one iteration.
+    Iteration,
+    /// All teeth of both flanks.
+    Gear,
+    /// The other flank than that of an iteration, for which no changes are computed.
+    OtherFlank,
+}
+
 /// The iteration whose nodes are corrected.
 #[derive(Clone, Copy)]
 pub struct Corrected<'a> {
@@ -108,6 +123,7 @@ pub struct Corrected<'a> {
     pub axes: &'a AxesBody,
     /// Of the job.
     pub gear: Option<&'a Gear>,
+    pub level: Level,
 }
 
 const AT: &str = "/sensitivity";
@@ -120,6 +136,7 @@ pub fn read(slice: &[u8], iteration: Corrected<'_>, faults: &mut Faults) -> Opti
         members.profile_axis.name_if_given(),
         members.profile_diameter_range_mm.name_if_given(),
         members.helix_range_mm.name_if_given(),
+        members.by_flank.name_if_given(),
     ];
     let of_matrix_only =
         [members.settings.name_if_given(), members.units.name_if_given(), members.matrix.name_if_given()];
@@ -162,9 +179,16 @@ fn of_matrix(members: &SensitivityMembers<'_>, faults: &mut Faults) -> Option<Se
 }
 
 fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults: &mut Faults) -> Option<Sensitivity> {
-    let Corrected { nodes, measurand, axes, gear } = iteration;
+    let Corrected { nodes, measurand, axes, gear, level } = iteration;
     let machine: Machine = members.machine.read(faults)?.into();
+    let by_flank = by_flank(members, machine, faults)?;
     let side: Option<Side> = members.flank.optional(faults)?.map(Into::into);
+    if level == Level::Gear && side.is_some() {
+        let detail = "a correction of the gear takes the flanks that were measured; leave it out";
+        faults.push("/sensitivity/flank", detail);
+        return None;
+    }
+    let side = side.filter(|_| level == Level::Iteration);
     let axis = members.profile_axis.optional(faults)?;
     let before = faults.count();
     if let (Some(requested), Some(measured)) = (side, measurand.flank)
@@ -199,8 +223,23 @@ fn of_machine(members: &SensitivityMembers<'_>, iteration: Corrected<'_>, faults
     let found = machine.sensitivity(gear, &places, ranges).map_err(|more| faults.append(placed(&more, given)));
     let terms = FigureTerms::default();
     let flank = Some(Flank { gear: gear.clone(), side, places, ranges, traces: None, terms });
-    let found = found.ok()?;
+    let mut found = found.ok()?;
+    for setting in found.settings.iter_mut().filter(|setting| by_flank.contains(&setting.name)) {
+        setting.name = format!("{}_{}", setting.name, side_name(side));
+    }
     Some(Sensitivity { name: machine.name(), settings: found.settings, matrix: found.matrix, flank })
+}
+
+/// The settings that a machine has for each flank.
+fn by_flank(members: &SensitivityMembers<'_>, machine: Machine, faults: &mut Faults) -> Option<Vec<String>> {
+    let names = members.by_flank.optional(faults)?.unwrap_or_default();
+    let settings: Vec<String> = machine.settings().into_iter().map(|setting| setting.name).collect();
+    let before = faults.count();
+    for (k, _) in names.iter().enumerate().filter(|(_, name)| !settings.contains(name)) {
+        let detail = format!("the machine has no such setting; it has `{}`", settings.join("`, `"));
+        faults.push(format!("{AT}/by_flank/{k}"), detail);
+    }
+    (faults.count() == before).then_some(names)
 }
 
 /// What u and v of the iteration are, as its axes say.

@@ -10,9 +10,10 @@ use super::{
     figure_changes::FigureChangesBody,
     include::CorrectionInclude,
     kept_result::StoredResult,
-    request::{self, Job, Kept},
+    request::{self, Job, Kept, Read},
     result::{CorrectionBody, FlankFiguresBody},
     same_nodes::{Measured, same_nodes},
+    sensitivity::Level,
 };
 use crate::{
     api::{
@@ -31,7 +32,7 @@ use flankfit_engine::{
     estimation::{FitError, Unconverged},
     gear::{
         Gear, Refused,
-        correction::{Answer, Correction, Verdict, compare, compare_figures},
+        correction::{Answer, Comparison, Correction, CorrectionSpec, Scatter, Verdict, compare, compare_figures},
     },
 };
 
@@ -72,8 +73,11 @@ pub struct StoredCorrectionBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = MachineAnswer)]
 pub struct MachineAnswerBody {
-    /// Number of the iteration that measured it.
+    /// Number of the iteration that measured it; of a gear the last of `iterations`.
     pub iteration: u32,
+    /// Of a gear: the iterations of the round after the correction, whose mean is compared.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub iterations: Option<Vec<u32>>,
     /// How many nodes were compared.
     pub nodes: usize,
     /// Root mean square of the deviations that the correction was made for.
@@ -125,6 +129,20 @@ pub struct MachineAnswerBody {
     /// out where the nodes do not tell them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figure_changes: Option<FigureChangesBody>,
+    /// Of a gear: the figures of each flank that was measured again, in place of `figures` and
+    /// `figure_changes`. Their errors hold the scatter of the teeth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flanks: Option<SidedChangesBody>,
+}
+
+/// Changes of the figures of each flank.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SidedFigureChanges)]
+pub struct SidedChangesBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<FigureChangesBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<FigureChangesBody>,
 }
 
 /// How the machine answered.
@@ -183,7 +201,7 @@ pub enum After {
     /// Iterations of other flanks or teeth only; the first of them.
     Others(u32),
     /// The first iteration of the same flank and tooth.
-    Same(u32, Measured),
+    Same(Measured),
 }
 
 /// The answer to who asks for a kept correction. `applied` is what was entered after it; `today` is
@@ -197,15 +215,14 @@ pub fn write(
     today: Option<&Gear>,
     include: CorrectionInclude,
 ) -> Result<Vec<u8>, Problem> {
-    let raw = |text| RawValue::from_string(text).map_err(Problem::internal);
-    let (answer, not_compared) = match after {
+    let compared = match after {
         After::Nothing => (None, None),
         After::Others(number) => {
             let of = before.measurand.words();
             let why = format!("no later iteration says that it is of {of}; the next is iteration {number}");
             (None, Some(why))
         }
-        After::Same(number, measured) => match answer(record, applied.as_ref(), before, (*number, measured), today)? {
+        After::Same(measured) => match answer(record, applied.as_ref(), before, measured, today)? {
             Ok(mut answer) => {
                 if !include.nodes {
                     (answer.predicted_um, answer.measured_um) = (None, None);
@@ -215,6 +232,17 @@ pub fn write(
             Err(why) => (None, Some(why)),
         },
     };
+    whole(record, applied, compared, include)
+}
+
+/// A kept correction with the answer of the machine, or why there is none.
+pub(super) fn whole(
+    record: &Record,
+    applied: Option<AppliedChangesBody>,
+    (answer, not_compared): (Option<MachineAnswerBody>, Option<String>),
+    include: CorrectionInclude,
+) -> Result<Vec<u8>, Problem> {
+    let raw = |text| RawValue::from_string(text).map_err(Problem::internal);
     let written = Written {
         id: record.id,
         method: &record.draft.method,
@@ -234,34 +262,24 @@ fn answer(
     record: &Record,
     applied: Option<&AppliedChangesBody>,
     before: &Measured,
-    (number, after): (u32, &Measured),
+    after: &Measured,
     today: Option<&Gear>,
 ) -> Result<Result<MachineAnswerBody, String>, Problem> {
+    let number = after.number;
     if before.nodes.posted() != after.nodes.posted() {
         return Ok(Err(format!("iteration {number} has its nodes at other places")));
     }
-    let own_gear = record.draft.gear.as_deref().map(of_text).transpose()?;
-    let gear = own_gear.as_ref().or(today);
-    let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
-    if result.settings.iter().all(|setting| setting.change == 0.0) {
-        return Ok(Err("the correction changed nothing".to_owned()));
-    }
-    // the job may require something else by now
-    let kept = Kept {
-        target: result.target.and_then(|target| target.deviation_um),
-        terms: figure_terms(result.direction, result.reference),
-        left: result.settings.iter().filter(|setting| setting.left.is_some()).map(|s| s.name.clone()).collect(),
+    let made = match Made::of(record, today)? {
+        Ok(made) => made,
+        Err(why) => return Ok(Err(why)),
     };
-    let read = |of: &Measured| {
-        request::read(record.draft.request.as_bytes(), &of.nodes, &of.measurand, gear, Job::Kept(&kept))
-            .map(|read| read.map_err(|faults| first(&faults)))
-    };
-    let (earlier, later) = match (read(before)?, read(after)?) {
+    let (earlier, later) = match (made.read(&[before], Level::Iteration)?, made.read(&[after], Level::Iteration)?) {
         (Ok(earlier), Ok(later)) => (earlier, later),
         (Err(why), _) | (_, Err(why)) => return Ok(Err(why)),
     };
-    let flanks = earlier.flank.as_ref().zip(later.flank.as_ref()).map(|(a, b)| [a, b]);
-    if let Err(why) = same_nodes(before, after, flanks, number) {
+    let flank = |read: &Read| read.nodes.blocks.first().and_then(|block| block.flank.clone());
+    let flanks = flank(&earlier).zip(flank(&later));
+    if let Err(why) = same_nodes(before, after, flanks.as_ref().map(|(a, b)| [a, b]), number) {
         return Ok(Err(why));
     }
     if earlier.spec.traces.is_none() && later.spec.traces.is_some() {
@@ -269,53 +287,117 @@ fn answer(
             "the traces of iteration {number} have a zero each, the heights of the corrected one have not"
         )));
     }
-    let proposed: Vec<f64> = result.settings.iter().map(|setting| setting.change).collect();
-    // the request says what the sensitivity is, and how the changes follow the noise of the
-    // deviations
-    let of_gear = earlier.flank.is_some();
-    let again = Correction::new(earlier.spec)
-        .map_err(|faults| first(&faults.into()))
-        .and_then(|correction| Ok((correction.solve().map_err(why)?, correction)));
-    let (solution, correction) = match again {
-        Ok(again) => again,
-        Err(why) => return Ok(Err(why)),
-    };
-    let changes = solution.settings.iter().map(|setting| setting.change);
-    if proposed.len() != changes.len() || (of_gear && own_gear.is_none() && !same_changes(&proposed, changes)) {
-        return Ok(Err(
-            "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
-        ));
+    let measured = Later { measured: later.spec.deviation, scatter: Scatter::default(), noise: 1.0 };
+    Ok(made.judge(earlier.spec, applied, measured).map(|judged| {
+        let Judged { answer, predicted, before, measured } = judged;
+        let weight = later.spec.weight.as_deref();
+        let flank = flanks.as_ref().map(|(_, after)| after);
+        let figures = flank.and_then(|flank| flank.figures(&measured, weight)).map(Into::into);
+        let figure_changes = flank.and_then(|flank| {
+            compare_figures(&before, &predicted, &measured, |list| flank.estimated_figures(list, weight))
+        });
+        let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
+        MachineAnswerBody { figures, figure_changes: figure_changes.map(Into::into), ..body }
+    }))
+}
+
+/// A kept correction, to be computed again.
+pub(super) struct Made<'a> {
+    record: &'a Record,
+    pub result: StoredResult,
+    own_gear: Option<Gear>,
+    today: Option<&'a Gear>,
+    kept: Kept,
+}
+
+/// What was measured after a correction.
+pub(super) struct Later {
+    /// At the nodes of the correction; NaN where nothing was measured.
+    pub measured: Vec<f64>,
+    /// Of the difference from what the correction was made for.
+    pub scatter: Scatter,
+    /// Its noise as a multiple of that of the correction.
+    pub noise: f64,
+}
+
+/// A comparison, with the deviations that were compared.
+pub(super) struct Judged {
+    pub answer: Answer,
+    pub predicted: Vec<f64>,
+    pub before: Vec<f64>,
+    pub measured: Vec<f64>,
+}
+
+impl<'a> Made<'a> {
+    /// `today` is the gear of the job, for corrections that were kept without theirs.
+    pub fn of(record: &'a Record, today: Option<&'a Gear>) -> Result<Result<Self, String>, Problem> {
+        let own_gear = record.draft.gear.as_deref().map(of_text).transpose()?;
+        let result: StoredResult = serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+        if result.settings.iter().all(|setting| setting.change == 0.0) {
+            return Ok(Err("the correction changed nothing".to_owned()));
+        }
+        // the job may require something else by now
+        let kept = Kept {
+            target: result.target.as_ref().and_then(|target| target.deviation_um.clone()),
+            terms: figure_terms(result.direction, result.reference),
+            left: result.settings.iter().filter(|setting| setting.left.is_some()).map(|s| s.name.clone()).collect(),
+        };
+        Ok(Ok(Made { record, result, own_gear, today, kept }))
     }
-    let Some(noise) = solution.noise else {
-        return Ok(Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned()));
-    };
-    let entered = applied.map(|applied| applied.settings.iter().map(|setting| setting.change).collect());
-    let change: Vec<f64> = entered.unwrap_or_else(|| proposed.clone());
-    let leverage = match change == proposed {
-        true => solution.leverage,
-        false => match correction.leverage_of(&solution, &shares(&change, &proposed)) {
-            Some(leverage) => leverage,
-            None => return Ok(Err(why(FitError::NotConverged(Unconverged::Comparison)))),
-        },
-    };
-    let measured = later.spec.deviation;
-    let predicted = correction.predict(&change).deviation;
-    match compare(&correction.comparison(&change, leverage, noise, measured.clone())) {
-        Ok(answer) => {
-            let flank = later.flank.as_ref();
-            let weight = later.spec.weight.as_deref();
-            let figures = flank.and_then(|flank| flank.figures(&measured, weight)).map(Into::into);
-            let before = &correction.asked().deviation;
-            let figure_changes = flank.and_then(|flank| {
-                compare_figures(before, &predicted, &measured, |list| flank.estimated_figures(list, weight))
-            });
-            let body = MachineAnswerBody::new(answer, number, &predicted, &measured);
-            Ok(Ok(MachineAnswerBody { figures, figure_changes: figure_changes.map(Into::into), ..body }))
+
+    pub fn gear(&self) -> Option<&Gear> {
+        self.own_gear.as_ref().or(self.today)
+    }
+
+    /// The request with these iterations.
+    pub fn read(&self, measured: &[&Measured], level: Level) -> Result<Result<Read, String>, Problem> {
+        let job = Job::Kept(&self.kept);
+        let read = request::read(self.record.draft.request.as_bytes(), measured, level, self.gear(), job)?;
+        Ok(read.map_err(|faults| first(&faults)))
+    }
+
+    /// Compares what was measured with what was predicted of the changes that were entered.
+    pub fn judge(
+        &self,
+        earlier: CorrectionSpec,
+        applied: Option<&AppliedChangesBody>,
+        later: Later,
+    ) -> Result<Judged, String> {
+        let proposed: Vec<f64> = self.result.settings.iter().map(|setting| setting.change).collect();
+        // the request says what the sensitivity is, and how the changes follow the noise of the
+        // deviations
+        let correction = Correction::new(earlier).map_err(|faults| first(&faults.into()))?;
+        let solution = correction.solve().map_err(why)?;
+        let changes = solution.settings.iter().map(|setting| setting.change);
+        let of_gear = self.record.draft.method != "matrix";
+        if proposed.len() != changes.len() || (of_gear && self.own_gear.is_none() && !same_changes(&proposed, changes))
+        {
+            return Err(
+                "the gear of the job has changed since, and the one before was not kept with the correction".to_owned()
+            );
         }
-        Err(Refused::Invalid(faults)) => {
-            Ok(Err(faults.list().first().map_or_else(String::new, |fault| fault.reason.to_string())))
-        }
-        Err(Refused::Fit(error)) => Ok(Err(why(error))),
+        let Some(mut noise) = solution.noise else {
+            return Err("the noise is not known: as many settings as nodes, and no `noise_sigma_um`".to_owned());
+        };
+        noise.sigma *= later.noise;
+        let entered = applied.map(|applied| applied.settings.iter().map(|setting| setting.change).collect());
+        let change: Vec<f64> = entered.unwrap_or_else(|| proposed.clone());
+        let leverage = match change == proposed {
+            true => solution.leverage,
+            false => correction
+                .leverage_of(&solution, &shares(&change, &proposed))
+                .ok_or_else(|| why(FitError::NotConverged(Unconverged::Comparison)))?,
+        };
+        let Later { measured, scatter, .. } = later;
+        let predicted = correction.predict(&change).deviation;
+        let comparison = Comparison { scatter, ..correction.comparison(&change, leverage, noise, measured.clone()) };
+        let answer = compare(&comparison).map_err(|refused| match refused {
+            Refused::Invalid(faults) => {
+                faults.list().first().map_or_else(String::new, |fault| fault.reason.to_string())
+            }
+            Refused::Fit(error) => why(error),
+        })?;
+        Ok(Judged { answer, predicted, before: correction.asked().deviation.clone(), measured })
     }
 }
 
@@ -335,7 +417,7 @@ fn same_changes(result: &[f64], again: impl Iterator<Item = f64>) -> bool {
     result.iter().zip(again).all(|(result, again)| (result - again).abs() <= 1e-6 * size)
 }
 
-fn first(faults: &Faults) -> String {
+pub(super) fn first(faults: &Faults) -> String {
     faults.list().first().map_or_else(String::new, |fault| fault.detail.clone())
 }
 
@@ -348,10 +430,11 @@ fn why(error: FitError) -> String {
 }
 
 impl MachineAnswerBody {
-    fn new(answer: Answer, iteration: u32, predicted: &[f64], measured: &[f64]) -> Self {
+    pub(super) fn new(answer: Answer, iteration: u32, predicted: &[f64], measured: &[f64]) -> Self {
         let defined = |list: &[f64]| list.iter().map(|x| Some(*x).filter(|x| x.is_finite())).collect();
         MachineAnswerBody {
             iteration,
+            iterations: None,
             nodes: answer.nodes,
             rms_before_um: answer.before_rms,
             rms_predicted_um: answer.predicted_rms,
@@ -370,6 +453,7 @@ impl MachineAnswerBody {
             measured_um: Some(defined(measured)),
             figures: None,
             figure_changes: None,
+            flanks: None,
         }
     }
 }

@@ -1,0 +1,147 @@
+//! A kept correction of the gear with the answer of the next round of measurements.
+
+use super::{
+    applied::AppliedChangesBody,
+    blocks::How,
+    include::CorrectionInclude,
+    kept_result::StoredResult,
+    request::{CorrectionMembers, Read},
+    same_nodes::Measured,
+    sensitivity::Level,
+    stored::{Judged, Later, MachineAnswerBody, Made, SidedChangesBody, first, whole},
+};
+use crate::{
+    api::{faults::Faults, json::members::of_request, measurand::side::SideName, problem::Problem},
+    jobs::Record,
+};
+use flankfit_engine::gear::{
+    Gear, Side,
+    correction::{Scatter, TeethMean, compare_figures},
+};
+
+/// What was measured before and after a correction of the gear.
+pub struct Round<'a> {
+    /// The iterations that it was made for.
+    pub before: Vec<&'a Measured>,
+    /// The newest iteration of each tooth and flank of the next round.
+    pub after: Vec<&'a Measured>,
+}
+
+/// What a kept correction of the gear was made for.
+pub struct MadeFor {
+    /// In words.
+    pub flanks: String,
+    pub iterations: Vec<u32>,
+}
+
+impl MadeFor {
+    /// Reads it of the record.
+    pub fn of(record: &Record) -> Result<Self, Problem> {
+        let StoredResult { iterations, flanks, .. } =
+            serde_json::from_str(&record.draft.result).map_err(Problem::internal)?;
+        let flanks = match flanks[..] {
+            [SideName::Left] => "the left flank",
+            [SideName::Right] => "the right flank",
+            _ => "both flanks",
+        };
+        Ok(MadeFor { flanks: flanks.to_owned(), iterations })
+    }
+}
+
+/// The answer to who asks for a kept correction of the gear. `applied` is what was entered after
+/// it; `today` is the gear of the job. Processor work.
+pub fn write(
+    record: &Record,
+    applied: Option<AppliedChangesBody>,
+    round: &Round<'_>,
+    today: Option<&Gear>,
+    include: CorrectionInclude,
+) -> Result<Vec<u8>, Problem> {
+    let compared = match round.after.is_empty() {
+        true => (None, None),
+        false => match answer(record, applied.as_ref(), round, today)? {
+            Ok(mut answer) => {
+                if !include.nodes {
+                    (answer.predicted_um, answer.measured_um) = (None, None);
+                }
+                (Some(answer), None)
+            }
+            Err(why) => (None, Some(why)),
+        },
+    };
+    whole(record, applied, compared, include)
+}
+
+fn answer(
+    record: &Record,
+    applied: Option<&AppliedChangesBody>,
+    round: &Round<'_>,
+    today: Option<&Gear>,
+) -> Result<Result<MachineAnswerBody, String>, Problem> {
+    let made = match Made::of(record, today)? {
+        Ok(made) => made,
+        Err(why) => return Ok(Err(why)),
+    };
+    let Round { before, after } = round;
+    let Read { spec, nodes, .. } = match made.read(before, Level::Gear)? {
+        Ok(earlier) => earlier,
+        Err(why) => return Ok(Err(why)),
+    };
+    let flanks: Vec<SideName> = nodes.blocks.iter().filter_map(|block| block.side.map(Into::into)).collect();
+    if flanks != made.result.flanks {
+        return Ok(Err("what the corrected iterations are of was changed since".to_owned()));
+    }
+    // faults of the request would have been found before
+    let mut faults = Faults::default();
+    let members: CorrectionMembers<'_> = of_request(record.draft.request.as_bytes(), &mut faults)?;
+    let Some(slice) = members.sensitivity.required_text(&mut faults) else { return Ok(Err(first(&faults))) };
+    let how = How { slice, level: Level::Gear, gear: made.gear(), absolute: None, trace: None };
+    let means = match nodes.again(before, after, how) {
+        Ok(means) => means,
+        Err(faults) => return Ok(Err(first(&faults))),
+    };
+    let count = |later: bool| -> usize {
+        let pairs = nodes.blocks.iter().zip(&means).filter_map(|(block, mean)| Some((block, mean.as_ref()?)));
+        pairs.map(|(block, mean)| if later { mean.count } else { block.mean.count }).sum()
+    };
+    if count(true) == 0 {
+        return Ok(Err("no flank that was corrected was measured after it".to_owned()));
+    }
+    let missing = |k: usize| vec![f64::NAN; nodes.blocks[k].mean.deviation.len()];
+    let deviation = |(k, mean): (usize, &Option<TeethMean>)| {
+        mean.as_ref().map_or_else(|| missing(k), |mean| mean.deviation.clone())
+    };
+    let scatter = nodes.scatter(&means);
+    let later = Later {
+        measured: means.iter().enumerate().flat_map(deviation).collect(),
+        scatter: scatter.clone(),
+        // a mean over fewer teeth has more noise
+        noise: (0.5 * (1.0 + count(false) as f64 / count(true) as f64)).sqrt(),
+    };
+    let weight = spec.weight.clone();
+    Ok(made.judge(spec, applied, later).map(|judged| {
+        let Judged { answer, predicted, before, measured } = judged;
+        let mut iterations: Vec<u32> = round.after.iter().map(|one| one.number).collect();
+        iterations.sort_unstable();
+        let last = iterations.last().copied().unwrap_or_default();
+        let body = MachineAnswerBody::new(answer, last, &predicted, &measured);
+        let (mut sided, mut start) = (SidedChangesBody::default(), 0);
+        for block in &nodes.blocks {
+            let rows = start..start + block.mean.deviation.len();
+            start = rows.end;
+            let Some(flank) = &block.flank else { continue };
+            let weight = weight.as_ref().map(|weight| &weight[rows.clone()]);
+            let columns = scatter.columns.iter().map(|column| column[rows.clone()].to_vec()).collect();
+            let own = Scatter { columns, ..scatter.clone() };
+            let lists = [&before, &predicted, &measured].map(|list| &list[rows.clone()]);
+            let figures = |list: &[f64]| flank.scattered_figures(list, weight, &own);
+            let changes = compare_figures(lists[0], lists[1], lists[2], figures).map(Into::into);
+            match flank.side {
+                Side::Left => sided.left = changes,
+                Side::Right => sided.right = changes,
+            }
+        }
+        let flanks = (sided != SidedChangesBody::default()).then_some(sided);
+        MachineAnswerBody { iterations: Some(iterations), flanks, ..body }
+    }))
+}

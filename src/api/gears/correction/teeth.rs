@@ -1,0 +1,80 @@
+//! The teeth that a correction of the gear was made for.
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use super::blocks::{Block, Blocks};
+use crate::{
+    api::{params::Params, warning::WarningBody},
+    jobs::side_name,
+};
+use flankfit_engine::gear::Side;
+
+/// The teeth of each flank that was measured.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = SidedTeeth)]
+pub struct SidedTeethBody {
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub left: Option<TeethBody>,
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub right: Option<TeethBody>,
+}
+
+/// The teeth whose mean a flank was corrected by.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
+#[schema(as = CorrectedTeeth)]
+pub struct TeethBody {
+    /// The iteration of each tooth. The mean is taken at the nodes of the first, which has most of
+    /// them, of equals the newest.
+    pub iterations: Vec<u32>,
+    /// Names of the teeth in the same order; those of iterations without one are left out.
+    pub teeth: Vec<String>,
+    /// s, the standard deviation between teeth at a node (root mean square over the nodes), about
+    /// the teeth's means where the deviations have no datum. It holds the noise of the measurement.
+    /// Left out of one tooth.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread_um: Option<f64>,
+    /// Standard error of the mean at a node: the root of max(s², v)/t, with v the mean variance of
+    /// the residuals of the teeth's surfaces of second order and t the number of teeth. Left out
+    /// where neither is known.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub std_error_um: Option<f64>,
+}
+
+impl SidedTeethBody {
+    pub(super) fn new(nodes: &Blocks) -> Self {
+        let of = |side: Side| {
+            let block = nodes.blocks.iter().find(|block| block.side == Some(side))?;
+            Some(TeethBody {
+                iterations: block.numbers.clone(),
+                teeth: block.teeth.clone(),
+                spread_um: block.mean.spread,
+                std_error_um: block.mean.std_error(),
+            })
+        };
+        SidedTeethBody { left: of(Side::Left), right: of(Side::Right) }
+    }
+}
+
+/// What is not known of teeth and flanks.
+pub(super) fn warnings(nodes: &Blocks) -> Vec<WarningBody> {
+    let mut warnings = Vec::new();
+    let named = |block: &Block| block.side.map(side_name);
+    let single: Vec<&str> = nodes.blocks.iter().filter(|block| block.mean.count == 1).filter_map(named).collect();
+    if !single.is_empty() {
+        let message = format!("{} flank: one tooth only; the spread between teeth is not known", single.join(" and "));
+        let params = Params::new().list("flanks", single).some();
+        warnings.push(WarningBody { params, ..WarningBody::new("one_tooth", message) });
+    }
+    let measured = |side: Side| nodes.blocks.iter().any(|block| block.side == Some(side));
+    for side in [Side::Left, Side::Right].into_iter().filter(|side| !measured(*side)) {
+        let message = format!(
+            "the {} flank was not measured since the last correction: what settings of both flanks do to it is not \
+             known",
+            side_name(side)
+        );
+        let params = Params::new().list("flanks", [side_name(side)]).some();
+        warnings.push(WarningBody { params, ..WarningBody::new("flank_not_measured", message) });
+    }
+    warnings
+}
