@@ -19,7 +19,7 @@ import { notify } from "./toast.js";
 /** @typedef {import("../api/client.js").Schema<"AppliedChanges">} AppliedChanges */
 /** @typedef {{ settings: Record<string, string>, note: string }} Draft as it was typed */
 
-/** @param {{ jobId: string, number: number, kept: KeptCorrection, onDone: () => void }} props */
+/** @param {{ jobId: string, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props `number`: of the corrected iteration; none of the gear */
 export function Applied({ jobId, number, kept, onDone }) {
   const { applied } = kept;
   const form = h(Allowed, {
@@ -64,7 +64,7 @@ function Entry({ applied }) {
 /** @param {number} change */
 const signed = (change) => `${change > 0 ? "+" : ""}${fmt.value.three(change)}`;
 
-/** @param {{ jobId: string, number: number, kept: KeptCorrection, onDone: () => void }} props */
+/** @param {{ jobId: string, number: number | undefined, kept: KeptCorrection, onDone: () => void }} props */
 function AppliedForm({ jobId, number, kept, onDone }) {
   const { settings } = kept.result;
   const proposed = Object.fromEntries(settings.map((setting) => [setting.name, proposedText(setting)]));
@@ -95,8 +95,14 @@ function AppliedForm({ jobId, number, kept, onDone }) {
         settings: Object.fromEntries(changed.map(({ name, value }) => [name, value ?? 0])),
         ...(note ? { note } : {}),
       };
-      const params = { path: { job_id: jobId, number }, header: attempt.headers(body) };
-      await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction/applied", { params, body }));
+      const header = attempt.headers(body);
+      if (number === undefined) {
+        const params = { path: { job_id: jobId }, header };
+        await answer(api.POST("/v1/jobs/{job_id}/correction/applied", { params, body }));
+      } else {
+        const params = { path: { job_id: jobId, number }, header };
+        await answer(api.POST("/v1/jobs/{job_id}/iterations/{number}/correction/applied", { params, body }));
+      }
       attempt.done();
       forget();
       notify(t.enteredDone);

@@ -31,12 +31,15 @@ const NAMES = new Set([
 
 /** A setting in words; those of a matrix have the caller's. @param {string} name @returns {string} */
 export function settingName(name) {
-  return NAMES.has(name) ? t[/** @type {"twist"} */ (name)] : name;
+  if (NAMES.has(name)) return t[/** @type {"twist"} */ (name)];
+  // settings that a machine has for each flank
+  const [, own = "", side] = /^(.*)_(left|right)$/.exec(name) ?? [];
+  return NAMES.has(own) ? `${settingName(own)}, ${t[/** @type {"left"} */ (side)]}` : name;
 }
 
 /** @param {string} name */
 const settingCell = (name) =>
-  NAMES.has(name)
+  settingName(name) !== name
     ? html`${settingName(name)} <code class="quiet" translate="no">${name}</code>`
     : html`<span translate="no">${name}</span>`;
 
@@ -184,6 +187,9 @@ function figureRows({ result, answer }) {
   const wanted = result.figures?.left ?? result.figures?.right;
   const plain = (/** @type {number | null | undefined} */ value) =>
     typeof value === "number" ? { value_um: value } : undefined;
+  // of a gear, whose flanks have no others
+  const estimated = (/** @type {TargetFigure | null | undefined} */ figure) =>
+    figure ? { value_um: figure.before, ...(figure.std_error ? { std_error_um: figure.std_error } : {}) } : undefined;
   const figures = FIGURES.map(([key, symbol, word]) => {
     const changes = answer?.figure_changes?.[key];
     const own = /** @type {const} */ (`${key}_um`);
@@ -191,9 +197,9 @@ function figureRows({ result, answer }) {
       key,
       symbol,
       name: t[word],
-      before: changes?.before ?? plain(before?.[own]),
+      before: changes?.before ?? plain(before?.[own]) ?? estimated(wanted?.[own]),
       wanted: wanted?.[own] ?? undefined,
-      predicted: changes?.predicted_um ?? after?.[own] ?? undefined,
+      predicted: changes?.predicted_um ?? after?.[own] ?? wanted?.[own]?.predicted ?? undefined,
       measured: changes?.measured ?? plain(answer?.figures?.[own]),
       change: changes?.change,
       beyond: changes?.beyond_predicted,

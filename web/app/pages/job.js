@@ -8,6 +8,7 @@ import { Dialog } from "../components/dialog.js";
 import { EditJob } from "../components/edit_job.js";
 import { Badge, Facts } from "../components/figure.js";
 import { FiguresOfIterations, limitText, toldFigures } from "../components/flank_figures.js";
+import { GearCorrection } from "../components/gear_correction.js";
 import { JobPage } from "../components/job_page.js";
 import { RequirementsPanel } from "../components/requirements.js";
 import { Failure, loaded } from "../components/states.js";
@@ -52,6 +53,7 @@ export default function JobOverview({ params }) {
           ${h(NextStep, { job, last: nextOf(iterations) })}
           ${iterations.length > 0 && h(Figures, { job, iterations })}
           ${iterations.length > 0 && h(Iterations, { job, iterations })}
+          ${h(GearCorrection, { job, iterations, onDone: trace.reload })}
           ${h(RequirementsPanel, { requirements: job.requirements, name: job.name })}
         </div>`,
       })}

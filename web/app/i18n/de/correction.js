@@ -120,6 +120,12 @@ export default {
     count === 1
       ? "Eine frühere Korrektur dieser Iteration steht im Verlauf."
       : `${count} frühere Korrekturen dieser Iteration stehen im Verlauf.`,
+  gearTitle: "Rad korrigieren (alle Zähne)",
+  gearAbout:
+    "Nach dem Mittel über alle Zähne beider Flanken, die seit der letzten Korrektur gemessen wurden, mit denselben Einstellungen für beide Flanken.",
+  gearMake: "Korrektur berechnen",
+  gearTeeth: (/** @type {string} */ flank, /** @type {number} */ count, /** @type {string | undefined} */ spread) =>
+    `${flank}: ${count === 1 ? "ein Zahn" : `${count} Zähne`}${spread ? `, Standardabweichung zwischen den Zähnen ${spread}` : ""}`,
   another: "Weitere Korrektur",
   first: "Neue Korrektur",
   by: "Was die Einstellungen bewirken",

@@ -128,6 +128,7 @@ export default {
   record_evaluation: "Auswertung von Kurven",
   record_pitch: "Auswertung von Teilungen",
   record_correction: "Korrektur",
+  record_gear_correction: "Korrektur des Rads",
   record_measurand: "Änderung von Flanke, Zahn oder Achsen",
   record_applied: "An der Maschine eingegeben",
   earlierEntries: "Von langen Listen sind die letzten hundert Einträge genannt.",

@@ -30,6 +30,7 @@ export default {
   evaluation: "Auswertung",
   pitch: "Teilungen",
   correction: "Korrektur",
+  gear_correction: "Korrektur des Rads",
   measurand: "Flanke, Zahn, Achsen",
   concession: "Als Sonderfreigabe angenommen.",
   unitsAccepted: "Einheiten bestätigt",

@@ -127,9 +127,12 @@ export default {
   flanks_ambiguous: "Die Punkte passen etwa ebenso gut auf andere Flanken: Flanken angeben.",
   flanks_reassigned: "Punkte gehören zu einer anderen Flanke als der zunächst nächsten.",
   limits_not_settled: "Welche Einstellungen an ihrer Grenze bleiben, ist nicht eindeutig: Die beste Wahl darin gilt.",
+  flank_not_measured:
+    "Eine Flanke wurde seit der letzten Korrektur nicht gemessen: Was gemeinsame Einstellungen an ihr bewirken, ist nicht bekannt.",
   limits_without_effect: "Die Messung sagt nichts über diese Einstellung; ihre Grenzen blieben ohne Wirkung.",
   motions_indistinguishable: "Diese Punkte unterscheiden einige Bewegungen nicht.",
   nodes_lost: "Einzelne Knoten haben nach dem Zurückdrehen keinen Ort auf der Flanke.",
+  one_tooth: "Nur ein Zahn wurde gemessen: Die Streuung zwischen den Zähnen ist nicht bekannt.",
   points_beyond_flank: "Punkte liegen jenseits von Kopf- oder Fußkreis.",
   points_misfit: "Einzelne Punkte liegen weit ab: Schmutz, eine andere Flanke oder ein Messfehler.",
   poor_fit: "Nach dem Ausrichten bleibt mehr, als eine Flanke abweicht: Bewegungen, Flanken und Rad prüfen.",

@@ -119,6 +119,12 @@ export default {
     count === 1
       ? "One earlier correction of this iteration is kept in the trace."
       : `${count} earlier corrections of this iteration are kept in the trace.`,
+  gearTitle: "Correct the gear (all teeth)",
+  gearAbout:
+    "By the mean over all teeth of both flanks that were measured since the last correction, with the same settings for both flanks.",
+  gearMake: "Compute the correction",
+  gearTeeth: (/** @type {string} */ flank, /** @type {number} */ count, /** @type {string | undefined} */ spread) =>
+    `${flank}: ${count === 1 ? "one tooth" : `${count} teeth`}${spread ? `, standard deviation between teeth ${spread}` : ""}`,
   another: "Another correction",
   first: "New correction",
   by: "What the settings do",

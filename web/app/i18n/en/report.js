@@ -126,6 +126,7 @@ export default {
   record_evaluation: "evaluation of traces",
   record_pitch: "evaluation of pitches",
   record_correction: "correction",
+  record_gear_correction: "correction of the gear",
   record_measurand: "change of flank, tooth or axes",
   record_applied: "Entered on the machine",
   earlierEntries: "Of long lists the last hundred entries are told.",

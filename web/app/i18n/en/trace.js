@@ -29,6 +29,7 @@ export default {
   evaluation: "Evaluation",
   pitch: "Pitches",
   correction: "Correction",
+  gear_correction: "Correction of the gear",
   measurand: "Flank, tooth, axes",
   concession: "Accepted as a concession.",
   unitsAccepted: "units accepted",
