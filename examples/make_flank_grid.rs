@@ -1,5 +1,5 @@
-//! Makes `flank_z52.json`, `flank_z52_right.json` and both flanks `…_remachined.json`: what
-//! `flankfit demo` measures.
+//! Makes `flank_z52.json`, `flank_z52_right.json` and both flanks `…_remachined.json`: the nodes
+//! that `flankfit demo` posts.
 //!
 //! A spur gear of 52 teeth, m_n = 1 mm, α = 20°, x = 0.011, b = 15 mm is "measured" on a grid of
 //! roll length `L = √(r² − r_b²)` (mm, over the evaluation range from d = 50.3 mm to 54.022 mm) and
@@ -10,8 +10,8 @@
 //!
 //! The first grids carry profile slopes of 9 and 8.4 µm. On the remachined ones the pressure angle,
 //! which turns both flanks alike, has been corrected: less than a micrometre of slope is left, and
-//! everything else is as it was. Nothing here depends on a library's random numbers: the same program
-//! makes the same files for ever.
+//! everything else is as it was. Nothing here depends on a library's random numbers: the same
+//! program always makes the same files.
 //!
 //! Run: `cargo run --example make_flank_grid -- examples` (the argument is the folder to write to).
 

@@ -249,9 +249,9 @@ pub enum Field {
     FilterWindow(usize),
     /// Its cut-off.
     FilterCutoff(usize),
-    /// The nodes that are left out.
+    /// The list of excluded nodes.
     Exclude,
-    /// One of them.
+    /// An entry of that list.
     Excluded(usize),
     /// The forgetting factor of a stream.
     ForgettingFactor,

@@ -1,21 +1,21 @@
-//! The file within a ZIP archive (`.rexsz`).
+//! Reads the model file of a ZIP archive (`.rexsz`).
 //!
-//! A model travels as the one file of an archive, stored or deflated. Only that is read: no
-//! encryption, no archive of several parts, no ZIP64.
+//! A model is the only file of its archive, stored or deflated. Encryption, multi-part archives and
+//! ZIP64 are not supported.
 
 use super::file_error::{FileError, FilePosition};
 
-/// How archives begin.
+/// Signature of an archive.
 pub(super) const MAGIC: &[u8] = b"PK\x03\x04";
 
-/// The most that a file of an archive may have when it is unpacked.
+/// Greatest size of an unpacked file, in bytes.
 pub const MOST_UNPACKED: usize = 1 << 26;
 
 const CENTRAL: &[u8] = b"PK\x01\x02";
 const END: &[u8] = b"PK\x05\x06";
 
-/// Name and bytes of the model in an archive: the first file whose name says that it is one, or the
-/// only one.
+/// Returns name and bytes of the model in an archive: the first file named like a model, or the
+/// only file.
 pub(super) fn unpack(archive: &[u8]) -> Result<(String, Vec<u8>), FileError> {
     let files = listed(archive).ok_or_else(|| unreadable("a ZIP archive without a list of its files"))?;
     let is_model = |name: &str| [".rexs", ".rexsj", ".xml", ".json"].iter().any(|end| name.ends_with(end));
@@ -64,7 +64,7 @@ struct Packed {
 }
 
 impl Packed {
-    /// The packed bytes, behind the header that stands before them.
+    /// Returns the packed bytes, which follow the local header.
     fn bytes<'a>(&self, archive: &'a [u8]) -> Option<&'a [u8]> {
         let header = archive.get(self.header..)?;
         header.starts_with(MAGIC).then_some(())?;
@@ -73,7 +73,7 @@ impl Packed {
     }
 }
 
-/// The files of the central directory, without folders.
+/// Returns the files of the central directory, without folders.
 fn listed(archive: &[u8]) -> Option<Vec<Packed>> {
     // the end record has 22 bytes and a comment of at most 65,535
     let last = archive.len().checked_sub(22)?;

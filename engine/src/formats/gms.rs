@@ -192,8 +192,8 @@ pub const COLUMNS: [&str; 10] = [
     "ProgramName",
 ];
 
-/// Writes a list of corrections: a header, then one line each with CRLF (RFC 4180). Behind the
-/// columns of the standard each line has those of `about`, names with values, which say what the
+/// Writes a list of corrections: a header, then one line each with CRLF (RFC 4180). The columns of
+/// the standard are followed by those of `about`, names with values, which identify what the
 /// corrections are for.
 pub fn write_csv(corrections: &[Correction], about: &[(&str, String)]) -> Result<String, CorrectionFault> {
     check(corrections)?;

@@ -36,7 +36,7 @@ pub enum NoteCode {
     NotAGrid,
     /// A model without a gear that is read.
     NoCylindricalGear,
-    /// A flank of a gear that is of no type that is read.
+    /// A flank of a gear whose component type is not supported.
     FlankNotRead,
 }
 
@@ -106,7 +106,7 @@ pub enum Remark {
     ValueNotRead {
         /// Code of the line.
         code: u32,
-        /// As it stands there.
+        /// The value as found.
         found: String,
     },
     /// A header value in another unit.
@@ -114,7 +114,7 @@ pub enum Remark {
     UnitNotKnown {
         /// Code of the line.
         code: u32,
-        /// As its label says.
+        /// The unit in the label.
         unit: String,
         /// The unit that is read.
         wanted: &'static str,
@@ -158,7 +158,7 @@ pub enum Remark {
     /// No gear.
     #[error("the model has no cylindrical gear and no ring gear")]
     NoCylindricalGear,
-    /// A flank that is left out.
+    /// A flank that is omitted.
     #[error("the {side} flank of gear {gear}, component {flank}, is of no type that is read; it is left out")]
     FlankNotRead {
         /// Its role.

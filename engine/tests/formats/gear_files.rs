@@ -283,7 +283,7 @@ fn promised_counts_take_no_memory() {
     assert!(matches!(fault, FileError::ValueCount { announced: 4_000_000_000, found: 0, .. }), "{fault}");
 }
 
-/// The files of `examples/files` are read without a remark, and say all of their gear.
+/// The files of `examples/files` are read without a note and contain complete gear data.
 #[test]
 fn the_example_files_are_read() {
     let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join("examples/files");

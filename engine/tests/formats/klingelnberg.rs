@@ -355,7 +355,7 @@ fn repeated_codes_and_missing_counts_are_noted() {
     assert_eq!(Shown(file.curves[0].values[3]).to_string(), "-0.25");
 }
 
-/// Code 25 is x or x m_n, and its label says which; what cannot be read is noted.
+/// Code 25 is x or x m_n, depending on its label; unreadable values are noted.
 #[test]
 fn values_have_the_unit_of_their_label() {
     let lines = "  21 :Normalmodul mn..[mm]....: 3\n  22 :Zähnezahl z....: 52\n  23 :Schrägungswinkel [Grad]: 0\n  \

@@ -269,7 +269,7 @@ fn json_and_archives_hold_the_same_model() {
             }
         }
     }
-    // cut off, of something else, and one that would fill the memory
+    // truncated, without a model, and one that would exhaust the memory
     let whole = packed("model.rexs", xml.as_bytes(), true);
     for cut in [5, whole.len() / 2, whole.len() - 1] {
         let fault = gear_file::read(&whole[..cut], None).unwrap_err();
@@ -279,7 +279,7 @@ fn json_and_archives_hold_the_same_model() {
     let bomb = packed("model.rexs", &vec![b' '; 80 << 20], true);
     assert!(bomb.len() < 1 << 20);
     assert!(matches!(gear_file::read(&bomb, None), Err(FileError::TooLarge { .. })));
-    // a size that lies
+    // a wrong size
     let mut lies = bomb;
     let end = lies.len() - 22;
     let entry = lies[..end].windows(4).rposition(|four| four == b"PK\x01\x02").unwrap();
@@ -378,7 +378,7 @@ fn packed(name: &str, text: &[u8], deflated: bool) -> Vec<u8> {
     let body = if deflated { miniz_oxide::deflate::compress_to_vec(text, 6) } else { text.to_vec() };
     let short = |out: &mut Vec<u8>, value: usize| out.extend((value as u16).to_le_bytes());
     let long = |out: &mut Vec<u8>, value: usize| out.extend((value as u32).to_le_bytes());
-    // from the version on, as far as the lengths of name and extra field
+    // the fields from the version up to the lengths of name and extra field
     let common = |out: &mut Vec<u8>| {
         short(out, 20);
         short(out, 0);

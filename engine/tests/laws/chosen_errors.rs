@@ -1,6 +1,6 @@
-//! What standard errors and predicted errors are worth once λ* was chosen by the same nodes: the
-//! figures that README, docs/mathematics-notes.md and the contract quote. `std_error` is that of
-//! least squares then, and holds; the conditional one does not.
+//! Coverage of standard errors and accuracy of predicted errors when λ* is selected from the same
+//! nodes: the figures quoted in README, docs/mathematics-notes.md and the contract. `std_error` is
+//! then that of least squares and is valid; the conditional one is not.
 //!
 //! `cargo test --test laws chosen_errors -- --nocapture` prints them.
 
@@ -69,15 +69,16 @@ impl Places {
     }
 }
 
-/// Shares of draws in which the truth lies within an error, least and most over the terms.
+/// Shares of draws in which the truth lies within one standard error, least and greatest over the
+/// terms.
 #[derive(Debug)]
 struct Shares {
     /// Within `std_error` of least squares, and of the estimate.
     least_squares: [f64; 2],
     value: [f64; 2],
-    /// Within the error of the estimate for the λ* used.
+    /// Within the error of the estimate conditional on the λ* used.
     conditional: [f64; 2],
-    /// The mean of the predicted over the mean of the true squared error.
+    /// Mean of the predicted squared error divided by the mean of the true one.
     predicted: f64,
 }
 
@@ -122,7 +123,7 @@ fn errors_of_least_squares_hold() {
     assert!(holds(shares.least_squares) && holds(shares.value) && holds(shares.conditional), "{shares:?}");
 }
 
-/// After a λ* chosen by the same nodes: what is told holds, what takes λ* for given does not.
+/// With λ* selected from the same nodes, `std_error` is valid and errors conditional on λ* are not.
 #[test]
 fn errors_after_a_chosen_lambda_star() {
     let shares = measured(None);

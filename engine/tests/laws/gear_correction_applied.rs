@@ -1,6 +1,6 @@
 //! Comparison with changes that were entered in place of the proposed ones, by simulation: how
-//! often a machine that answers as it should is called anything else, and how much of the change it
-//! is said to have made.
+//! often a machine that responds correctly is classified as anything else, and the response ratio
+//! that is reported.
 
 use crate::machines::{Plant, each};
 use flankfit_engine::estimation::spec::Regularization;
@@ -8,14 +8,15 @@ use flankfit_engine::gear::correction::{Answer, Correction, Damping, Verdict, co
 
 const SIX: Plant = Plant { grid: [5, 9], settings: 6, apart: 1.0, off: 10.0, sigma: 0.3, eta: 0.02, whole: false };
 
-/// What is entered of the proposed changes.
+/// The changes entered, given the proposed ones.
 type Entered = fn(&[f64]) -> Vec<f64>;
 
 const FIRST_TWO: Entered = |change| change.iter().enumerate().map(|(j, c)| if j < 2 { *c } else { 0.0 }).collect();
 const OF_ITS_OWN: Entered = |change| change.iter().enumerate().map(|(j, _)| if j < 2 { 3.0 } else { 0.0 }).collect();
 const HALF: Entered = |change| change.iter().map(|c| 0.5 * c).collect();
 
-/// The answer of a machine on which `entered` was set, compared with that and with the proposal.
+/// Returns the responses of a machine on which `entered` was set: compared with these changes, and
+/// with the proposal.
 fn answers(plant: &Plant, entered: Entered, least_squares: bool, seed: u64) -> [Answer; 2] {
     let mut machine = plant.machine(seed);
     let before = machine.measure();
@@ -36,7 +37,7 @@ fn answers(plant: &Plant, entered: Entered, least_squares: bool, seed: u64) -> [
         .map(|(change, leverage)| compare(&correction.comparison(&change, leverage, noise, measured.clone())).unwrap())
 }
 
-/// At most 12 of 2,000 false alarms, of which 4 are expected at most; the share that came is 1
+/// At most 12 false alarms in 2,000 runs, where at most 4 are expected; the response ratio is 1
 /// within four standard errors of its mean.
 #[test]
 fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
@@ -54,7 +55,7 @@ fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
         let alarm = |answer: &Answer| !matches!(answer.verdict, Verdict::AsPredicted | Verdict::Undecided);
         let [ours, proposal] = [0, 1].map(|which| all.iter().filter(|pair| alarm(&pair[which])).count());
         assert!(ours <= 12, "{name}: {ours}");
-        // without the entry nearly every machine is blamed
+        // without the entry, most machines raise a false alarm
         assert!(proposal > PAIRS as usize / 2, "{name}: {proposal}");
         let errors: Vec<f64> = all
             .iter()
@@ -71,7 +72,7 @@ fn a_machine_that_did_what_was_entered_is_called_nothing_else() {
     }
 }
 
-/// What was entered as proposed is compared as if nothing had been said, bit by bit.
+/// Entering the changes as proposed gives the same comparison, bit for bit, as no entry.
 #[test]
 fn leverage_of_the_proposal_is_that_of_the_solution() {
     for seed in 0..50 {

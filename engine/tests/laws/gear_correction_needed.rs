@@ -1,4 +1,4 @@
-//! Only the needed settings: how often right ones are touched, and needed ones missed.
+//! Only the needed settings: how often correct ones are changed, and needed ones missed.
 
 use flankfit_engine::gear::{
     Gear, GearData, Hand, Side,
@@ -34,8 +34,9 @@ pub fn flank(gear: Gear, side: Side) -> Flank {
     Flank { gear, side, places: (0..ROWS * COLUMNS).map(place).collect(), ranges, traces: None, terms }
 }
 
-/// The settings of generating grinding on one flank, without the offset of the tool, which does the
-/// same as the thickness there: names and a matrix whose columns move the flank by 1 µm at most.
+/// The settings of generating grinding on one flank, without the offset of the tool, which has the
+/// same effect there as the thickness: names and a matrix whose columns move the flank by 1 µm at
+/// most.
 pub fn six_settings(flank: &Flank) -> (Vec<Setting>, Vec<f64>) {
     let found = Machine::GeneratingGrinding.sensitivity(&flank.gear, &flank.places, flank.ranges).unwrap();
     let all = found.settings.len();
@@ -55,9 +56,9 @@ fn median(mut list: Vec<f64>) -> f64 {
     list[list.len() / 2]
 }
 
-/// 2,000 flanks, at most two of six settings off by 3 to 12 µm: of the corrections at least 0.97
-/// touch no setting that was right (0.996 in this run would need no luck: four to six settings with
-/// 0.005 each), and the flank that is left is better than what all settings leave.
+/// 2,000 flanks, at most two of six settings off by 3 to 12 µm: at least 0.97 of the corrections
+/// change no setting that was correct (four to six correct settings, with a rate of 0.005 each),
+/// and the corrected flank is better than with all settings.
 #[test]
 fn settings_that_are_right_are_left_alone() {
     let flank = flank(helical(), Side::Left);
@@ -98,8 +99,8 @@ fn settings_that_are_right_are_left_alone() {
     }
 }
 
-/// Crownings in the middle 45 % of their limits, f_Hα out of its own, no limits of the others: what
-/// makes the profile's slope is corrected, and hardly anything else.
+/// Crownings in the middle 45 % of their limits, f_Hα outside its limits, none for the others:
+/// little else than the settings that move the profile slope is changed.
 #[test]
 fn figures_well_within_their_limits_are_left_alone() {
     let flank = flank(helical(), Side::Left);
@@ -146,7 +147,8 @@ fn figures_well_within_their_limits_are_left_alone() {
     }
 }
 
-/// C_α 3.7 of 2…6 conforms: its crowning is left alone, and still conforms; the angles are not.
+/// C_α = 3.7 µm conforms to 2…6 µm: the setting of the crowning stays unchanged and C_α still
+/// conforms; the angles are corrected.
 #[test]
 fn a_crowning_that_conforms_is_left_alone_and_says_why() {
     let flank = flank(helical(), Side::Right);
@@ -191,15 +193,15 @@ fn a_crowning_that_conforms_is_left_alone_and_says_why() {
             "profile_slope" | "helix_slope" => assert!(figure.is_outside(before) && after.abs() < 1.0),
             _ => assert!((after - before).abs() < 0.3, "{}: {before} {after}", figure.name),
         }
-        // linear in the settings: the same as the figures of the predicted flank
+        // predictions linear in the settings equal the figures of the predicted flank
         let predicted = flank.figures(&solution.predicted.deviation, None).unwrap();
         let again = predicted.named().into_iter().find(|(name, _)| *name == figure.name).unwrap().1.unwrap();
         assert!((after - again).abs() < 1e-9, "{}: {after} {again}", figure.name);
     }
 }
 
-/// Nothing is wrong: nothing is changed, and the answer is whole. A setting that may not stay as it
-/// is goes on.
+/// For a flank with noise alone no setting is changed, and the solution is complete. A setting
+/// whose limits exclude 0 is still solved for.
 #[test]
 fn all_settings_may_be_left_alone() {
     let flank = flank(helical(), Side::Left);
@@ -218,7 +220,7 @@ fn all_settings_may_be_left_alone() {
     assert!(found.settings.iter().enumerate().all(|(j, setting)| j == 2 || setting.left.is_some()));
 }
 
-/// Twice the same setting: one of the two does it.
+/// Of two settings with the same effect only one is changed.
 #[test]
 fn of_settings_that_do_the_same_one_is_needed() {
     let sensitivity: Vec<f64> =

@@ -1,4 +1,4 @@
-//! What a correction aims at: a design, or the middle of limits.
+//! Targets of corrections: a design, or the middle of limits.
 
 use flankfit_engine::gear::{
     Side,
@@ -22,8 +22,8 @@ const DESIGN: FlankFigures = FlankFigures {
     twist: Some(2.5),
 };
 
-/// A flank made as designed has the figures of the design, on either flank; over half the range a
-/// quarter of the crowning, half of a slope.
+/// The deviations of a design have its figures, on either flank; over half the range a quarter of
+/// the crowning and half of a slope.
 #[test]
 fn a_design_has_its_own_figures() {
     for side in [Side::Left, Side::Right] {
@@ -58,7 +58,7 @@ fn a_design_has_its_own_figures() {
     }
 }
 
-/// An end relief takes material away at its end and nowhere else.
+/// An end relief removes material at its end and nowhere else.
 #[test]
 fn modifications_are_part_of_a_design() {
     let flank = flank(helical(), Side::Right);
@@ -83,8 +83,8 @@ fn measured(flank: &Flank) -> Vec<f64> {
     list
 }
 
-/// What is to be changed is what takes each figure with limits to their middle: the rest of the
-/// surface of second order, and the level, are as measured, the form is not.
+/// The target moves each figure with limits to their middle; the other second-order terms and the
+/// level stay as measured, form deviations do not.
 #[test]
 fn limits_are_aimed_at_in_their_middle() {
     let flank = flank(helical(), Side::Right);
@@ -119,12 +119,12 @@ fn limits_are_aimed_at_in_their_middle() {
         })
         .sum();
     assert!(left.abs() < 1e-9, "{left}");
-    // nodes on one line tell no figures, and so no target
+    // nodes on one line determine no figures, and so no target
     let line = Flank { places: flank.places[..9].to_vec(), ..flank.clone() };
     assert_eq!(line.target_within(&measured[..9], None, limits), None);
 }
 
-/// The figures as settings move them: of both machines, on either flank.
+/// Changes of the figures by the settings of both machines, on either flank.
 #[test]
 fn figures_follow_the_settings() {
     for (machine, side) in [(Machine::FormGrinding, Side::Left), (Machine::GeneratingGrinding, Side::Right)] {

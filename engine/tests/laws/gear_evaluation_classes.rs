@@ -205,7 +205,7 @@ fn pitch_of_few_teeth_by_hand() {
     assert_eq!(extreme(answer.single_pitch), Some((-5.0, 4)));
     assert_eq!(answer.cumulative, Some(9.0));
     assert_eq!(answer.sector, Some(1));
-    // over one pitch the editions agree
+    // for one pitch the editions agree
     assert_eq!(extreme(answer.sector_pitch_2013), Some((5.0, 4)));
     assert_eq!(extreme(answer.sector_pitch_1995), Some((-5.0, 4)));
     assert_eq!(extreme(answer.sector_sum_2013), Some((-5.0, 4)));
@@ -215,7 +215,7 @@ fn pitch_of_few_teeth_by_hand() {
     assert_eq!(extreme(found.sector_pitch_2013), Some((7.0, 3)));
     assert_eq!(extreme(found.sector_sum_2013), Some((2.0, 4)));
     assert_eq!(extreme(found.sector_pitch_1995), Some((-4.0, 3)));
-    // sectors with the tooth that is missing are left out: 1–4 … 3–6 have it
+    // sectors with the missing tooth are skipped: 1–4 … 3–6 contain it
     let found = answer_of(&[0.0, 3.0, f64::NAN, 2.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(extreme(found.sector_pitch_2013), Some((3.0, 2)));
     assert_eq!(extreme(answer.adjacent), Some((-8.0, 8)));

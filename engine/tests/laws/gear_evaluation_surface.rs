@@ -29,7 +29,7 @@ fn plain() -> FitSpec {
     FitSpec { regularization: Regularization::None, ..FitSpec::new(model) }
 }
 
-/// Transverse figures over the fitted range, as the nodes have them.
+/// Transverse figures over the fitted range, without conversion.
 pub const AS_FITTED: FigureTerms = FigureTerms { direction: Direction::Transverse, reference: Reference::Evaluated };
 
 /// Of the left flank, trimmed by nothing, deviations as material.

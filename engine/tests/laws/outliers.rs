@@ -1,5 +1,5 @@
 //! Gross errors: rates of false alarms and of detection, masking, and the figures of the warning
-//! against least squares by a QR of its own.
+//! against an independent least-squares solution by QR.
 //!
 //! `cargo test -p flankfit-engine --test laws outliers -- --nocapture` prints the rates.
 
@@ -58,7 +58,7 @@ impl Flank {
         self.rows * self.columns
     }
 
-    /// Nodes of a parabolic surface with these errors.
+    /// Returns heights of a parabolic surface with these errors.
     fn heights(self, errors: &[f64]) -> Vec<f64> {
         let [u, v] = self.axes();
         let clean = |k: usize| {
@@ -80,7 +80,7 @@ impl Flank {
         Nodes::scattered(u, v, self.heights(errors), weight).expect("sound nodes")
     }
 
-    /// The matrix of the products of powers, in the order of the coefficients.
+    /// Returns the design matrix of products of powers, in the order of the coefficients.
     fn matrix(self) -> DMatrix<f64> {
         let [u, v] = self.axes();
         let scaled = |x: f64, axis: &[f64]| 2.0 * (x - axis[0]) / (axis[axis.len() - 1] - axis[0]) - 1.0;
@@ -108,7 +108,7 @@ fn wavy(random: &mut Random, flank: Flank) -> Vec<f64> {
     (0..flank.count()).map(|k| random.normal() + (phase + along(k)).sin()).collect()
 }
 
-/// The share of clean fits with a warning.
+/// Returns the share of fits without gross errors that have a warning.
 fn false_alarms(flank: Flank, runs: usize, errors: fn(&mut Random, Flank) -> Vec<f64>) -> f64 {
     let (mut random, plans, spec) = (Random::new(405), Plans::default(), plain());
     let alarm = |_: usize| {
@@ -133,7 +133,7 @@ fn clean_fits_raise_no_alarm() {
     }
 }
 
-/// How often all of `count` errors of ±30 σ at random places, and nothing else, are named.
+/// Returns the share of runs in which exactly the `count` nodes with errors of ±30 σ are named.
 fn found(flank: Flank, count: usize, runs: usize) -> f64 {
     let (mut random, plans, spec) = (Random::new(406), Plans::default(), plain());
     let hit = |_: usize| {
@@ -163,7 +163,7 @@ fn gross_errors_are_found() {
     }
 }
 
-/// The figures of the warning, by least squares without the node.
+/// The figures of the warning agree with least squares without the node.
 #[test]
 fn figures_are_those_of_the_others() {
     let mut random = Random::new(407);
@@ -201,7 +201,7 @@ fn figures_are_those_of_the_others() {
     }
 }
 
-/// A node that is known to be uncertain may be far off.
+/// A node of low weight may deviate far without being suspected.
 #[test]
 fn weights_are_honoured() {
     let mut errors = Random::new(408).normals(45);
@@ -221,7 +221,7 @@ fn rounding_is_no_gross_error() {
                 let result = fit(&nodes, &polynomial(degree, basis)).expect("a fit");
                 assert!(suspected(&result).is_none(), "{degree} {basis:?}: {:?}", result.warnings);
             }
-            // beside rounding alone anything is
+            // against rounding errors alone, every deviation is significant
             let mut one_off = exact.clone();
             one_off[60] = 1e-3;
             assert_eq!(indices(&fit(&flank.grid(&one_off), &polynomial(degree, basis)).expect("a fit")), [60]);
@@ -229,8 +229,8 @@ fn rounding_is_no_gross_error() {
     }
 }
 
-/// However the fit is regularised, what was known before and how its errors are correlated: the
-/// nodes are those of plain least squares. A robust fit has no need of it.
+/// Regularisation, a prior and correlated errors do not change the suspected nodes: they are those
+/// of plain least squares. Robust fits have no test.
 #[test]
 fn every_fit_but_a_robust_one_tests_its_nodes() {
     let mut errors = Random::new(409).normals(135);
@@ -251,7 +251,7 @@ fn every_fit_but_a_robust_one_tests_its_nodes() {
     assert!(suspected(&fit(&nodes, &FitSpec { estimator: robust, ..plain() }).expect("a fit")).is_none());
 }
 
-/// Leaving out is what a missing node is.
+/// Excluding a node gives the same fit as a missing node.
 #[test]
 fn an_excluded_node_is_a_missing_one() {
     let errors = Random::new(410).normals(45);

@@ -72,7 +72,7 @@ fn an_exact_fit_of_most_nodes_is_answered() {
     }
 }
 
-/// One estimate by each of its names: an error of 0 would be an interval that holds nothing.
+/// One estimate under each of its names: a standard error of 0 would give an interval of width 0.
 #[test]
 fn an_exact_fit_is_said_by_every_name_of_the_least_deviations() {
     let x: Vec<Vec<f64>> = (0..20).map(|k| vec![1.0, f64::from(k)]).collect();

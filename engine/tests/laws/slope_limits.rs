@@ -133,15 +133,15 @@ fn slopes_are_extended_to_the_whole_or_have_their_share_of_the_limits() {
             alike(of_profile.1, [-f_h_alpha, f_h_alpha]);
             alike(of_helix.1, [-f_h_beta, f_h_beta]);
         }
-        // helices that rise alike at two diameters: the surface has the slope of each
+        // helices with the same slope at two diameters: the surface has that slope too
         let ([_, of_traces], of_each) = slopes_of_traces(&gear, z, told);
         near(of_traces.0, of_each, 1e-6);
         alike(of_traces.1, helix);
     }
 }
 
-/// A border leaves a shorter profile, whose slope is extended to the evaluation range. A gear
-/// without face width has no other length for helices than what was evaluated.
+/// A border leaves a shorter profile, whose slope is extended to the evaluation range. Without a
+/// face width, helix slopes refer to the evaluated length.
 #[test]
 fn borders_and_a_missing_face_width() {
     let told =

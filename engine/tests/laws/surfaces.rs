@@ -268,7 +268,7 @@ fn the_tip_of_a_triangle_has_its_limits() {
     assert!(Differential::at(&cone, 0.5, 0.9).is_some());
 }
 
-/// Curvatures beside a pole against those of the surface's equation, from the radius of the place.
+/// Curvatures near a pole against those from the surface's equation at the same radius.
 #[test]
 fn curvatures_beside_a_pole() {
     let sphere = revolved(&QUARTER.map(|[x, y, w]| [2.0 * x, 2.0 * y, w]));
@@ -293,7 +293,7 @@ fn curvatures_beside_a_pole() {
     };
     check(&sphere, &of_sphere);
     check(&paraboloid, &of_paraboloid);
-    // beside the tip of a cone there is no limit, and curvature grows towards it
+    // near the tip of a cone there is no limit, and curvature grows towards it
     let cone = revolved(&[[1.0, 0.0, 1.0], [0.0, 1.0, 1.0]]);
     for decade in 1..=7 {
         let found = Differential::at(&cone, 0.3, 1.0 - 10f64.powi(-decade)).unwrap();

@@ -21,14 +21,14 @@ fn tikhonov(order: usize, weights: &[f64], parameter: Parameter) -> Regularizati
     Regularization::Tikhonov(Tikhonov { order, weights: Some(weights.to_vec()), parameter })
 }
 
-/// Heights of a line and of what no column follows: whatever is taken off the penalised
-/// coefficients costs nothing, so every criterion falls without end, or rises to the end of its
-/// range. With a cube among the heights each has a minimum.
+/// Heights of a line plus a part orthogonal to all columns: shrinking the penalised coefficients
+/// costs nothing, so every criterion falls without end, or rises to the end of its range. With a
+/// cubic term in the heights each criterion has a minimum.
 #[test]
 fn a_criterion_without_a_minimum_is_said() {
     let places: Vec<f64> = (-6..=6).map(f64::from).collect();
     let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-    // what polynomials of degree 3 leave of x⁵, by Gram and Schmidt
+    // the part of x⁵ orthogonal to polynomials of degree 3, by Gram–Schmidt
     let mut rest: Vec<f64> = places.iter().map(|x| x.powi(5)).collect();
     let mut known: Vec<Vec<f64>> = Vec::new();
     for degree in 0..4 {

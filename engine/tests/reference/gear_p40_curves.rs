@@ -1,5 +1,5 @@
-//! Files of curves of five pinions and three wheels, evaluated and compared with all that the
-//! instrument printed for them.
+//! Files of curves of five pinions and three wheels, evaluated and compared with all values that
+//! the instrument printed for them.
 
 use std::{collections::BTreeMap, path::Path};
 
@@ -41,7 +41,7 @@ struct File {
     printed: Vec<Value>,
 }
 
-/// A file, evaluated by its own ranges and reference lengths.
+/// Returns a file evaluated with its own ranges and reference lengths.
 fn file(name: &str) -> File {
     let bytes = std::fs::read(path(&format!("{name}.mka"))).expect("the file is there");
     let curves = read_curves(&bytes).expect("a file of curves");
@@ -84,7 +84,7 @@ fn side(value: &Value) -> Option<Side> {
 /// Reads a figure off an evaluated trace.
 type OfTrace = fn(&Evaluated) -> f64;
 
-/// A figure of traces: slope, form or total.
+/// Returns how a figure of traces is read: slope, form or total.
 fn figure(quantity: &str) -> Option<(Kind, OfTrace)> {
     let slope: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").slope;
     let form: fn(&Evaluated) -> f64 = |trace| trace.values.expect("evaluated").form;
@@ -100,7 +100,7 @@ fn figure(quantity: &str) -> Option<(Kind, OfTrace)> {
     })
 }
 
-/// What the engine has for a printed value of the traces.
+/// Returns the engine's result for a printed value of the traces.
 fn of_traces(file: &File, value: &Value) -> Option<f64> {
     let (kind, figure) = figure(value["quantity"].as_str()?)?;
     let on = |trace: &&Evaluated| trace.kind == kind && Some(trace.side) == side(value);
@@ -110,7 +110,7 @@ fn of_traces(file: &File, value: &Value) -> Option<f64> {
         let tooth = value["position"].as_str().unwrap_or(&number);
         return of_flank().find(|trace| trace.tooth == tooth).map(figure);
     }
-    // over the teeth, at the middle
+    // over the teeth, traces at the middle
     let middle: Vec<f64> = of_flank().filter(|trace| trace.tooth.parse::<u32>().is_ok()).map(figure).collect();
     let (least, most) = middle.iter().fold((f64::MAX, f64::MIN), |(a, b), x| (a.min(*x), b.max(*x)));
     Some(match value["statistic"].as_str()? {
@@ -197,12 +197,13 @@ fn every_printed_deviation_comes_back() {
     for group in ["F_alpha", "f_falpha", "f_Hbeta", "F_beta", "f_fbeta"] {
         assert_eq!(of(&format!("{group}, of a tooth")), (104, 0), "{group}");
     }
-    // over L_α, as the standard has it; see the rule of the instrument below
+    // over L_α, as in the standard; for the rule of the instrument see below
     assert_eq!(of("f_Halpha, of a tooth"), (85, 19));
     for (group, count) in [("f_p", 16), ("f_u", 16), ("F_p", 16), ("F_pz/8", 16), ("F_r", 8), ("R_s", 8)] {
         assert_eq!(of(group), (count, 0), "{group}");
     }
-    // formed of rounded values by the instrument: two of them are off by a digit at most
+    // the instrument computes these from rounded values: the difference of two is off by at most
+    // one digit
     let derived = |group: &&String| group.ends_with("mean") || group.ends_with("variation") || *group == "R_p";
     for group in tallies.keys().filter(derived) {
         assert!(tallies[group].worst <= 0.105, "{group} {:?}", tallies[group]);
@@ -246,7 +247,7 @@ fn the_length_that_profile_slopes_of_the_instrument_are_taken_over() {
     assert!((tallies[1].worst - 0.0537).abs() < 1e-3);
 }
 
-/// Teeth are counted counterclockwise by code 161, and the readings of the ball say so too.
+/// Teeth are counted counterclockwise according to code 161, and the ball readings confirm it.
 #[test]
 fn run_out_says_which_way_teeth_are_counted() {
     for name in FILES {
@@ -261,8 +262,8 @@ fn run_out_says_which_way_teeth_are_counted() {
     }
 }
 
-/// W_k and M_dK from the places of contact. The instrument prints up to 2.1 µm and 4.8 µm more: as
-/// much for all teeth of a file, which a correction of its probe would explain.
+/// W_k and M_dK from the places of contact. The instrument prints up to 2.1 µm and 4.8 µm more, by
+/// the same amount for all teeth of a file, which a correction of its probe would explain.
 #[test]
 fn tooth_thickness_comes_from_the_places_of_contact() {
     for name in FILES {

@@ -8,8 +8,8 @@ use crate::estimation::{
     spec::NodeAt,
 };
 
-/// The nodes without those that `exclude` names; refuses names of nodes that do not exist, do not
-/// count or were named before.
+/// Returns the nodes without those listed in `exclude`; refuses entries for nodes that do not
+/// exist, do not count or are already listed.
 pub(crate) fn without(nodes: &Nodes, exclude: &[NodeAt]) -> Result<Nodes, Faults> {
     let mut faults = Faults::default();
     let mut first: BTreeMap<usize, usize> = BTreeMap::new();
@@ -27,7 +27,7 @@ pub(crate) fn without(nodes: &Nodes, exclude: &[NodeAt]) -> Result<Nodes, Faults
     faults.into_result(()).map(|()| masked(nodes, &left_out))
 }
 
-/// The nodes with those of the numbers `posted` marked as missing; all keep their numbers.
+/// Returns the nodes with those of indices `posted` marked as missing; all keep their indices.
 pub(crate) fn masked(nodes: &Nodes, posted: &[usize]) -> Nodes {
     let mut nodes = nodes.clone();
     let count = nodes.posted();
@@ -46,7 +46,7 @@ pub(crate) fn masked(nodes: &Nodes, posted: &[usize]) -> Nodes {
     nodes
 }
 
-/// The number of a node.
+/// Returns the index of a node among the posted ones.
 fn posted(nodes: &Nodes, at: NodeAt) -> Result<usize, NodesReason> {
     match (at, nodes) {
         (NodeAt::Index(k), _) if k < nodes.posted() => Ok(k),

@@ -69,13 +69,13 @@ pub enum NodesReason {
     /// Nothing that counts.
     #[error("every node is missing or of weight 0")]
     NoneCounts,
-    /// A node to be left out that was not posted.
+    /// An excluded node that was not posted.
     #[error("there is no such node: {posted} were posted, numbers count from 0")]
     NoSuchNode {
-        /// Posted nodes.
+        /// Number of posted nodes.
         posted: usize,
     },
-    /// A cell to be left out beyond the grid.
+    /// An excluded cell outside the grid.
     #[error("the grid has {rows} rows and {columns} columns, which count from 0")]
     NoSuchCell {
         /// Positions along u.
@@ -83,19 +83,19 @@ pub enum NodesReason {
         /// Positions along v.
         columns: usize,
     },
-    /// A cell of nodes that are no grid.
+    /// A cell given for nodes that are not a grid.
     #[error("only the nodes of a grid have a row and a column: give the node's index")]
     NoCells,
-    /// A node to be left out that does not count anyway.
+    /// An excluded node that is missing or of weight 0 already.
     #[error("this node is missing or of weight 0 already: leave it out of the list")]
     CountsNot,
-    /// A node to be left out that was named before.
+    /// A node that is excluded twice.
     #[error("this node is already excluded by entry {0}: name it once")]
     ExcludedTwice(usize),
     /// Too few nodes left for the model.
     #[error("{left} nodes are left for {coefficients} coefficients: leave fewer out, or lower the degree")]
     TooFewLeft {
-        /// Nodes that count and are not left out.
+        /// Nodes that count and are not excluded.
         left: usize,
         /// Coefficients of the model.
         coefficients: usize,

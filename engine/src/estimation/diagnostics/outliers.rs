@@ -2,17 +2,17 @@
 //! Student's t.
 //!
 //! Nodes are deleted one after the other, the one with the greatest studentised residual first, as
-//! long as one sticks out of the mean absolute residual, and a tenth of the nodes at most. All that
-//! were deleted up to the last one that is significant at 0.001 among the m nodes then left are
-//! suspected: the generalised test of Rosner (Technometrics 25, 1983). Stopping at the first node
-//! that is not significant would let gross errors mask each other: three of 30 σ among 45 nodes
-//! were found in 0.31 of the cases, and are in 0.999. A suspected node that the others explain
-//! after all is let go.
+//! long as one exceeds a bound derived from the mean absolute residual, and at most a tenth of the
+//! nodes. All nodes deleted up to the last one that is significant at 0.001 among the m nodes then
+//! left are suspected: the generalised test of Rosner (Technometrics 25, 1983). Stopping at the
+//! first node that is not significant would let gross errors mask each other: three of 30 σ among
+//! 45 nodes were then found in 0.31 of the cases, and are now found in 0.999. A suspected node that
+//! the fit of the others explains after all is no longer suspected.
 //!
 //! In Q's coordinates node k is the row qₖ and least squares the vector b. Deleting a node with
 //! residual ρ and leverage h moves b by −q ρ/(1 − h), and q ← (I − qqᵀ)^(−1/2) q makes the rows of
-//! the others orthonormal again: one pass over the residuals for each node found, none where
-//! nothing is.
+//! the others orthonormal again: one pass over the residuals for each node found, none if there is
+//! none.
 
 use nalgebra::DMatrix;
 
@@ -33,19 +33,19 @@ use crate::{
 
 /// Rate of false alarms of a fit.
 const RATE: f64 = 1e-3;
-/// One of so many nodes is suspected at most.
+/// At most one node in this many is suspected.
 const SHARE: usize = 10;
-/// 1 − h below this is 0 to rounding: the other nodes say nothing about this one.
+/// 1 − h below this is 0 up to rounding: without this node its height is undetermined.
 const UNDETERMINED: f64 = 1e-10;
-/// Residuals this small against the greatest height are rounding.
+/// Residuals below this share of the greatest height are rounding errors.
 const ROUNDING: f64 = 1e-10;
-/// √(π/2): σ over the mean absolute value of a normal variable.
+/// √(π/2): ratio of σ to the mean absolute value of a normal variable.
 const SIGMA_OF_MEAN: f64 = 1.253_314_137_315_500_3;
-/// Products `nodes × coefficients²` up to which every node's leverage is looked at; beyond, those
-/// of nodes with half the residual that the test takes at least.
+/// Products `nodes × coefficients²` up to which every node's leverage is computed; beyond, only
+/// those of nodes with at least half the residual that the test requires.
 const CHEAP: usize = 200_000;
 
-/// The nodes that are suspected of gross errors; `largest` is max √w |z|.
+/// Returns the nodes suspected of gross errors; `largest` is max √w |z|.
 pub(crate) fn outliers(linear: &LinearProblem, largest: f64) -> Option<Outliers> {
     let Evidence::Posted { sample, nodes } = linear.evidence else { return None };
     let (m, n) = (sample.count(), linear.factor.size());
@@ -62,18 +62,20 @@ pub(crate) fn outliers(linear: &LinearProblem, largest: f64) -> Option<Outliers>
     Test { linear, sample, rows, floor: ROUNDING * largest }.suspected(nodes)
 }
 
-/// What a studentised residual times σ is compared with, over σ by the mean absolute residual:
-/// below it none is significant, since that mean is no greater than the root mean square.
+/// Returns the bound for a studentised residual times σ, in units of σ estimated from the mean
+/// absolute residual: below it none is significant, since that mean is no greater than the root
+/// mean square.
 fn limit(quantile: f64, freedom: f64) -> f64 {
     quantile * (freedom / (freedom - 1.0 + quantile * quantile)).sqrt() / SIGMA_OF_MEAN
 }
 
-/// σ by the mean absolute residual, which gross errors raise less than they raise `Σ r²`.
+/// Returns σ estimated from the mean absolute residual, which gross errors inflate less than `Σ
+/// r²`.
 fn sigma_of(sum_abs: f64, count: usize, freedom: f64) -> f64 {
     SIGMA_OF_MEAN * sum_abs / (count as f64 * freedom).sqrt()
 }
 
-/// Whether sums alone say that no residual of a full grid sticks out.
+/// Whether the sums alone show that no residual of a full grid exceeds the bound.
 fn is_clean(linear: &LinearProblem, m: usize, n: usize) -> bool {
     let Some(separable) = &linear.factor.separable else { return false };
     let freedom = (m - n) as f64;
@@ -86,10 +88,11 @@ fn is_clean(linear: &LinearProblem, m: usize, n: usize) -> bool {
 /// A node that was deleted.
 struct Deleted {
     node: usize,
-    /// Its row, orthonormal among the nodes that were there, and what of it is added to others.
+    /// Its row, orthonormalised over the nodes left before its deletion, and the factor by which it
+    /// updates the other rows.
     row: Vec<f64>,
     factor: f64,
-    /// What its deletion does to b.
+    /// Change of b by its deletion.
     step: Vec<f64>,
 }
 
@@ -102,15 +105,15 @@ struct Test<'a> {
 
 /// Rows of Q.
 enum NodeRows<'a> {
-    /// Of a full grid, as products of these columns.
+    /// Rows of a full grid, as products of these columns.
     Axes([DMatrix<f64>; 2]),
-    /// All of few nodes.
+    /// All rows, if there are few nodes.
     All(Vec<f64>),
-    /// Those of many that are asked for.
+    /// Rows computed on request, if there are many nodes.
     Each(Rows<'a>),
 }
 
-/// Residuals times the root of the weight, of all nodes, and sums over those left.
+/// Residuals of all nodes times the root of the weight, and sums over the nodes left.
 struct Left {
     residuals: Vec<f64>,
     rss: f64,
@@ -145,7 +148,7 @@ impl Test<'_> {
         (found > 0).then(|| self.told(nodes, &deleted))
     }
 
-    /// Residuals without the deleted nodes.
+    /// Returns the residuals of the fit without the deleted nodes.
     fn left(&self, deleted: &[Deleted]) -> Left {
         let mut image = self.linear.factor.qty.clone();
         for one in deleted {
@@ -169,7 +172,7 @@ impl Test<'_> {
         }
     }
 
-    /// The node left with the greatest studentised residual, times σ.
+    /// Returns the greatest studentised residual of the nodes left, times σ, and its node.
     fn greatest(&self, left: &Left, deleted: &[Deleted], least: f64) -> Option<(f64, Deleted)> {
         let n = self.linear.factor.size();
         let least = if left.count.saturating_mul(n * n) > CHEAP { 0.5 * least } else { 0.0 };
@@ -195,7 +198,7 @@ impl Test<'_> {
         Some((size, Deleted { node, row, factor, step }))
     }
 
-    /// The row of counted node `k`, orthonormal among those left.
+    /// Returns the row of counted node `k`, orthonormalised over the nodes left.
     fn row(&self, k: usize, deleted: &[Deleted]) -> Vec<f64> {
         let n = self.linear.factor.size();
         let mut row = match &self.rows {
@@ -212,7 +215,7 @@ impl Test<'_> {
         row
     }
 
-    /// The deleted nodes by what the others say of them.
+    /// Returns the deleted nodes that deviate significantly from the fit of the others.
     fn told(&self, nodes: &Nodes, deleted: &[Deleted]) -> Outliers {
         let left = self.left(deleted);
         let sigma = (left.rss / left.freedom).sqrt().max(self.floor);
@@ -244,7 +247,7 @@ impl Test<'_> {
 }
 
 impl Deleted {
-    /// `(I − qqᵀ)^(−1/2)` of a vector.
+    /// Multiplies a vector by `(I − qqᵀ)^(−1/2)`.
     fn turn(&self, vector: &mut [f64]) {
         let along = self.factor * dot(&self.row, vector);
         vector.iter_mut().zip(&self.row).for_each(|(x, q)| *x += along * q);

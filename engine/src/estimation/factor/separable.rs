@@ -98,7 +98,7 @@ impl AxisFactor {
         self.q.shape()
     }
 
-    /// The greatest leverage of a position in a fit of this axis alone.
+    /// Returns the greatest leverage of a position in a fit of this axis alone.
     pub(crate) fn greatest_leverage(&self) -> f64 {
         self.q.row_iter().map(|row| row.iter().map(|x| x.hi * x.hi).sum()).fold(0.0, f64::max)
     }

@@ -100,7 +100,7 @@ pub fn fit_remembering(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<F
     with_and_without(&without(nodes, &spec.exclude)?, spec, plans).map_err(too_few_left)
 }
 
-/// The fit, and where nodes are suspected of gross errors the fit without them.
+/// Returns the fit, and, if nodes are suspected of gross errors, the fit without them.
 fn with_and_without(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     let mut result = fit_selected(nodes, spec, plans)?;
     let suspected = result.warnings.iter_mut().find_map(|warning| match warning {
@@ -110,7 +110,7 @@ fn with_and_without(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitR
     let Some(found) = suspected else { return Ok(result) };
     let left_out: Vec<usize> = found.nodes.iter().map(|node| node.index).collect();
     let spec = FitSpec { include: Include::default(), predict: None, ..spec.clone() };
-    // where the others do not determine a fit there is none without
+    // if the other nodes do not determine a fit, there is none without the suspected ones
     if let Ok(other) = fit_selected(&masked(nodes, &left_out), &spec, plans) {
         found.coefficients = result.coefficients.iter().filter_map(|one| moved(one, &other)).collect();
         result.without_suspected = Some(Box::new(other));
@@ -122,8 +122,8 @@ fn finds_peaks(filter: &Filter) -> bool {
     matches!(filter, Filter::Hampel(_))
 }
 
-/// The nodes that are suspected of gross errors in a fit of heights that no filter smoothed: a
-/// low-pass filter spreads a gross error over its neighbours, and leaves their noise correlated.
+/// Returns the nodes suspected of gross errors in a fit of the heights before smoothing: a low-pass
+/// filter spreads a gross error over its neighbours and leaves their noise correlated.
 fn outliers_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<Option<Warning>, FitError> {
     if spec.estimator != Estimator::LeastSquares {
         return Ok(None);
@@ -139,14 +139,14 @@ fn outliers_before_smoothing(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Re
     Ok(found.warnings.into_iter().find(|warning| matches!(warning, Warning::OutliersSuspected(_))))
 }
 
-/// A coefficient beside the one of the same term in another fit.
+/// Pairs a coefficient with that of the same term in another fit.
 fn moved(one: &Coefficient, other: &FitResult) -> Option<MovedCoefficient> {
     let without = other.coefficients.iter().find(|other| other.key == one.key)?;
     let half_width = without.interval.as_ref().map(|interval| 0.5 * (interval.ends[1] - interval.ends[0]));
     Some(MovedCoefficient { term: one.term.clone(), value: one.value, without: without.value, half_width })
 }
 
-/// A refusal because of too few nodes where some were left out.
+/// Turns a refusal for too few nodes into one that names the excluded nodes as its cause.
 fn too_few_left(error: FitError) -> FitError {
     let FitError::Invalid(faults) = &error else { return error };
     let few = faults.list().iter().find_map(|fault| match &fault.reason {
@@ -159,7 +159,7 @@ fn too_few_left(error: FitError) -> FitError {
     few.map_or(error, |reason| Faults::one(Field::Exclude, reason).into())
 }
 
-/// The fit of the model that is asked for, or of the one that is chosen.
+/// Fits the requested model, or the selected one.
 fn fit_selected(nodes: &Nodes, spec: &FitSpec, plans: &Plans) -> Result<FitResult, FitError> {
     if let Some(asked) = &spec.select {
         let chosen = match spec.filters.is_empty() {

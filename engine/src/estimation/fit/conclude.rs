@@ -205,8 +205,8 @@ impl<'a> Solved<'a> {
         })
     }
 
-    /// The nodes that are suspected of gross errors. Robust estimates are made for such, and of
-    /// correlated errors the posted heights are tested, not those made white.
+    /// Returns the nodes suspected of gross errors. Robust estimates need no test; with correlated
+    /// errors the posted heights are tested, not the whitened ones.
     fn outliers(&self) -> Option<Warning> {
         let white = matches!(self.linear.evidence, Evidence::Posted { sample, .. } if sample.is_white());
         if self.robust.is_some() || white || !self.spectrum.full_rank() {

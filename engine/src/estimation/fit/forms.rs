@@ -44,7 +44,7 @@ pub(super) struct Forms<'a> {
     pub norm_limit: f64,
     /// Whether the filter follows from the heights.
     pub chosen_by_heights: bool,
-    /// Whether standard errors of the estimate take a λ* for given that the heights chose.
+    /// Whether standard errors of the estimate treat a λ* selected from the heights as given.
     pub conditional: bool,
 }
 
@@ -114,12 +114,12 @@ impl Forms<'_> {
         Some(Covariance { coefficients: of(|one| &one.row)?, least_squares: of(|one| &one.form.q)? })
     }
 
-    /// The standard error that holds: of least squares where the heights chose λ*.
+    /// Returns the valid standard error: that of least squares if λ* was selected from the heights.
     pub(super) fn std_error(&self, one: &Estimated) -> Option<f64> {
         if self.conditional { one.least_squares_error } else { one.conditional_error }
     }
 
-    /// The standard error for the λ* used, where that is another one.
+    /// Returns the standard error conditional on the λ* used, if it is a different one.
     pub(super) fn conditional_std_error(&self, one: &Estimated) -> Option<f64> {
         one.conditional_error.filter(|_| self.conditional)
     }

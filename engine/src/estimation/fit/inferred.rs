@@ -82,7 +82,7 @@ impl Solved<'_> {
         }
     }
 
-    /// Whether standard errors of the estimate take a λ* for given that the heights chose.
+    /// Whether standard errors of the estimate treat a λ* selected from the heights as given.
     pub(super) fn is_conditional(&self, applied: &Applied) -> bool {
         let regularization = &applied.regularization;
         !regularization.fixed

@@ -88,7 +88,7 @@ pub struct Weight {
     pub lambda: f64,
     /// `None` for a given λ.
     pub criterion: Option<Criterion>,
-    /// Whether the criterion is met within the range searched, and falls no more at its end.
+    /// Whether the criterion is met within the search range and no longer falls at its end.
     pub reached: bool,
     /// How the trace of the smoother was found.
     pub trace: Trace,

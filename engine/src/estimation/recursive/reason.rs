@@ -27,7 +27,7 @@ pub enum StreamReason {
     /// Filters of heights.
     #[error("a stream has no neighbours to filter by; refit its iteration with filters")]
     NoFilters,
-    /// Nodes to be left out.
+    /// Nodes to exclude.
     #[error("a stream takes every node; leave nodes out by a refit of its iteration")]
     NoExclusion,
     /// A block of another model.

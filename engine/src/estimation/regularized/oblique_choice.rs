@@ -25,7 +25,7 @@ pub(super) struct SelectedPenalty {
     pub figures: Choice,
 }
 
-/// λ, and where in the range of the search it is.
+/// λ and its position in the search range.
 #[derive(Clone, Copy)]
 pub(super) struct Lambda {
     pub value: f64,

@@ -37,20 +37,20 @@ pub struct CollinearityReport {
     pub near_dependencies: Vec<NearDependency>,
 }
 
-/// The space of the columns in a basis that is orthonormal over the domain.
+/// The column space in a basis that is orthonormal over the domain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct OrthonormalBasis {
-    /// λₙ/λ₁ of the Fisher information matrix of unit-length columns; `None` where they depend on
-    /// each other.
+    /// λₙ/λ₁ of the Fisher information matrix of unit-length columns; `None` if they are linearly
+    /// dependent.
     pub condition: Option<f64>,
 }
 
-/// Why columns nearly depend on each other.
+/// Cause of a near dependency between columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Cause {
-    /// The basis: in Legendre's over the domain they do not.
+    /// The basis: in Legendre's basis over the domain there is no such dependency.
     Basis,
-    /// The nodes: they do not tell some function of the model from 0, in whatever basis.
+    /// The nodes: in any basis they do not distinguish some function of the model from 0.
     Nodes,
 }
 
@@ -80,7 +80,7 @@ pub struct NearDependency {
     pub weight_ratio: Option<f64>,
     /// R² of the leading term on the others, where there are more than two.
     pub r_squared: Option<f64>,
-    /// Whether another basis would do without it.
+    /// Whether it would disappear in another basis.
     pub cause: Cause,
     /// The same in words, with the figures that it rests on.
     pub sentence: String,

@@ -86,8 +86,8 @@ pub struct FitResult {
     pub variance: Option<VarianceReport>,
     /// Present when positions of nodes were taken as off.
     pub positions: Option<PositionsReport>,
-    /// The fit without the nodes that are suspected of gross errors; present when there are some
-    /// and the others determine it.
+    /// The fit without the nodes suspected of gross errors; present if there are any and the others
+    /// determine it.
     pub without_suspected: Option<Box<FitResult>>,
     /// Arithmetic and correct digits.
     pub numerics: Numerics,

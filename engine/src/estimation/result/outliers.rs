@@ -4,9 +4,9 @@ use std::fmt;
 
 use crate::fault::words::{Size, listed, rounded};
 
-/// Nodes named in a sentence.
+/// Greatest number of nodes named in a sentence.
 const NAMED: usize = 5;
-/// From so many suspected nodes on the errors may as well be of a distribution with heavy tails.
+/// From this many suspected nodes on, the errors may equally well have a heavy-tailed distribution.
 const HEAVY_TAILS: usize = 3;
 
 /// Nodes that are suspected of gross errors, and the fit without them.
@@ -18,20 +18,20 @@ pub struct Outliers {
     pub coefficients: Vec<MovedCoefficient>,
 }
 
-/// A node that lies further off what the others say than noise explains.
+/// A node that deviates from the fit of the others by more than noise explains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SuspectedNode {
-    /// Its number among the posted nodes.
+    /// Its index among the posted nodes.
     pub index: usize,
-    /// Row and column, of a grid.
+    /// Row and column in a grid.
     pub cell: Option<[usize; 2]>,
     /// Its abscissae: x of a curve, u and v of a surface, none of a measurement matrix.
     pub place: Vec<f64>,
     /// Its height.
     pub height: f64,
-    /// Height less what least squares of the nodes that are not suspected has there.
+    /// Height minus the least-squares fit of the nodes that are not suspected.
     pub off: f64,
-    /// The same in standard deviations of a height of its weight.
+    /// The same in standard deviations of a height of this weight.
     pub off_sigmas: f64,
 }
 
@@ -40,23 +40,24 @@ pub struct SuspectedNode {
 pub struct MovedCoefficient {
     /// Name of the term.
     pub term: String,
-    /// With them.
+    /// Estimate with the suspected nodes.
     pub value: f64,
-    /// Without them.
+    /// Estimate without them.
     pub without: f64,
-    /// Half the width of the confidence interval without them, where there is one.
+    /// Half-width of the confidence interval without them, if there is one.
     pub half_width: Option<f64>,
 }
 
 impl MovedCoefficient {
-    /// Whether the suspected nodes move it by more than its interval reaches to either side.
+    /// Whether the suspected nodes change it by more than the half-width of its interval.
     pub fn moves_beyond_interval(&self) -> bool {
         self.half_width.is_some_and(|half| (self.value - self.without).abs() > half)
     }
 }
 
 impl Outliers {
-    /// The coefficients that the suspected nodes move by more than their intervals.
+    /// Returns the coefficients that the suspected nodes change by more than the half-width of
+    /// their intervals.
     pub fn moved(&self) -> impl Iterator<Item = &MovedCoefficient> + Clone {
         self.coefficients.iter().filter(|coefficient| coefficient.moves_beyond_interval())
     }

@@ -22,12 +22,12 @@ pub struct Coefficient {
     pub key: TermKey,
     /// Regularised estimate Â_B (Eq. 29).
     pub value: f64,
-    /// A standard error that holds; `None` without degrees of freedom. Of `value` for a λ* that was
-    /// given; where the heights chose λ* that of `least_squares`, since their own choice makes
-    /// [`Coefficient::conditional_std_error`] too small. It does not contain the bias.
+    /// Valid standard error; `None` without degrees of freedom. It is that of `value` if λ* was
+    /// given, and that of `least_squares` if λ* was selected from the heights, since this selection
+    /// makes [`Coefficient::conditional_std_error`] too small. It does not include the bias.
     pub std_error: Option<f64>,
-    /// Standard error of `value` for the λ* used, as if it had been given; there where the heights
-    /// chose it.
+    /// Standard error of `value` conditional on the λ* used; present if λ* was selected from the
+    /// heights.
     pub conditional_std_error: Option<f64>,
     /// Least-squares estimate Â (Eq. 15).
     pub least_squares: f64,
@@ -41,7 +41,7 @@ pub struct Coefficient {
 }
 
 impl Coefficient {
-    /// Standard error of `value` for the λ* used, whoever chose it.
+    /// Returns the standard error of `value` conditional on the λ* used, whether given or selected.
     pub fn error_given_lambda(&self) -> Option<f64> {
         self.conditional_std_error.or(self.std_error)
     }

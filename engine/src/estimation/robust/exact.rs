@@ -41,7 +41,7 @@ pub(super) fn settled(
     let (m, edge) = (residuals.len(), rounding(largest));
     let on = residuals.iter().filter(|r| r.abs() <= edge).count();
     let is_rounding = |spread: Option<f64>| spread.is_some_and(|s| s <= EXACT * largest);
-    // the scale of a likelihood is a mean over all nodes, which outliers alone can make
+    // the scale of a likelihood is a mean over all nodes, which outliers alone can determine
     if on == m || is_rounding(scale) || is_rounding(dispersion) {
         warnings.push(warning(on, m));
         let weights = residuals.iter().map(|r| f64::from(u8::from(r.abs() <= edge))).collect();

@@ -10,8 +10,8 @@ const TURN: f64 = 1e-9;
 /// Most cells.
 const MOST: f64 = 400.0;
 
-/// The place of the least value of `at(x)` → (value, slope) for x in `[low, high]`, and whether it
-/// is at an end; of equal ones the first.
+/// Returns the minimiser of `at(x)` → (value, slope) over `[low, high]` and its position there; of
+/// equal minima the first.
 pub(crate) fn least([low, high]: [f64; 2], at: impl Fn(f64) -> (f64, f64)) -> (f64, Place) {
     let cells = ((high - low) * DENSITY).ceil().clamp(1.0, MOST) as usize;
     let grid: Vec<(f64, f64, f64)> = (0..=cells)

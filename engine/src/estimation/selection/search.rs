@@ -26,7 +26,7 @@ const JOINING: [f64; 3] = [1e-4, 3e-3, 6e-2];
 /// Relative accuracy of λ* where a derivative changes sign, and where only heights are compared.
 const ROOT: f64 = 1e-14;
 const PEAK: f64 = 1e-8;
-/// Relative difference below which values of a criterion are level.
+/// Relative difference below which values of a criterion count as equal.
 const LEVEL: f64 = 1e-12;
 /// A peak of the curvature seen on the grid is refined when it is at least this large against the
 /// largest.
@@ -41,19 +41,19 @@ pub(crate) struct Chosen {
     pub place: Place,
 }
 
-/// Where in the range that is searched a criterion has its answer.
+/// Position of the selected parameter in the search range.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Place {
-    /// Within it, or where no range is searched.
+    /// Inside the range, or no range is searched.
     Inside,
-    /// At an end, where the criterion still falls or is level.
+    /// At an end of the range: the criterion still falls or is level there.
     Limit,
-    /// At the upper end, where the discrepancy is not reached.
+    /// At the upper end of the range: the discrepancy is not reached.
     Missed,
 }
 
 impl Place {
-    /// The place of the value `best` that was found, among the values at both ends.
+    /// Returns the position of the minimum `best`, given the values at both ends.
     pub(crate) fn of(best: f64, ends: [f64; 2]) -> Self {
         let is_best = |end: f64| end <= best + LEVEL * best.abs();
         if ends.into_iter().any(is_best) { Place::Limit } else { Place::Inside }
@@ -151,14 +151,14 @@ impl<'a> Search<'a> {
         self.problem.sums_touching(self.rule, x.exp(), stretch.touched.clone())
     }
 
-    /// λ* from its logarithm. The range of spectral schemes is all that there is, no limit of the
-    /// search.
+    /// Returns λ* from its logarithm. The range of spectral schemes is their whole parameter range,
+    /// not a limit of the search.
     fn chosen(&self, (x, place): (f64, Place)) -> Chosen {
         let place = if self.rule == Rule::Ridge { place } else { Place::Inside };
         Chosen { lambda_star: x.exp(), interval: None, place }
     }
 
-    /// Returns what `criterion` chooses.
+    /// Returns the parameter that `criterion` selects.
     pub(crate) fn choose(&self, criterion: Criterion) -> Result<Chosen, Unavailable> {
         let chosen = |found| Ok(self.chosen(found));
         let freedom = self.problem.count > self.problem.lambda.len() + self.problem.unpenalised;
@@ -326,7 +326,7 @@ impl<'a> Search<'a> {
     }
 }
 
-/// The values of a criterion at the ends of its grid, which is seen stretch by stretch.
+/// Values of a criterion at the ends of its grid, which is scanned interval by interval.
 #[derive(Default)]
 struct Ends {
     first: Option<f64>,

@@ -44,7 +44,7 @@ pub(crate) trait Comparison: ParameterProblem<Refusal = Unavailable> {
 
     /// The criteria whose choices are reported, in this order.
     fn criteria(&self) -> impl Iterator<Item = Criterion>;
-    /// Where in the range of the search an answer is.
+    /// Returns the position of an answer in the search range.
     fn place(answer: &Self::Answer) -> Place;
     /// The figures of an answer; of `None` those of least squares.
     fn figures(&self, criterion: Option<Criterion>, answer: Option<Self::Answer>) -> Choice;

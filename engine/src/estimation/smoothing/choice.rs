@@ -65,8 +65,8 @@ pub struct Found {
     pub lambda: f64,
     /// The criterion that chose it; `None` for a given λ or given degrees of freedom.
     pub criterion: Option<Criterion>,
-    /// False where what was asked for is not reached within the range of λ, or the criterion still
-    /// falls at its end: the end is answered.
+    /// False if the requested value is not reached within the range of λ, or if the criterion still
+    /// falls at its end; the result is then that end.
     pub reached: bool,
 }
 
@@ -209,8 +209,9 @@ fn grid([low, high]: [f64; 2], at: &(impl Fn(f64) -> Option<Figures> + Sync)) ->
     places.into_iter().zip(figures).filter_map(|(x, f)| f.filter(usable).map(|f| (x, f))).collect()
 }
 
-/// The least `score`: every dip of the grid is refined (by golden sections and parabolas), of equal
-/// ones the first wins. False where it still falls, or is level, at an end of the grid.
+/// Returns the minimum of `score`: every local minimum of the grid is refined (by golden sections
+/// and parabolas), of equal ones the first wins. False if the score still falls, or is level, at an
+/// end of the grid.
 fn minimum(grid: &Grid, at: &impl Fn(f64) -> Option<Figures>, score: impl Fn(f64, &Figures) -> f64) -> (f64, bool) {
     let scores: Vec<f64> = grid.iter().map(|(x, f)| score(*x, f)).collect();
     let (mut place, mut best) = (grid[0].0, scores[0]);
@@ -300,7 +301,7 @@ mod tests {
             assert_eq!(found.reached, reached, "{variance}: {found:?}");
             assert!(reached || found.lambda > 0.9 * 12f64.exp(), "{found:?}");
         }
-        // a signal that no penalty should touch: GCV falls towards λ = 0
+        // a signal that needs no penalty: GCV falls towards λ = 0
         let bare = |lambda: f64| one(lambda).map(|f| Figures { rss: f.rss - 3.0 + 1e-30, ..f });
         let found = find(Smoothing::Parameter(Parameter::Criterion(Criterion::Gcv)), &problem(None), bare).unwrap();
         assert!(!found.reached && found.lambda < 1e-5, "{found:?}");

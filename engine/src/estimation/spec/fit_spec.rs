@@ -87,7 +87,7 @@ pub struct FitSpec {
     pub include: Include,
     /// What is done to the nodes before, in this order.
     pub filters: Vec<Filter>,
-    /// Nodes that are left out, as if they were missing.
+    /// Nodes excluded from the fit, as if they were missing.
     pub exclude: Vec<NodeAt>,
 }
 

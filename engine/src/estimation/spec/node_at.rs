@@ -3,9 +3,9 @@
 /// A node named by its place among the posted ones, missing ones included; numbers count from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NodeAt {
-    /// In the order posted; of a grid row by row.
+    /// Index in the order posted; grids count row by row.
     Index(usize),
-    /// Of a grid: `z[row][column]` is at `(u[row], v[column])`.
+    /// Cell of a grid: `z[row][column]` is at `(u[row], v[column])`.
     Cell {
         /// Index of u.
         row: usize,

@@ -50,13 +50,13 @@ impl HeaderLine {
         self.fields.iter().flat_map(|field| field.split_ascii_whitespace()).filter_map(number)
     }
 
-    /// The unit that the label has in brackets, `mm` of `Normalmodul mn [mm]`.
+    /// Returns the unit that the label has in brackets: `mm` for `Normalmodul mn [mm]`.
     pub fn unit(&self) -> Option<&str> {
         let (_, rest) = self.label.rsplit_once('[')?;
         rest.split_once(']').map(|(unit, _)| unit.trim()).filter(|unit| !unit.is_empty())
     }
 
-    /// The first word that was meant for a number and is none, such as `0,203`.
+    /// Returns the first word that resembles a number but cannot be read as one, such as `0,203`.
     pub(super) fn unreadable(&self) -> Option<&str> {
         let meant = |word: &&str| {
             let of_numbers = |b: u8| b.is_ascii_digit() || matches!(b, b'.' | b',' | b'-' | b'+' | b'\'');

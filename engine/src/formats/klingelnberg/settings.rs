@@ -221,7 +221,7 @@ impl Header {
         facts
     }
 
-    /// The first number of a code whose label has one of these units, or none.
+    /// Returns the first number of a code, if its label has one of these units or no unit.
     fn in_unit(&self, code: u32, units: &[&'static str], notes: &mut Notes) -> Option<f64> {
         let line = self.get(code)?;
         let value = line.numbers().next()?;

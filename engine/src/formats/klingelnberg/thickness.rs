@@ -1,10 +1,10 @@
-//! Tooth thickness: span and dimension over balls, and the profile shift that they tell.
+//! Tooth thickness: span and dimension over balls, and the profile shift that follows from them.
 //!
-//! Of external gears only. On the base circle a tooth of profile shift x has the arc
-//! `s_b = d_b ((π/2 + 2 x tan α_n)/z + inv α_t)`, a span over k teeth is `W_k = ((k − 1) p_bt +
-//! s_b) cos β_b`, and a ball of diameter D has its centre where `inv α_K = D/(d_b cos β_b) − η_b`,
-//! with η_b half the angle of a space on the base circle. Over balls it measures `2 r_K + D`, and
-//! with an odd number of teeth the chord between two centres.
+//! For external gears only. On the base circle a tooth of profile shift x has the arc `s_b = d_b
+//! ((π/2 + 2 x tan α_n)/z + inv α_t)`, a span over k teeth is `W_k = ((k − 1) p_bt + s_b) cos β_b`,
+//! and a ball of diameter D has its centre where `inv α_K = D/(d_b cos β_b) − η_b`, with η_b half
+//! the angle of a space on the base circle. Over balls it measures `2 r_K + D`, and with an odd
+//! number of teeth the chord between two centres.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,13 +20,13 @@ use crate::gear::{
     involute::{inv_of_roll, roll_of_inv},
 };
 
-/// Beyond this difference of x no allowance of the tooth thickness explains it: 0.15 modules.
+/// Difference of x beyond which no allowance of the tooth thickness explains it: 0.15 modules.
 const ALLOWANCE: f64 = 0.2;
 
 /// Mean, least and greatest, mm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// Mean of all around.
+    /// Mean around the gear.
     pub mean: f64,
     /// Least.
     pub least: f64,
@@ -34,7 +34,7 @@ pub struct Spread {
     pub greatest: f64,
 }
 
-/// Tooth thickness all around.
+/// Tooth thickness around the gear.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thickness {
     /// k of W_k.
@@ -50,7 +50,8 @@ pub struct Thickness {
 }
 
 impl Curves {
-    /// The gear of the header, with what the places of contact say of its profile shift.
+    /// Returns the gear of the header; notes a profile shift that contradicts the places of
+    /// contact.
     pub fn gear(&self, notes: &mut Notes) -> GearFacts {
         let facts = self.header.gear(notes);
         let gear = facts.gear_data().ok().and_then(|data| Gear::new(data).ok());
@@ -60,10 +61,10 @@ impl Curves {
     }
 
     /// Tooth thickness from the places where the pitch measurement touched both flanks of each
-    /// tooth: centres of the ball of code 102, in the plane of rotation. `None` where places are
-    /// missing, on internal gears, or where k (code 281) is not said.
+    /// tooth: centres of the ball of code 102, in the plane of rotation. `None` if places are
+    /// missing, for internal gears, or if k (code 281) is not given.
     ///
-    /// Tables of known files turn so that the polar angle of a place on the gear is that of its
+    /// In known files the table turns so that the polar angle of a place on the gear is that of its
     /// point plus the angle of the table.
     pub fn thickness(&self, gear: &Gear) -> Option<Thickness> {
         let teeth = gear.data().teeth as usize;
@@ -100,7 +101,8 @@ impl Curves {
 }
 
 impl Values {
-    /// The gear of the header, with what the printed W_k and M_dK say of its profile shift.
+    /// Returns the gear of the header; notes a profile shift that contradicts the printed W_k or
+    /// M_dK.
     pub fn gear(&self, notes: &mut Notes) -> GearFacts {
         let facts = self.header.gear(notes);
         let printed = |of| {
@@ -117,7 +119,7 @@ impl Values {
     }
 }
 
-/// What a tooth thickness is told by.
+/// Figure from which a tooth thickness follows.
 #[derive(Clone, Copy)]
 enum Figure {
     Span,
@@ -125,14 +127,14 @@ enum Figure {
 }
 
 impl Header {
-    /// A code that is a whole number above 0.
+    /// Returns the value of a code, if it is a whole number above 0.
     fn whole(&self, code: u32) -> Option<usize> {
         let value = self.number(code)?;
         (value.fract() == 0.0 && (1.0..=1e6).contains(&value)).then_some(value as usize)
     }
 
-    /// Notes a profile shift that no allowance brings together with a measured figure, or else with
-    /// the span that code 115 asks for.
+    /// Notes a profile shift that no allowance reconciles with a measured figure or, without one,
+    /// with the span that code 115 prescribes.
     fn compare(&self, facts: &GearFacts, measured: Option<(Figure, f64)>, notes: &mut Notes) {
         let asked = || self.get(115)?.numbers().next().filter(|span| *span > 0.0).map(|span| (Figure::Span, span));
         let (Some(header), Some((figure, value))) = (facts.profile_shift, measured.or_else(asked)) else { return };
@@ -154,7 +156,7 @@ impl Header {
     }
 }
 
-/// What tooth thickness is reckoned with.
+/// Gear data from which tooth thickness is computed.
 struct Base {
     teeth: f64,
     module: f64,
@@ -192,7 +194,7 @@ fn shift_over_balls(base: &Base, ball: f64, over: f64) -> f64 {
     base.teeth / (2.0 * normal.tan()) * (at_centre - involute(transverse) - ball + PI / (2.0 * base.teeth))
 }
 
-/// M_dK of each pair of spaces that lie opposite, or nearly.
+/// Returns M_dK over the pairs of opposite, or nearly opposite, spaces.
 fn over_balls(gear: &Gear, ball: f64, left: &[f64], right: &[f64]) -> Option<Spread> {
     let teeth = left.len();
     let base = gear.base_radius();
@@ -220,11 +222,11 @@ fn spread(values: impl Iterator<Item = f64>) -> Option<Spread> {
         (sum, count) = (sum + value, count + 1.0);
         (least, greatest) = (least.min(value), greatest.max(value));
     }
-    // NaN of a flank that was not touched
+    // NaN if a flank was not touched
     (sum / count).is_finite().then_some(Spread { mean: sum / count, least, greatest })
 }
 
-/// The involute function of an angle.
+/// Returns the involute function of an angle.
 fn involute(alpha: f64) -> f64 {
     inv_of_roll(alpha.tan())
 }

@@ -107,7 +107,7 @@ pub(super) struct Relation {
 }
 
 impl Relation {
-    /// The component in a role.
+    /// Returns the component in a role.
     pub(crate) fn part(&self, role: &str) -> Option<&str> {
         self.parts.iter().find(|(name, _)| name == role).map(|(_, id)| id.as_str())
     }

@@ -16,7 +16,7 @@ struct Item<'a> {
     value: Json<'a>,
 }
 
-/// A value of a JSON text. Numbers are kept as they stand there.
+/// A value of a JSON text. Numbers are kept as written.
 enum Json<'a> {
     Null,
     Text(String),
@@ -39,7 +39,7 @@ impl<'a> Item<'a> {
         }
     }
 
-    /// The text of a member; an id may be a number.
+    /// Returns the text of a member; an id may be a number.
     fn text(&self, name: &str) -> Option<String> {
         match &self.get(name)?.value {
             Json::Text(text) => Some(text.clone()),
@@ -95,7 +95,7 @@ pub(super) fn parse(text: &str) -> Result<Document, FileError> {
     Ok(document)
 }
 
-/// The value of an attribute, which stands under the name of its type; `None` where it is null.
+/// Returns the value of an attribute, whose key is the name of its type; `None` if it is null.
 fn value_of(attribute: &Item) -> Result<Option<Value>, &'static str> {
     let Json::Object(members) = &attribute.value else { return Err("an attribute") };
     let Some((kind, item)) = members.iter().find(|(name, _)| name != "id" && name != "unit") else { return Ok(None) };
@@ -160,7 +160,7 @@ impl<'a> Parser<'a> {
         FileError::Expected { place: place_in(self.text, self.at), expected, found: shown(found) }
     }
 
-    /// Takes a sign if it stands here, behind blanks.
+    /// Consumes a sign if it comes next, after white space.
     fn takes(&mut self, sign: char) -> bool {
         self.blank();
         let here = self.rest().starts_with(sign);
@@ -237,7 +237,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// A text in quotes, which begins here.
+    /// Reads a quoted string that begins here.
     fn string(&mut self) -> Result<String, FileError> {
         let start = self.at;
         self.at += 1;
@@ -268,7 +268,7 @@ impl<'a> Parser<'a> {
         }
     }
 
-    /// The character of `\uXXXX`, or of a pair of them.
+    /// Reads the character of `\uXXXX`, or of a surrogate pair.
     fn escaped(&mut self) -> Result<char, FileError> {
         let mut unit = || {
             let digits = self.rest().get(..4).filter(|digits| digits.bytes().all(|b| b.is_ascii_hexdigit()));

@@ -1,5 +1,5 @@
-//! Gear models in REXS 1.0 to 2.0, as XML or JSON: the cylindrical gears of a model and what was
-//! measured of their flanks.
+//! Gear models in REXS 1.0 to 2.0, as XML or JSON: the cylindrical gears of a model and the
+//! measurements of their flanks.
 //!
 //! A gear is a component of type `cylindrical_gear` or `ring_gear`. Pressure angle and profile
 //! shift are attributes of its flanks (components `flank_geometry` up to version 1.2,
@@ -18,7 +18,7 @@
 //! diameters or roll lengths of a profile, or at coordinates of a helix.
 //!
 //! Document types and entities other than the five of XML are refused. Results of load cases are
-//! passed over.
+//! ignored.
 
 mod base64;
 mod document;

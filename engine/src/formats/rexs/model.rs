@@ -40,20 +40,20 @@ pub enum TracePlaces {
 /// A measured trace of a flank.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RexsTrace {
-    /// Of its component.
+    /// Id of its component.
     pub id: String,
-    /// Where its deviations are.
+    /// Places of its deviations.
     pub places: TracePlaces,
     /// z of a profile, diameter of a helix, mm.
     pub section: Option<f64>,
-    /// µm with the sign stored.
+    /// Deviations in µm, with the sign stored.
     pub deviation: Vec<f64>,
     /// Line in the file, from 1.
     pub line: usize,
 }
 
 impl RexsTrace {
-    /// Profile or helix.
+    /// Returns whether it is a profile or a helix.
     pub fn kind(&self) -> Kind {
         match self.places {
             TracePlaces::Diameters(_) | TracePlaces::RollLengths(_) => Kind::Profile,
@@ -247,7 +247,7 @@ impl Reader<'_> {
         })
     }
 
-    /// A measured profile or helix; `None` for a component without amounts.
+    /// Reads a measured profile or helix; `None` for a component without amounts.
     fn trace(&self, component: &Component) -> Result<Option<RexsTrace>, FileError> {
         let profile = component.kind == "profile_deviation";
         let name = if profile { "profile_deviation_amounts" } else { "helix_deviation_amounts" };

@@ -169,8 +169,8 @@ impl ToleranceLimits {
     /// Returns the limits of a slope over a share of the length that it refers to: those given,
     /// else those of the class. ISO 1328-1 has slopes over the whole length (profiles: the
     /// evaluation length, helices: the face width), so that a part of it has its share of the
-    /// limits. What is longer has no more than the whole. `along` converts the tolerances of the
-    /// class, which are transverse, to the direction of the figures.
+    /// limits, and a greater length no more than the whole limits. `along` converts the tolerances
+    /// of the class, which are transverse, to the direction of the figures.
     pub(super) fn slope_over(
         &self,
         kind: Kind,

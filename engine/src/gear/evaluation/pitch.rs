@@ -75,7 +75,7 @@ pub struct Pitch {
     pub single: Vec<Option<f64>>,
     /// The f_pi of greatest amount; f_p is its amount.
     pub single_pitch: Option<Extreme>,
-    /// R_p, the greatest f_pi less the least.
+    /// R_p: greatest minus least f_pi.
     pub single_range: Option<f64>,
     /// F_p.
     pub cumulative: Option<f64>,
@@ -203,9 +203,9 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
     })
 }
 
-/// R_s: how much the thickness of the teeth varies, µm along the measuring circle, from the flanks
-/// of both sides counted in one direction. Teeth without both flanks are left out; `None` where no
-/// tooth has both.
+/// Returns R_s: variation of the tooth thickness, µm along the measuring circle, from the flanks of
+/// both sides counted in one direction. Teeth without both flanks are skipped; `None` if no tooth
+/// has both.
 pub fn thickness_variation(left: &Pitch, right: &Pitch) -> Option<f64> {
     let thickness: Vec<_> =
         left.index.iter().zip(&right.index).map(|(left, right)| Some((*left)? - (*right)?)).collect();
@@ -265,7 +265,8 @@ fn greatest(values: impl Iterator<Item = (usize, f64)>) -> Option<Extreme> {
     })
 }
 
-/// The greatest range within k pitches. Sectors with a tooth that was not measured are left out.
+/// Returns the greatest range within k pitches. Sectors with a tooth that was not measured are
+/// skipped.
 fn widest_sector(index: &[Option<f64>], k: usize) -> Option<Extreme> {
     let teeth = index.len();
     // the flanks that may still be the highest, and the lowest, of a sector, by steps around the

@@ -137,9 +137,9 @@ pub fn from_pitches(
     Ok(evaluate(gear, &readings, rounding, true))
 }
 
-/// How well readings of the tooth spaces go with the index deviations of both flanks if teeth are
-/// counted in one direction: their coefficient of correlation. `None` where nothing varies, or
-/// where fewer than three spaces have both.
+/// Returns the correlation coefficient of readings of the tooth spaces and the run-out that follows
+/// from the index deviations of both flanks with this direction of counting. `None` if either is
+/// constant, or if fewer than three spaces have both.
 pub fn agreement(
     left: &[Option<f64>],
     right: &[Option<f64>],

@@ -9,7 +9,7 @@
 use super::SurfaceJet;
 use crate::geometry::space::Vector;
 
-/// Values of [`sharpness`] below which there is no normal to be had of S_u and S_v.
+/// Values of [`sharpness`] below which S_u and S_v determine no normal.
 const SINGULAR: f64 = 1e-10;
 
 /// Values of [`sharpness`] below which the formulas of a regular place lose more than half of the
@@ -85,14 +85,14 @@ impl Differential {
     }
 }
 
-/// Whether S_u and S_v span no plane that could be trusted.
+/// Whether S_u and S_v span no reliable plane.
 pub(super) fn is_singular(jet: &SurfaceJet, domain: [[f64; 2]; 2]) -> bool {
     !(sharpness(jet, domain) > SINGULAR)
 }
 
-/// How well S_u and S_v span a plane: small where one of them vanishes against its own change over
-/// the patch, or where they are nearly parallel. Curvatures of a regular place have a relative
-/// error of about ε over its square.
+/// Returns how well S_u and S_v span a plane: small if one of them vanishes against its own change
+/// over the patch, or if they are nearly parallel. Curvatures of a regular place have a relative
+/// error of about ε over the square of this value.
 pub(super) fn sharpness(jet: &SurfaceJet, [[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
     let (wide, high) = (b - a, d - c);
     let size_u = jet.u.norm() + wide * jet.uu.norm() + high * jet.uv.norm();

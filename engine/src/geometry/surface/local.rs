@@ -9,8 +9,8 @@ use super::{
 use crate::geometry::space::Vector;
 
 impl Differential {
-    /// At (u, v); by a limit where the parameters are singular or nearly so, `None` where there is
-    /// none either (a cusp, a fold).
+    /// Returns the quantities at (u, v); as a limit if the parameters are singular or nearly so,
+    /// `None` if there is no limit either (a cusp, a fold).
     ///
     /// ```
     /// use flankfit_engine::geometry::{
@@ -36,7 +36,7 @@ impl Differential {
         if sharpness > BLUNT {
             return Self::of(jet);
         }
-        // beside a singular place the better of both
+        // near a singular place, the more accurate of both
         let error = f64::EPSILON / (sharpness * sharpness);
         match limit(surface, u, v, error) {
             None if !is_singular(jet, surface.domain()) => Self::of(jet),

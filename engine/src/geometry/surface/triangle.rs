@@ -51,8 +51,7 @@ pub fn degenerate_borders(surface: &dyn Surface, tolerance: f64) -> Vec<Degenera
 /// many times.
 const FIRST: f64 = 1.0 / 16.0;
 const HALVINGS: usize = 7;
-/// Two extrapolations in succession that differ by more, relative to their size, have never
-/// settled.
+/// Successive extrapolations that differ by more, relative to their size, do not converge.
 const SETTLED: f64 = 1e-4;
 
 /// The limit of the unit normal along the parameter line that leaves the singular place (u, v) into
@@ -66,9 +65,9 @@ fn of_normals(samples: &[Differential], settled: f64) -> Option<Vector> {
     Vector::from(extrapolated::<3>(normals, settled)?).try_normalize(0.5)
 }
 
-/// The limit of everything in [`Differential`] along that line. `None` where it does not settle:
-/// where the lines that run into the tip lie in no plane, the patch ends there as a cone does, and
-/// its curvature grows without bound; or where it is not known to better than the relative `error`.
+/// The limit of everything in [`Differential`] along that line. `None` if it does not converge (if
+/// the lines that run into the tip lie in no plane, the patch ends there as a cone does, and its
+/// curvature grows without bound), or if it is not known to better than the relative `error`.
 pub(super) fn limit(surface: &dyn Surface, u: f64, v: f64, error: f64) -> Option<Differential> {
     let settled = SETTLED.min(error);
     let here = surface.place(u, v);
@@ -135,8 +134,8 @@ fn inward(surface: &dyn Surface, here: &SurfaceJet, u: f64, v: f64) -> [f64; 2] 
     }
 }
 
-/// Neville's extrapolation to 0 of samples at 1, 1/2, 1/4, …; `None` unless the last two agree to
-/// within `settled`, relative to their size.
+/// Returns Neville's extrapolation to 0 of samples at 1, 1/2, 1/4, …; `None` unless the last two
+/// agree to within `settled`, relative to their size.
 fn extrapolated<const N: usize>(mut table: Vec<[f64; N]>, settled: f64) -> Option<[f64; N]> {
     let mut before = *table.last()?;
     for order in 1..table.len() {

@@ -1,9 +1,9 @@
-//! Whether a near dependency is the nodes' or the basis's: the same column space in Legendre's
-//! basis over the domain.
+//! Whether the nodes or the basis cause a near dependency: condition of the same column space in
+//! Legendre's basis over the domain.
 //!
 //! Raw powers far from 0 are nearly collinear wherever the nodes are. In a basis that is
-//! orthonormal over the domain, columns are nearly dependent only where the nodes do not determine
-//! a function: where one that is not small over the domain is small at all of them.
+//! orthonormal over the domain, columns are nearly dependent only if the nodes do not determine
+//! some function: one that is not small over the domain is small at all nodes.
 
 use nalgebra::DMatrix;
 
@@ -19,17 +19,17 @@ use crate::{
 
 /// Condition index beyond which a dependency is called near (Belsley's rule).
 pub(super) const NEAR: f64 = 30.0;
-/// Eigenvalues this small against the largest are found by singular values.
+/// Eigenvalues below this share of the largest are computed from singular values.
 const SMALL: f64 = 1e-8;
 
 /// The columns of a polynomial model in Legendre's basis.
 pub(super) struct Legendre {
-    /// λₙ/λ₁ of the columns of unit length; `None` where they depend on each other.
+    /// Condition λₙ/λ₁ of the Fisher information matrix of the unit-length columns; `None` if they
+    /// are linearly dependent.
     condition: Option<f64>,
-    /// The columns of unit length in Q's coordinates, upper triangular; `None` where nothing is
-    /// asked of them.
+    /// The unit-length columns in Q's coordinates, upper triangular; `None` if they are not needed.
     columns: Option<DMatrix<f64>>,
-    /// What the caller's basis is called, and which terms the model has, in words.
+    /// Phrases that name the caller's basis and the terms of the model.
     place: &'static str,
     terms: String,
 }
@@ -67,13 +67,13 @@ impl Legendre {
         finite.then(|| Legendre { condition, columns, place: place(u), terms: terms(design) })
     }
 
-    /// What is answered of it.
+    /// Returns the part of the answer that describes this basis.
     pub(super) fn told(&self) -> OrthonormalBasis {
         OrthonormalBasis { condition: self.condition }
     }
 
-    /// Why the columns of the caller nearly cancel along a direction whose image in Q's coordinates
-    /// is `image`.
+    /// Returns why the caller's columns nearly cancel along a direction whose image in Q's
+    /// coordinates is `image`.
     pub(super) fn cause(&self, image: &[f64]) -> Cause {
         let Some(columns) = self.columns.as_ref().filter(|_| !self.is_well_conditioned()) else { return Cause::Basis };
         let length = |x: &[f64]| x.iter().map(|x| x * x).sum::<f64>().sqrt();
@@ -88,7 +88,8 @@ impl Legendre {
         self.condition.is_some_and(|condition| condition <= NEAR * NEAR)
     }
 
-    /// What a sentence says of a dependency that the basis makes: where, and what follows.
+    /// Returns the phrases for a dependency caused by the basis: the basis it occurs in, and the
+    /// consequence.
     pub(super) fn consolation(&self) -> (&'static str, String) {
         let follows = match self.condition.filter(|_| self.is_well_conditioned()) {
             Some(condition) => format!(
@@ -109,7 +110,8 @@ fn place(axis: &Axis) -> &'static str {
     }
 }
 
-/// From the working functions of an axis to Legendre's polynomials over `domain`.
+/// Returns the change of basis from the working functions of an axis to Legendre's polynomials over
+/// `domain`.
 fn change(axis: &Axis, domain: Option<[f64; 2]>) -> Option<DMatrix<f64>> {
     let Axis::Polynomial { mapping, size, .. } = axis else { return None };
     let Some([low, high]) = domain.filter(|_| *size > 1) else { return Some(DMatrix::identity(*size, *size)) };

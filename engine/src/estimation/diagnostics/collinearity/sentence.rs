@@ -7,9 +7,9 @@ use super::explained::pair_index;
 /// How many terms a sentence names; `terms` has all of them.
 const NAMED: usize = 4;
 
-/// What a person reads. `pair` is the cosine of the two leading terms, where they are nearly
-/// parallel without the others; `consolation` says where and what follows where
-/// the basis is the cause.
+/// Returns the sentence for the reader. `pair` is the cosine of the two leading terms, if they are
+/// nearly parallel without the others; `consolation` names the basis and the consequence if the
+/// basis is the cause.
 #[inline(never)]
 pub(super) fn sentence(
     names: &[String],

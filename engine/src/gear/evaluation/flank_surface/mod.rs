@@ -53,9 +53,9 @@ pub use settings::{Border, FigureTerms, Reference, SurfaceSettings};
 pub struct Figure {
     /// Estimate.
     pub value: f64,
-    /// A standard error that holds, as that of a coefficient; `None` without degrees of freedom.
+    /// Valid standard error, as that of a coefficient; `None` without degrees of freedom.
     pub std_error: Option<f64>,
-    /// The one that takes a λ* for given which the heights chose.
+    /// Standard error conditional on a λ* that was selected from the heights.
     pub conditional_std_error: Option<f64>,
     /// Most by which regularisation can have moved the figure, given the limit of the coefficients.
     pub bias_bound: f64,
@@ -142,7 +142,7 @@ pub fn flank_surface(
     let checked: Result<(), SurfaceFaults> = limits.check(&tolerances, true).into_result(()).map_err(Faults::widened);
     checked?;
     let [slope_of_profile, slope_of_helix] = slopes.limits(limits, tolerances.as_ref().ok());
-    // a range that the nodes hardly cover is held against nothing
+    // figures over a range that the nodes hardly cover are not compared with limits
     let [profile_told, helix_told] = trimmed.covered;
     let figure = |powers: [usize; 2], factor: f64, limits: Option<[f64; 2]>| {
         let found = result.coefficients.iter().find(|c| matches!(&c.key, TermKey::Powers(p) if p[..] == powers));

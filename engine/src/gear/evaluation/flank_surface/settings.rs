@@ -133,7 +133,7 @@ pub struct SurfaceSettings {
     pub terms: FigureTerms,
     /// Sign of slopes and of twist.
     pub sign: SlopeSign,
-    /// What the figures must lie within.
+    /// Limits of the figures.
     pub limits: ToleranceLimits,
     /// Everything else about the fit; its model and domain are not looked at.
     pub spec: FitSpec,
