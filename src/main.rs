@@ -58,17 +58,17 @@ fn give_back_freed_memory() {
     }
 }
 
-/// Between two times that an idle program gives memory back.
+/// Interval at which freed memory is returned to the system.
 const COLLECT_EVERY: Duration = Duration::from_secs(5);
 
-/// Gives freed memory back to the system while nothing is allocated: the allocator looks for what
-/// has been kept long enough only when it is asked for something, and a large answer that nobody
-/// reads may be the last thing that a server was asked for.
+/// Returns freed memory to the system while nothing is allocated: the allocator checks for memory
+/// that was free long enough only during allocations, and a large unread answer may be the last one
+/// of an idle server.
 fn give_back_while_idle() {
     let collecting = || {
         loop {
             std::thread::sleep(COLLECT_EVERY);
-            // the allocator collects for threads alone that have allocated something
+            // the allocator collects only for threads that have allocated something
             drop(std::hint::black_box(Box::new(0_u8)));
             #[expect(unsafe_code, reason = "the allocator's collection has no safe interface")]
             // SAFETY: the declaration is that of mimalloc.h, which this program links; any thread
@@ -81,6 +81,6 @@ fn give_back_while_idle() {
             }
         }
     };
-    // without that thread memory is given back later, which is no reason not to run
+    // without this thread memory is returned later, which must not stop the program
     let _thread = std::thread::Builder::new().name("memory".to_owned()).spawn(collecting);
 }

@@ -46,7 +46,7 @@ fn number(cell: &str) -> f64 {
 }
 
 /// One screen: the page's address first, results of both flanks against their limits, what to
-/// change, what the nodes do not tell, and how the machine answered.
+/// change, what the nodes do not determine, and how the machine responded.
 #[test]
 fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
     let folder = tempfile::tempdir().unwrap();
@@ -56,8 +56,8 @@ fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
     assert!(lines.len() <= 32 && lines.iter().all(|line| line.chars().count() <= 120), "{text}");
     assert!(lines[1].starts_with("Open http://") && lines[1].contains("/jobs/"), "{text}");
 
-    // What went in comes out: slopes of 9 and 8.4 µm, then 0.5 and −0.1 µm; crownings and twist
-    // stay.
+    // The estimates recover the known surface: slopes of 9 and 8.4 µm, then 0.5 and −0.1 µm;
+    // crownings and twist unchanged.
     for (symbol, truth) in [
         ("f_Hα", [9.0, 8.4, 0.5, -0.1]),
         ("f_Hβ", [0.0; 4]),
@@ -74,7 +74,7 @@ fn the_bundled_gear_is_measured_corrected_and_accepted_on_one_screen() {
             assert!(rest.ends_with(if within { '✓' } else { '✗' }), "{symbol} {cells:?}");
         }
     }
-    // the pressure angle is all that is wrong
+    // only the pressure angle needs a change
     let (_, changes) = text.split_once("Changes of the machine\n").unwrap();
     let first = changes.lines().next().unwrap();
     assert!(
@@ -234,7 +234,8 @@ fn the_last_line_leads_to_the_job_in_the_dashboard() {
     assert!(answer.starts_with("HTTP/1.1 200 ") && answer.contains("<div id=\"app\">"), "{answer}");
 }
 
-/// Every fit request that is shipped, also those whose regularisation no criterion could choose.
+/// Every fit request in `examples`, including those whose regularisation has no parameter for a
+/// criterion.
 #[test]
 fn every_shipped_fit_request_is_shown() {
     let requests = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/requests");
@@ -250,7 +251,7 @@ fn every_shipped_fit_request_is_shown() {
     }
 }
 
-/// `flankfit openapi | head` is no failure.
+/// `flankfit openapi | head` does not fail.
 #[test]
 fn a_reader_that_leaves_ends_the_program_quietly() {
     let folder = tempfile::tempdir().unwrap();
@@ -269,7 +270,7 @@ fn a_reader_that_leaves_ends_the_program_quietly() {
     }
 }
 
-/// What is wrong names its file and the place in it.
+/// Errors name the file and the place in it.
 #[test]
 fn what_is_wrong_with_a_file_is_said_with_its_name() {
     let folder = tempfile::tempdir().unwrap();
@@ -298,7 +299,7 @@ fn what_is_wrong_with_a_file_is_said_with_its_name() {
     }
 }
 
-/// README quotes the answer of its own request.
+/// README quotes the actual answer to its request.
 #[test]
 fn the_readme_quotes_what_is_answered() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -313,7 +314,7 @@ fn the_readme_quotes_what_is_answered() {
     let answer: serde_json::Value = serde_json::from_slice(&run.stdout).unwrap();
     let sentences = answer["collinearity"]["near_dependencies"].as_array().unwrap();
     assert!(sentences.iter().any(|one| one["sentence"] == *quoted), "{quoted}");
-    // its `spec` with the nodes is a request of its own, with the same answer
+    // its `spec` with the nodes is a valid request with the same answer
     let asked = std::fs::read_to_string(root.join("examples/flank_z52.json")).unwrap();
     let asked: serde_json::Value = serde_json::from_str(&asked).unwrap();
     let mut again = answer["spec"].clone();

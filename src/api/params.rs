@@ -32,12 +32,12 @@ impl Params {
         Some(self).filter(|Params(all)| !all.is_empty())
     }
 
-    /// Of some values by their names.
+    /// Creates parameters from names and values.
     pub fn of<const N: usize>(all: [(&'static str, Value); N]) -> Self {
         all.into_iter().fold(Params::new(), |params, (name, value)| params.with(name, value))
     }
 
-    /// Adds one.
+    /// Adds a parameter.
     pub fn add(&mut self, name: &'static str, value: impl Into<Value>) {
         *self = std::mem::take(self).with(name, value);
     }

@@ -72,8 +72,9 @@ impl Retention {
     /// Jobs that are looked up at a time.
     pub const AT_A_TIME: u32 = 100;
 
-    /// As it is set; none where nothing is purged by its age. A folder that is named must be there:
-    /// one that were made could lie under a share that is not mounted.
+    /// Returns the retention of the settings; `None` if nothing is purged by age. A configured
+    /// folder must exist: creating it could put it on the mount point of a share that is not
+    /// mounted.
     pub fn of(settings: &RetentionSettings) -> Result<Option<Self>, NoArchives> {
         let Some(folder) = settings.archive_dir.clone() else {
             // most archives fit into memory
@@ -249,7 +250,7 @@ mod tests {
         }
         assert!(matches!(of(None, Some(place.path())), Ok(None)));
         assert!(matches!(of(Some(1), Some(place.path())), Ok(Some(_))));
-        // where a share is mounted later
+        // mount point of a share that is not mounted yet
         let missing = place.path().join("missing");
         let said = of(Some(1), Some(&missing)).err().map(|error| error.to_string()).unwrap_or_default();
         assert!(said.contains("missing: No such file") && !missing.exists(), "{said}");

@@ -73,7 +73,7 @@ pub fn run(arguments: &AuditArguments) -> ExitCode {
         }
         Ok(findings) if findings.is_intact() => {
             let Findings { chains, entries, seals, .. } = findings;
-            // the exit code says it to whoever does not read
+            // if nobody reads the output, the exit code still reports the result
             let _left = writeln!(out(), "intact: {chains} chains, {entries} entries, {seals} seals");
             ExitCode::SUCCESS
         }

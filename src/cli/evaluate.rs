@@ -57,13 +57,13 @@ pub struct EvaluateArguments {
     json: bool,
 }
 
-/// The table goes to standard output; what is wrong goes to standard error.
+/// Prints the table to standard output and errors to standard error.
 pub fn run(arguments: &EvaluateArguments) -> Result<(), CommandError> {
     let text = progress::shown("evaluate", || text(arguments))?;
     Ok(out().write_all(text.as_bytes())?)
 }
 
-/// Settings in a file of their own.
+/// Reads settings from their own file.
 fn settings<T: for<'a> Deserialize<'a>>(file: Option<&PathBuf>, what: &str) -> Result<Option<T>, CommandError> {
     let Some(file) = file else { return Ok(None) };
     let read = read_json(&content_of(file, what)?);

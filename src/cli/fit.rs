@@ -13,7 +13,7 @@ pub struct FitArguments {
     file: PathBuf,
 }
 
-/// The answer goes to standard output, what is wrong with the request to standard error.
+/// Prints the answer to standard output and errors in the request to standard error.
 pub fn run(arguments: &FitArguments) -> Result<(), CommandError> {
     let text = content_of(&arguments.file, "a fit request as JSON")?;
     if text.trim_ascii_start().first() != Some(&b'{') {

@@ -125,8 +125,8 @@ fn reachable(address: SocketAddr) -> SocketAddr {
     address
 }
 
-/// The content of a file, or of standard input where it is called `-`; `what` says what the file
-/// should hold.
+/// Returns the content of a file, or of standard input for `-`; `what` describes the expected
+/// content.
 fn content_of(file: &Path, what: &str) -> Result<Vec<u8>, CommandError> {
     let mut content = Vec::new();
     let read = match file.as_os_str() == "-" {
@@ -139,12 +139,12 @@ fn content_of(file: &Path, what: &str) -> Result<Vec<u8>, CommandError> {
     })?)
 }
 
-/// A file as messages name it.
+/// Returns the name of a file for messages.
 fn called(file: &Path) -> String {
     if file.as_os_str() == "-" { "standard input".to_owned() } else { file.display().to_string() }
 }
 
-/// What is wrong with what a file holds, a line for each place.
+/// Returns the errors in the content of a file, one line for each place.
 fn wrong_in(file: &Path, problem: &Problem) -> CommandError {
     let file = called(file);
     let lines: Vec<String> = match problem.errors.as_slice() {
@@ -154,7 +154,7 @@ fn wrong_in(file: &Path, problem: &Problem) -> CommandError {
     lines.join("\n").into()
 }
 
-/// The place that a pointer names, by its names and numbers: `nodes.z.3.7`.
+/// Returns the place of a JSON Pointer in dotted form: `nodes.z.3.7`.
 fn at(pointer: &str) -> String {
     match pointer.trim_start_matches('/') {
         "" => "as a whole".to_owned(),

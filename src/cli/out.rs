@@ -1,4 +1,4 @@
-//! Standard output, whose reader may leave before the end (`flankfit openapi | head`).
+//! Standard output, whose reader may close the pipe early (`flankfit openapi | head`).
 
 use std::{
     error::Error,
@@ -8,7 +8,7 @@ use std::{
 /// Standard output.
 pub struct Out(StdoutLock<'static>);
 
-/// The reader has closed the pipe: no failure, and nothing is to be said of it.
+/// The reader has closed the pipe: this is not a failure and is not reported.
 #[derive(Debug, thiserror::Error)]
 #[error("the reader of standard output has left")]
 struct ReaderLeft;
@@ -17,8 +17,8 @@ pub fn out() -> Out {
     Out(io::stdout().lock())
 }
 
-/// Whether an error says only that nobody reads the output any more. (A pipe to a server that broke
-/// is another matter.)
+/// Whether an error only means that the reader of standard output has closed the pipe. (A broken
+/// connection to a server does not count.)
 pub fn reader_left(error: &(dyn Error + 'static)) -> bool {
     let inner = error.downcast_ref::<io::Error>().and_then(io::Error::get_ref);
     inner.is_some_and(|inner| inner.is::<ReaderLeft>()) || error.source().is_some_and(reader_left)

@@ -1,4 +1,4 @@
-//! What is said of a stored iteration later: what its nodes are of, and what is done with the gear.
+//! Later changes of a stored iteration: the measurand of its nodes, and the decision on the gear.
 
 use std::sync::Arc;
 
@@ -24,7 +24,7 @@ use crate::{
     },
 };
 
-/// Does what a patch of an iteration asks for, all of it or nothing.
+/// Applies a patch of an iteration, all of it or nothing.
 pub async fn update(
     state: &CallerState,
     iteration: Iteration,
@@ -51,7 +51,7 @@ pub async fn update(
     let limits = accepts && acceptance::has_limits(&job);
     let mut measurand = iteration.measurand.clone();
     let mut computed = None;
-    // figures from before there was a gear are not what limits are held against
+    // figures that were computed before the gear was known cannot be compared with limits
     if says_measurand || (limits && lacks_figures(&standing)) {
         let nodes = stored::nodes(state, job_id, number).await?;
         let merged = amendments::merged(patch.measurand(), &measurand).map_err(Problem::internal)?;
@@ -86,7 +86,7 @@ pub async fn update(
         refit: computed.map(|computed| RefitDraft { computed, reason: reason.filter(|_| decision.is_none()) }),
         decision,
     };
-    // what was computed is of what was read
+    // the result holds for the version that was read
     let seen = Precondition::AnyOf(vec![iteration.version]);
     state.jobs.amend(job_id, number, draft, seen).await.map_err(|error| of_measured(error, "/tooth"))
 }
@@ -107,7 +107,7 @@ pub async fn refuse_implausible(state: &CallerState, job: Uuid, number: u32) -> 
     }
 }
 
-/// The fit of an iteration that is chosen.
+/// Returns the chosen fit of an iteration.
 async fn standing(state: &CallerState, iteration: &Iteration) -> Result<FitSummary, Problem> {
     let after = Some(Cursor::after_number(u64::from(iteration.number) - 1)).filter(|_| iteration.number > 1);
     let page = state.jobs.iterations(iteration.job_id, PageRequest { limit: 1, after }).await?;
@@ -115,13 +115,13 @@ async fn standing(state: &CallerState, iteration: &Iteration) -> Result<FitSumma
     found.map(|listed| listed.fit).ok_or_else(|| Problem::internal("an iteration has no chosen fit"))
 }
 
-/// Whether a fit has no figures of its flank because something was missing when it was made.
+/// Whether a fit has no figures of its flank because data were missing when it was made.
 fn lacks_figures(fit: &FitSummary) -> bool {
     let Some(figures) = &fit.flank else { return true };
     MISSING.iter().any(|code| figures.contains(&format!("\"code\":\"{code}\"")))
 }
 
-/// Whether accepting is a concession; refused where it is and there is no reason.
+/// Returns whether accepting is a concession; refuses it if it is one and no reason is given.
 async fn needs_reason(
     state: &CallerState,
     iteration: &Iteration,

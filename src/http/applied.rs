@@ -154,7 +154,7 @@ pub async fn entered_after(
     Ok(newest)
 }
 
-/// Returns the newest entry for the correction that is kept with the iteration.
+/// Returns the newest entry for the correction that is stored with the iteration.
 async fn newest_entry(
     state: &CallerState,
     job: Uuid,

@@ -63,15 +63,15 @@ pub struct Callers {
     /// Tokens of an identity provider, where the settings name one.
     tokens: Option<Arc<Tokens>>,
     key_required: bool,
-    /// Whether keys are asked for from the next start on, once there is one.
+    /// Whether keys will be required from the next start on, once one exists.
     is_undecided: bool,
-    /// The caller of every request to a server that asks for no key.
+    /// The caller of every request if no key is required.
     anonymous: Principal,
 }
 
 impl Callers {
-    /// Decides whether a key is required, for as long as the process runs: a key that is made
-    /// meanwhile shuts out nobody.
+    /// Decides whether a key is required for the lifetime of the process: a key created meanwhile
+    /// locks nobody out.
     pub async fn of(
         settings: &ServeSettings,
         jobs: &JobService,
@@ -150,7 +150,7 @@ impl Callers {
         }
         match caller.actor.strip_prefix(actor::OF_KEYS).and_then(KeyId::named) {
             Some(id) => self.kept.let_in(id).await,
-            // of a key of the settings, those of another server perhaps, or of a token
+            // a key from the settings, perhaps those of another server, or a token
             None if caller.tenant.is_root() => Ok(true),
             None => self.kept.lets_in(&caller.tenant).await,
         }
@@ -168,7 +168,8 @@ impl Callers {
         self.key_required
     }
 
-    /// Whether a key made now would be the first, because of which the next start asks for keys.
+    /// Whether a key created now would be the first one, so that keys are required from the next
+    /// start on.
     pub async fn await_first_key(&self) -> Result<bool, RepositoryError> {
         Ok(self.is_undecided && !self.kept.exist().await?)
     }

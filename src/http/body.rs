@@ -273,8 +273,8 @@ async fn next_chunk(body: &mut Body) -> Result<Option<Bytes>, Problem> {
     Ok(None)
 }
 
-/// What programs say of bytes that they know nothing of. (A page of another site cannot send it
-/// without asking before.)
+/// Media type that programs send for bytes of unknown content. (A page of another site cannot send
+/// it without a preflight.)
 pub const UNKNOWN: &str = "application/octet-stream";
 
 fn media(headers: &HeaderMap) -> Result<Media, Problem> {
@@ -288,7 +288,7 @@ fn media(headers: &HeaderMap) -> Result<Media, Problem> {
     } else if essence == "multipart/form-data" {
         Ok(Media::Multipart(text.to_owned()))
     } else if essence == UNKNOWN {
-        // looked at as what is read most
+        // treated as the most common type
         Ok(Media::Json)
     } else {
         Ok(Media::Other(text.to_owned()))

@@ -1,7 +1,8 @@
-//! Pages of events, read once for all who want the same.
+//! Pages of events, read once for all listeners at the same position.
 //!
-//! Many listen to one job, and each reads after the last event that it has sent. Those who were
-//! woken by the same change and are at the same place share one read, and the bytes made of it.
+//! Many clients may listen to one job, and each stream reads after the last event it has sent.
+//! Streams that were woken by the same change and are at the same position share one read and the
+//! bytes of its page.
 
 use std::{
     collections::HashMap,
@@ -15,10 +16,10 @@ use uuid::Uuid;
 
 use crate::jobs::{EventPlace, RepositoryError, Tenant};
 
-/// How long a page is handed out without looking again: who is not woken looks seldom.
+/// How long a page is shared before it is read again: listeners poll only seldom unless woken.
 const FRESH: Duration = Duration::from_millis(500);
 
-/// Which events: of one job or of all, after a place.
+/// Selects events: of one job or of all jobs, after a position.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub struct PageKey {
     pub tenant: Tenant,
@@ -26,13 +27,13 @@ pub struct PageKey {
     pub after: EventPlace,
 }
 
-/// The text of some events with the place of the last; `None` where there are none.
+/// The text of some events with the position of the last; `None` if there are none.
 pub type EventPage = Option<(Bytes, EventPlace)>;
 
-/// A page that is being read, or has just been.
+/// A page that is being read, or has just been read.
 #[derive(Debug)]
 struct Kept {
-    /// The wakes that whoever began it had seen.
+    /// Count of wakes seen by the listener that started the read.
     wakes: u64,
     begun: Instant,
     page: Arc<OnceCell<EventPage>>,
@@ -43,7 +44,7 @@ struct Kept {
 pub struct EventPages(Mutex<HashMap<PageKey, Kept>>);
 
 impl EventPages {
-    /// A page that was read after so many wakes had been seen, by this caller or by another.
+    /// Returns a page read after this many wakes had been seen, by this caller or by another.
     pub async fn get<F>(&self, key: PageKey, wakes: u64, read: F) -> Result<EventPage, RepositoryError>
     where
         F: Future<Output = Result<EventPage, RepositoryError>>,
@@ -86,11 +87,11 @@ mod tests {
         let same = |page: &Result<EventPage, _>| page.as_ref().unwrap().as_ref().unwrap().0.as_ptr() == first;
         assert!(told.iter().all(same), "the same bytes");
         assert_eq!(reads.load(Ordering::Relaxed), 1);
-        // who was woken since, and who is at another place, has a read of its own
+        // a listener woken later, or at another position, has its own read
         pages.get(key(3), 2, read()).await.unwrap();
         pages.get(key(4), 2, read()).await.unwrap();
         assert_eq!(reads.load(Ordering::Relaxed), 3);
-        // a read that failed is none
+        // a failed read is not shared
         let failed = pages.get(key(5), 2, async { Err(RepositoryError::Overloaded) }).await;
         assert!(failed.is_err());
         pages.get(key(5), 2, read()).await.unwrap();

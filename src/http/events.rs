@@ -3,8 +3,8 @@
 //!
 //! Events are read from the store in pages, after the last one sent: a client that reads slowly
 //! holds one page, whatever happens meanwhile, and one that comes back with `Last-Event-ID` goes on
-//! where it was. Being woken only says that it is worth looking; who looks for the same is answered
-//! by one read (`event_pages`).
+//! where it was. A wake only means that new events may exist; listeners at the same position share
+//! one read (`event_pages`).
 
 use std::{pin::Pin, time::Duration};
 

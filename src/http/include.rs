@@ -21,12 +21,12 @@ impl IncludeQuery {
     }
 }
 
-/// The query of a kept correction.
+/// The query of a stored correction.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CorrectionQuery {
     include: Option<String>,
-    /// As CSV: whether predicted figures may lie outside their limits.
+    /// Whether the CSV is answered although predicted figures lie outside their limits.
     pub outside_limits: Option<OutsideLimitsName>,
 }
 

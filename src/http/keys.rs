@@ -86,11 +86,11 @@ async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -
     .await
 }
 
-/// What follows from the first key.
+/// Warning about the consequences of the first key.
 const FIRST_KEY: &str = "this is the first key: until the server is restarted it asks for none, and from then on \
     (with --auth auto) every request under /v1 needs one. Keep this key, with which others are made";
 
-/// 409: with another first key nobody could make keys once they are asked for.
+/// 409: with any other first key nobody could create keys once they are required.
 pub(super) fn first_key_must_be_admin() -> Problem {
     let detail = "There is no key yet, and once there is one the next start asks everybody for a key: make a secret of \
         the role `admin` first (POST /v1/keys with \"role\": \"admin\" and no other kind), and keep it.";
@@ -207,7 +207,7 @@ async fn revoke_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<St
     Ok(StatusCode::NO_CONTENT)
 }
 
-/// Whether a key other than this one lets an administrator of the tenant in.
+/// Whether the tenant has another valid key that allows `admin`.
 async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem> {
     let now = keys.now();
     let mut page = PageRequest { limit: 200, after: None };

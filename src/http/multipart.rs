@@ -114,7 +114,7 @@ fn split(
         };
         let (name, media) = wanted[place];
         let essence = essence(&part.media);
-        // curl knows neither .csv nor .json: what such a part holds is found by reading it
+        // curl knows neither .csv nor .json: the content of such a part is recognised by reading it
         let fits = media.is_empty() || essence == UNKNOWN || media.contains(&essence.as_str());
         if !(essence.is_empty() || fits) {
             return Err(Problem::new(

@@ -180,7 +180,7 @@ fn names_host(request: &Request) -> Result<(), Problem> {
     Err(Problem::new(ProblemCode::MalformedRequest, "A request of HTTP/1.1 has one header `Host`."))
 }
 
-/// Where all connections are at work only checks are answered.
+/// If all connections are busy, only checks are answered.
 fn has_a_place(request: &Request, path: Option<&MatchedPath>) -> Result<(), Problem> {
     let check = path.is_some_and(|path| CHECKS.contains(&path.as_str()));
     if check || request.extensions().get::<ForChecks>().is_none() {
@@ -248,11 +248,11 @@ fn method_name(method: &Method) -> &'static str {
     }
 }
 
-/// Query parameters whose values may be keys, though nobody asks for them there.
+/// Query parameters whose values may be keys, although keys are not read from the query.
 const SECRET_PARAMETERS: [&str; 5] = ["key", "x-api-key", "api_key", "access_token", "authorization"];
 
-/// Path and query for the log: without the values of parameters that are named like keys, and
-/// without what looks like a key of the store, wherever it is.
+/// Returns path and query for the log: values of parameters that are named like keys, and anything
+/// that looks like a key of the store, are masked.
 fn masked(uri: &Uri) -> String {
     const MASK: &str = "***";
     let value = |pair: &str| match pair.split_once('=') {

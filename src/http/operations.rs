@@ -198,7 +198,7 @@ impl Operation {
     }
 }
 
-/// Whether a query is UTF-8 once its percent-encoding is undone.
+/// Whether a query is UTF-8 after percent-decoding.
 fn is_text(query: &str) -> bool {
     let mut bytes = Vec::with_capacity(query.len());
     let mut rest = query.as_bytes();

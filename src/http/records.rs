@@ -99,7 +99,7 @@ impl FromRequest<AppState> for RecordRequest {
 }
 
 impl RecordRequest {
-    /// Makes the record of the iteration's nodes on the pool, as far as there is room for it, keeps
+    /// Computes the record of the iteration's nodes on the pool, within the memory budget, stores
     /// it with the iteration and answers it.
     pub async fn keep(
         self,
@@ -114,7 +114,7 @@ impl RecordRequest {
         self.keep_of(route, context, build).await
     }
 
-    /// The same of what `context` reads.
+    /// The same, with the data that `context` reads.
     pub async fn keep_of<C: Send + 'static, F: Future<Output = Result<C, Problem>>>(
         self,
         route: &str,

@@ -51,8 +51,8 @@ impl Shutdown {
         }
     }
 
-    /// Announces a connection that stays open, of this kind. Those may be three quarters of all
-    /// connections that there may be.
+    /// Registers a long-lived connection of this kind. These may take at most three quarters of all
+    /// connections.
     pub fn register(&self, kind: &'static str, connections: usize) -> Result<OpenConnection, Problem> {
         let most = (connections - connections / 4).max(1);
         if self.open.receiver_count() >= most {

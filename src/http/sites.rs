@@ -27,9 +27,9 @@ pub fn check(state: &AppState, method: &Method, headers: &HeaderMap) -> Result<(
     }
 }
 
-/// Forms of any page are sent without a preflight, so the browser is believed. One that does not
-/// say what the page is (older ones, and all where the server has no TLS) names its origin. What is
-/// no browser says nothing.
+/// A browser sends forms of any page without a preflight, so its `Sec-Fetch-Site` decides. Browsers
+/// that do not send that header (older ones, and all if the server has no TLS) send `Origin`. Other
+/// clients send neither.
 fn is_of_this_site(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     match headers.get(FETCH_SITE) {
         Some(site) => matches!(site.as_bytes(), b"same-origin" | b"none") || names_origin(headers, allowed),
@@ -37,7 +37,7 @@ fn is_of_this_site(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     }
 }
 
-/// Whether the page is of an origin that the settings name.
+/// Whether the page is of an origin allowed by the settings.
 fn names_origin(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     let origin = headers.get(header::ORIGIN).map(HeaderValue::as_bytes);
     allowed.iter().any(|allowed| Some(allowed.as_str().as_bytes()) == origin)
@@ -51,15 +51,15 @@ fn is_own_origin(headers: &HeaderMap) -> bool {
     own.is_some() && own == host
 }
 
-/// Whether a browser sends such a body for a page of any site without asking first.
+/// Whether a browser sends such a body for a page of any site without a preflight.
 fn is_sent_without_preflight(headers: &HeaderMap) -> bool {
     let Some(media) = headers.get(header::CONTENT_TYPE) else { return true };
     let media = media.to_str().map(essence).unwrap_or_default();
     ["multipart/form-data", "application/x-www-form-urlencoded", "text/plain", ""].contains(&media.as_str())
 }
 
-/// Whether a page may open a WebSocket, for which browsers ask nobody: it is this server's own, or
-/// of a named origin.
+/// Whether a page may open a WebSocket, for which browsers send no preflight: its origin is this
+/// server's own, or an allowed one.
 pub fn may_connect(headers: &HeaderMap, allowed: &[Origin]) -> bool {
     is_own_origin(headers) || names_origin(headers, allowed)
 }

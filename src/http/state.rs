@@ -42,7 +42,7 @@ pub struct Shared {
     pub readiness: Readiness,
     /// How much callers may ask for.
     pub rates: Rates,
-    /// What those who listen to the same events are sent.
+    /// Pages of events shared by the listeners.
     pub event_pages: EventPages,
     /// For connections that stay open.
     pub shutdown: Shutdown,
@@ -50,7 +50,7 @@ pub struct Shared {
     pub long: Running,
 }
 
-/// Why there is no state.
+/// Why the state cannot be created.
 #[derive(Debug, thiserror::Error)]
 pub enum StateError {
     #[error("cannot start the fit workers: {0}")]

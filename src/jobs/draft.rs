@@ -52,19 +52,19 @@ pub struct StreamDraft {
     pub measurand: Measurand,
 }
 
-/// What is said of stored nodes later.
+/// A later change of the measurand of stored nodes.
 #[derive(Clone, Debug)]
 pub struct AmendmentDraft {
-    /// What they are of from now on.
+    /// The new measurand.
     pub measurand: Measurand,
-    /// That it was changed.
+    /// Record of the change.
     pub record: RecordDraft,
-    /// The chosen fit once more, with other figures.
+    /// The chosen fit repeated, with the new figures.
     pub refit: Option<RefitDraft>,
     pub decision: Option<DecisionDraft>,
 }
 
-/// What is done with the gear.
+/// A decision on the gear.
 #[derive(Clone, Debug)]
 pub struct DecisionDraft {
     pub decision: Decision,

@@ -142,9 +142,9 @@ impl StreamEvent {
     }
 }
 
-/// Wakes those who listen to a job, or to all of a tenant. It carries a count of wakes: whoever is
-/// woken reads the stored events after the last one seen, so nobody is ever sent twice what is
-/// stored once, and a missed wake costs time, not events.
+/// Wakes the listeners of a job, or of all jobs of a tenant. It carries a count of wakes: a woken
+/// listener reads the stored events after the last one seen, so no event is sent twice, and a
+/// missed wake costs time, not events.
 #[derive(Debug, Default)]
 pub struct JobNotifier {
     jobs: Mutex<HashMap<Owned, watch::Sender<u64>>>,

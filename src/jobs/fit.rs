@@ -33,7 +33,7 @@ pub struct NewFit {
 }
 
 impl NewFit {
-    /// Its choice, where it is chosen when it is stored.
+    /// Returns the choice of this fit, for fits that are chosen when they are stored.
     pub fn choice(&self) -> Choice {
         Choice { fit_id: self.id, event: Event { reason: None, ..self.event.clone() } }
     }

@@ -154,7 +154,7 @@ impl Jobs {
         DecisionEvent { decision, concession, event: self.event(reason, now) }
     }
 
-    /// What the nodes of an iteration are of from now on, with what follows of it.
+    /// Stores a new measurand of the nodes of an iteration, with the repeated fit and the decision.
     pub async fn amend(
         &self,
         job: Uuid,

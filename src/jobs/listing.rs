@@ -12,13 +12,13 @@ use super::{
 };
 use flankfit_engine::gear::Side;
 
-/// How far a job has come. A flank (of a tooth) has the status of the decision on its newest
-/// iteration; a job has the first that occurs of rejected, remachine, open and accepted.
+/// Status of a job. A flank (of a tooth) has the status of the decision on its newest iteration; a
+/// job has the first of rejected, remachine, open and accepted that any of its flanks has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JobStatus {
     /// Nothing has been measured.
     New,
-    /// Nothing has been decided of the newest iteration.
+    /// There is no decision on the newest iteration.
     Open,
     Remachine,
     Accepted,
@@ -40,7 +40,7 @@ impl JobStatus {
         }
     }
 
-    /// The status that a store ranks so: the least counts for the job.
+    /// Returns the status of a rank in the store; the lowest rank of its flanks is that of the job.
     pub fn of_rank(rank: u8) -> Option<Self> {
         match rank {
             1 => Some(JobStatus::Rejected),
@@ -70,9 +70,9 @@ pub struct ListedJob {
     pub last_measured_at: Option<Timestamp>,
     /// Of the last iteration.
     pub flank: Option<Side>,
-    /// Of the left flanks that were measured, where there are some.
+    /// Status of the measured left flanks, if there are any.
     pub left: Option<JobStatus>,
-    /// Of the right flanks that were measured, where there are some.
+    /// Status of the measured right flanks, if there are any.
     pub right: Option<JobStatus>,
     /// The latest decision on the last iteration.
     pub decision: Option<Decision>,

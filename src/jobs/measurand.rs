@@ -15,7 +15,7 @@ pub struct Measurand {
     pub tooth: Option<String>,
     /// What the axes of the nodes mean: a JSON document, checked at the door.
     pub axes: Option<Arc<str>>,
-    /// Whether somebody said that the units are right, however implausible.
+    /// Whether the units were confirmed although they are implausible.
     pub units_accepted: bool,
 }
 

@@ -23,7 +23,7 @@ pub enum RecordKind {
     GearCorrection,
     /// What the nodes are of, added or changed after they were measured.
     Measurand,
-    /// Changes of machine settings that were made, as far as they are not those of the correction.
+    /// Changes entered on the machine, if they differ from those of the correction.
     Applied,
 }
 
@@ -76,7 +76,7 @@ pub struct RecordDraft {
     pub gear: Option<Arc<str>>,
     /// Of evaluations: the class that they found.
     pub class: Option<u8>,
-    /// Flank, tooth, axes and accepted units from then on: a JSON document.
+    /// New flank, tooth, axes and accepted units: a JSON document.
     pub measurand: Option<Arc<str>>,
 }
 
@@ -99,6 +99,6 @@ pub struct RecordSummary {
     pub created_at: Timestamp,
     /// The actor, where one is known.
     pub by: Option<Arc<str>>,
-    /// Flank, tooth, axes and accepted units from then on: a JSON document.
+    /// New flank, tooth, axes and accepted units: a JSON document.
     pub measurand: Option<Arc<str>>,
 }

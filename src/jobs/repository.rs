@@ -224,8 +224,8 @@ macro_rules! repository_operations {
                 Choose = choose(job: Uuid, number: u32, choice: Choice, precondition: Precondition) -> Stored;
                 /// Records the decision, unless the latest one says the same.
                 Decide = decide(job: Uuid, number: u32, decision: DecisionEvent, precondition: Precondition) -> Stored;
-                /// Records what the nodes are of from now on, with a fit that is chosen and a
-                /// decision where there are such.
+                /// Stores a new measurand of the nodes, with a repeated fit that becomes the chosen
+                /// one and a decision, if there are any.
                 Amend = amend(
                     job: Uuid,
                     number: u32,

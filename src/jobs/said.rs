@@ -25,7 +25,7 @@ pub struct Choice {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct DecisionEvent {
     pub decision: Decision,
-    /// Whether it accepts what needed a reason to be accepted.
+    /// Whether accepting needed a reason.
     pub concession: bool,
     pub event: Event,
 }

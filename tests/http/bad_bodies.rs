@@ -55,7 +55,7 @@ async fn other_media_types_are_415() {
     send(app.post("/v1/fits", CURVE).header(header::CONTENT_ENCODING, "br"))
         .await
         .problem(415, "unsupported_media_type");
-    // what curl says where nothing is said
+    // curl's default media type
     let media = "application/x-www-form-urlencoded";
     let answer = send(app.client.post(&url).header(header::CONTENT_TYPE, media).body(CURVE)).await;
     let detail = answer.problem(415, "unsupported_media_type")["detail"].clone();

@@ -166,8 +166,8 @@ fn every_example_is_valid() {
     assert!(requests > 60 && answers > 300, "{requests} {answers}");
 }
 
-/// Checks that an answer's own list has every warning of its parts, and counts these. A list of
-/// resources, a page of them or a trace, has none of its own.
+/// Checks that an answer's own list contains every warning of its parts, and counts these. Lists of
+/// resources (pages and traces) have no list of their own.
 fn check_warnings(answer: &Value, of: &str) -> usize {
     let mut parts = Vec::new();
     walk(answer, "", &mut |at, value| {

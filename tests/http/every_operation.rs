@@ -71,8 +71,7 @@ fn told(answer: &Answer) -> Vec<(String, String)> {
     body["errors"].as_array().unwrap().iter().map(|e| (text(&e["pointer"]), text(&e["detail"]))).collect()
 }
 
-/// Bytes that are no text name nothing and mean nothing, in every place of a URL that takes a
-/// value.
+/// Bytes that are not UTF-8 are refused in every place of a URL that takes a value.
 #[tokio::test]
 async fn bytes_that_are_not_utf_8_are_no_fault_of_the_server() {
     let app = TestApp::start().await;

@@ -63,7 +63,7 @@ async fn the_spec_is_checked_as_elsewhere() {
     post(&app, form("{")).await.problem(400, "malformed_body");
 }
 
-/// `curl -F spec=@spec.json -F nodes=@nodes.csv`: curl knows neither ending.
+/// `curl -F spec=@spec.json -F nodes=@nodes.csv`: curl knows neither extension.
 #[tokio::test]
 async fn parts_of_an_unknown_type_are_read() {
     let app = TestApp::start().await;

@@ -56,7 +56,8 @@ async fn predictions_are_there_for_every_place() {
     // the sum of the coefficients at u = 34, v = 0
     let coefficient = |j: usize| number(&body["coefficients"][j]["value"]);
     assert!((value[4] - (coefficient(0) + 34.0 * coefficient(2))).abs() < 1e-9, "{body}");
-    // the nodes chose λ*: the error that holds is that of least squares, the other one is smaller
+    // λ* is selected from the nodes: the valid standard error is that of least squares, the
+    // conditional one is smaller
     let variance = |of: &str| {
         let covariance = |i: usize, j: usize| number(&body["covariance"][of][i][j]);
         covariance(0, 0) + 68.0 * covariance(2, 0) + 34.0 * 34.0 * covariance(2, 2)

@@ -1,5 +1,4 @@
-//! What no request may hold: a field that is not known; and what `null` means. Every example is
-//! walked through, field by field.
+//! Unknown fields are refused, and `null` counts as absent, in every field of every example.
 
 use flankfit::{api::examples::REQUEST_EXAMPLES, http::openapi::openapi_json};
 use reqwest::Method;
@@ -70,8 +69,8 @@ async fn sent(app: &TestApp, (method, path): &(Method, String), body: &Value) ->
     send(request.body(body.to_string())).await
 }
 
-/// What an answer says of a request, without what differs from one to the next. What is taken is
-/// perhaps answered with a file.
+/// Returns the verdict of an answer on a request: status and errors. Accepted requests may be
+/// answered with a file.
 fn verdict(answer: &Answer) -> (u16, Vec<Value>) {
     let status = answer.status.as_u16();
     if status < 300 {
@@ -82,7 +81,7 @@ fn verdict(answer: &Answer) -> (u16, Vec<Value>) {
 
 #[tokio::test]
 async fn a_field_that_is_null_is_absent() {
-    // each request has a server of its own: a tenant is made once, a key is rotated once
+    // each variant is sent to its own server: a tenant can be created, and a key rotated, only once
     let (app, other) = (TestApp::start().await, TestApp::start().await);
     let (places, other_places) = (Places::make(&app).await, Places::make(&other).await);
     let (mut taken, mut refused) = (0, 0);
@@ -99,19 +98,20 @@ async fn a_field_that_is_null_is_absent() {
                 let null = verdict(&sent(&app, &place, &body).await);
                 body.pointer_mut(&object).unwrap().as_object_mut().unwrap().remove(&key);
                 let absent = verdict(&sent(&other, &other_place, &body).await);
-                // a required field of a union's variant is refused as null, at the variant
+                // a required field of a union's variant that is null is refused at the variant
                 assert_eq!(null.0, absent.0, "{} {object}/{key}: {null:?} {absent:?}", example.name);
                 *if null.0 < 300 { &mut taken } else { &mut refused } += 1;
             }
         }
     }
-    // required fields are missing then
+    // required fields count as missing
     assert!(taken > 150 && refused > 150, "{taken} {refused}");
     app.stop().await;
     other.stop().await;
 }
 
-/// Objects whose names are no fields of the interface: the caller's own, or a machine's settings.
+/// Objects whose member names are not fields of the interface: the caller's own names, or a
+/// machine's settings.
 const MAPS: [&str; 3] = ["job/tags", "iteration_correction/limits", "applied_changes/settings"];
 
 #[tokio::test]
@@ -125,7 +125,7 @@ async fn every_field_that_is_not_known_is_refused() {
         objects(&whole, "", &mut found);
         for object in found {
             let mut body = whole.clone();
-            // an entry of a map that is null is not there, whatever its name
+            // an entry of a map that is null counts as absent, whatever its name
             let is_map = MAPS.contains(&&*format!("{}{object}", example.name));
             for value in [json!(1), Value::Null].into_iter().take(if is_map { 1 } else { 2 }) {
                 body.pointer_mut(&object).unwrap()["no_such_field"] = value;

@@ -275,7 +275,7 @@ async fn a_file_that_is_not_as_it_was_written_stores_nothing() {
     assert_eq!(after, before);
 }
 
-/// The same file with other rows, digested anew.
+/// Returns the same file with changed rows and recomputed digests.
 fn doctored(whole: &[u8], change: impl Fn(&mut Row)) -> Vec<u8> {
     let mut reader = ArchiveReader::begin(whole).unwrap();
     let mut writer = ArchiveWriter::begin(Vec::new()).unwrap();
@@ -297,7 +297,7 @@ fn doctored(whole: &[u8], change: impl Fn(&mut Row)) -> Vec<u8> {
     writer.finish().unwrap()
 }
 
-/// A file whose digests are right is refused too, with the place of what does not read.
+/// A file with correct digests is also refused if a value is unreadable, with its place.
 #[tokio::test]
 async fn what_could_not_be_answered_later_is_not_stored() {
     let (place, _) = filled().await;
@@ -330,7 +330,7 @@ async fn what_could_not_be_answered_later_is_not_stored() {
         assert!(said.contains("line ") && said.contains(&format!("of `{table}` cannot be read")), "{said}");
         assert!(!to.exists(), "nothing was stored");
     }
-    // nothing is empty but by a purge
+    // only a purge leaves empty content
     let empty = doctored(&whole, |row| {
         if let ("block", Some(data)) = (row.table().name, row.values.get_mut(4)) {
             *data = Value::Bytes(Vec::new());

@@ -35,7 +35,7 @@ struct Content {
 static FILES: Mutex<Option<HashMap<PathBuf, Content>>> = Mutex::new(None);
 /// Directories that take no more writes, with the code that SQLite hears.
 static REFUSING: Mutex<Vec<(PathBuf, c_int)>> = Mutex::new(Vec::new());
-/// Files that may not grow beyond a length.
+/// Files that must not grow beyond a length.
 static MOST: Mutex<Vec<(PathBuf, usize)>> = Mutex::new(Vec::new());
 static REAL: OnceLock<usize> = OnceLock::new();
 
@@ -56,7 +56,7 @@ pub fn refuse(directory: &Path, code: Option<c_int>) {
     all.extend(code.map(|code| (directory.to_path_buf(), code)));
 }
 
-/// How much every file of a directory may still grow, if that is bounded.
+/// Sets by how much every file of a directory may still grow, if there is a bound.
 pub fn fill(directory: &Path, room: Option<usize>) {
     let mut most = MOST.lock().unwrap();
     most.retain(|(path, _)| path.parent() != Some(directory));

@@ -1,4 +1,4 @@
-//! One tenant searches all its jobs all the while; what another stores goes on as if it did not.
+//! One tenant searches all its jobs continuously; writes of another tenant are not slowed down.
 //!
 //!     cargo test --release --test store many_jobs -- --ignored --nocapture
 
@@ -22,11 +22,11 @@ use crate::{
 };
 
 const JOBS: usize = 100_000;
-/// Searches that one tenant has going at a time.
+/// Concurrent searches of one tenant.
 const AT_A_TIME: usize = 16;
 const STORED: usize = 200;
 
-/// The median time in which another tenant's job is stored.
+/// Returns the median time of storing another tenant's job.
 async fn median(store: &Arc<dyn Repository>, values: &Values) -> Duration {
     let mut times = Vec::new();
     for _ in 0..STORED {

@@ -1,4 +1,4 @@
-//! Files of the database that are taken away while it is open: nothing is said to be stored there.
+//! Database files that are removed or replaced while open: no write is acknowledged.
 
 use std::{fs, path::Path, sync::Arc};
 
@@ -26,17 +26,17 @@ async fn nothing_is_acknowledged_that_goes_into_a_file_that_was_taken_away() {
             let ready = store.store.check_writable(place.now()).await;
             assert!(matches!(ready, Err(RepositoryError::Unfit(Unfit::Misplaced))), "{ready:?}");
         };
-        // taken away
+        // removed
         fs::rename(&file, moved(&file)).unwrap();
         refused().await;
-        // another one in its place
+        // replaced by another file
         fs::copy(moved(&file), &file).unwrap();
         refused().await;
-        // brought back
+        // restored
         fs::rename(moved(&file), &file).unwrap();
         store.store.check_writable(place.now()).await.unwrap();
         store.insert_job(place.job("kept"), None).await.unwrap();
-        // a log that is another database's is not taken away at the end
+        // the log of another database is not removed at the end
         fs::rename(&file, moved(&file)).unwrap();
         fs::write(place.beside("jobs.db-wal"), "another").unwrap();
         store.close().await;
@@ -44,7 +44,7 @@ async fn nothing_is_acknowledged_that_goes_into_a_file_that_was_taken_away() {
     }
 }
 
-/// Another name of the file has another lock beside it.
+/// Another name of the file would have another lock file.
 #[tokio::test]
 async fn a_file_with_two_names_is_opened_by_neither() {
     let place = Place::new();

@@ -157,7 +157,7 @@ async fn a_full_disk_is_told_and_got_over() {
     assert_eq!(stored.number, 1, "nothing was half stored");
 }
 
-/// Where no iteration has room the store is not ready, though a row would still fit.
+/// If there is no room for an iteration, the store is not ready even if a row would still fit.
 #[tokio::test]
 async fn a_disk_that_takes_no_iteration_is_not_called_writable() {
     let place = Place::new();

@@ -39,7 +39,7 @@ impl Held {
     async fn change(&self) {
         let patch = JobPatch { name: Some(self.values.id().to_string()), ..JobPatch::default() };
         self.repository.patch_job(self.job, patch, Precondition::None, self.values.now()).await.unwrap();
-        // the version of an iteration counts its records, which are held: the store would wait
+        // the version of an iteration counts its records, which are locked: the store would wait
         let fit = "INSERT INTO fits SELECT (jsonb_populate_record(f, jsonb_build_object('id', gen_random_uuid(),
                        'position', (SELECT max(position) + 1 FROM fits WHERE job = $1 AND number = 2)))).*
                    FROM fits f WHERE job = $1 AND number = 2 AND position = 1";

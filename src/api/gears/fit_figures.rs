@@ -82,13 +82,13 @@ pub struct FitFiguresBody {
 }
 
 impl FitFiguresBody {
-    /// What the stored figures of a fit, a JSON document, say of implausible units.
+    /// Returns the message on implausible units in the stored figures of a fit, a JSON document.
     pub fn implausible(document: &str) -> Option<String> {
         let figures: Self = serde_json::from_str(document).ok()?;
         figures.warnings.into_iter().find(|warning| warning.code == IMPLAUSIBLE_UNIT).map(|warning| warning.message)
     }
 
-    /// The figures by the names of their fields.
+    /// Returns the figures with the names of their fields.
     pub fn named(&self) -> [(&'static str, Option<FigureBody>); 5] {
         [
             ("profile_slope_um", self.profile_slope_um),
@@ -100,7 +100,7 @@ impl FitFiguresBody {
     }
 }
 
-/// What figures of a flank are made of beside its fit.
+/// Everything that figures of a flank need besides its fit.
 #[derive(Clone, Debug)]
 pub struct OfFlank {
     axes: AxesBody,
@@ -111,11 +111,11 @@ pub struct OfFlank {
     terms: FigureTerms,
 }
 
-/// Codes of warnings that say what of an iteration figures lack, with how to add it.
+/// Codes of the warnings about data of an iteration that its figures lack.
 pub const MISSING: [&str; 3] = ["axes_missing", "flank_missing", "gear_missing"];
 
-/// What of an iteration a flank needs to have figures or a correction by a machine, and that is
-/// missing: each with its code and a sentence.
+/// Returns the missing data of an iteration without which a flank has no figures and no correction
+/// by a machine: each with its code and how to add it.
 pub fn missing(axes: &AxesBody, side: Option<Side>, gear: bool) -> Vec<(&'static str, String)> {
     let [axes_missing, flank_missing, gear_missing] = MISSING;
     let named = [("u", &axes.u), ("v", &axes.v), ("z", &axes.z)];
@@ -144,19 +144,19 @@ pub fn missing(axes: &AxesBody, side: Option<Side>, gear: bool) -> Vec<(&'static
     all
 }
 
-/// Whether nodes may be on a flank, so that figures of them need the job.
+/// Whether nodes may be on a flank, so that their figures depend on the job.
 pub fn may_be_told(nodes: &Nodes) -> bool {
     matches!(nodes, Nodes::Scattered(_) | Nodes::Grid(_))
 }
 
-/// Whether all is said of the axes that a flank has.
+/// Whether all axes of a flank are described.
 fn is_told(axes: &AxesBody) -> bool {
     axes.u.is_some() && axes.v.is_some() && axes.z.is_some()
 }
 
 impl OfFlank {
-    /// Of nodes of a job; `None` where the job is of no gear and nothing says that they are on a
-    /// flank of one.
+    /// Collects it for nodes of a job; `None` if the job has no gear and no requirements and the
+    /// axes do not describe a flank.
     pub fn of(job: &Job, measurand: &Measurand) -> Option<Self> {
         let axes = AxesBody::of(measurand).ok()?;
         if !is_told(&axes) && job.gear.is_none() && job.requirements.is_none() {
@@ -170,8 +170,8 @@ impl OfFlank {
         Some(OfFlank { axes, side: measurand.flank, gear, limits, units_accepted, terms })
     }
 
-    /// What is to be asked of a fit, or why there is nothing to ask; `None` of nodes that are on no
-    /// flank.
+    /// Returns the sums to request from a fit, or the warnings why there are no figures; `None` for
+    /// nodes that cannot be on a flank.
     pub fn ask<'a>(&'a self, nodes: &'a Nodes, spec: &FitSpec) -> Option<Asked<'a>> {
         if !may_be_told(nodes) {
             return None;
@@ -238,15 +238,15 @@ pub struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// Returns the document that is answered and kept, from the figures of the fit and from those
-    /// without the nodes that are suspected of gross errors.
+    /// Returns the document that is answered and stored, from the figures of the fit and those
+    /// without the nodes suspected of gross errors.
     pub fn answer(self, result: &FitResult) -> String {
         let Asked { of, nodes, flank, mut warnings } = self;
         let sums = result.sums.as_deref();
         let without_suspected = result.without_suspected.as_ref().and_then(|without| without.sums.as_deref());
         let implausible = implausible(nodes, &of.axes, of.gear.as_ref(), noise(result));
         let implausible = implausible.filter(|_| !of.units_accepted);
-        // nothing conforms in a unit that may be another
+        // with an implausible unit no figure is compared with limits
         let limits = if implausible.is_some() { ToleranceLimits::default() } else { of.limits };
         warnings.extend(implausible);
         let mut body = FitFiguresBody { warnings, ..FitFiguresBody::default() };
@@ -284,14 +284,14 @@ impl Asked<'_> {
     }
 }
 
-/// The noise that the residuals show; none where the fit is exact.
+/// Returns the noise estimated from the residuals; `None` if the fit is exact.
 fn noise(result: &FitResult) -> Option<Noise> {
     let exact = result.warnings.iter().any(|warning| matches!(warning, Warning::ExactFit { .. }));
     let sigma = result.residuals.sigma.filter(|_| !exact)?;
     Some(Noise { sigma, degrees_of_freedom: result.residuals.degrees_of_freedom })
 }
 
-/// What nodes that are suspected of gross errors do to the figures.
+/// Returns the warning with the effect of the suspected nodes on the figures.
 fn outliers_suspected(with: FlankFigures<Figure>, without: FlankFigures<Figure>) -> NoticeBody {
     let all = with.zip(without);
     let named = [

@@ -1,4 +1,4 @@
-//! How the flanks of a job are meant to deviate from the involute.
+//! Designed deviations of the flanks of a job from the involute.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
@@ -12,7 +12,7 @@ use flankfit_engine::gear::{
     modification::{Range, fault::MOST},
 };
 
-/// Declares figures of a design, with more members behind them.
+/// Declares figures of a design, followed by further members.
 macro_rules! design {
     ($(#[$doc:meta])* $name:ident { $($(#[$more_doc:meta])* $more:ident: $of:ty,)* }) => {
         #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -49,7 +49,7 @@ macro_rules! design {
                 }
             }
 
-            /// Refuses figures that no flank has.
+            /// Refuses figures that no flank can have.
             fn check_figures(&self, at: &str, faults: &mut Faults) {
                 for (name, figure) in self.figures().named() {
                     if let Some(figure) = figure.filter(|figure| figure.abs() > MOST_UM) {
@@ -97,11 +97,11 @@ design! {
     SideDesignBody {}
 }
 
-/// Most µm of a figure.
+/// Greatest magnitude of a figure, µm.
 const MOST_UM: f64 = 1000.0;
 
 impl DesignBody {
-    /// The figures of a flank.
+    /// Returns the figures for a flank.
     fn of(&self, side: Side) -> FlankFigures {
         let own = match side {
             Side::Left => &self.left,
@@ -118,7 +118,7 @@ impl DesignBody {
         }
     }
 
-    /// The design of a flank of a gear; `at` is where it stands.
+    /// Returns the design for a flank of a gear; `at` is its place in the request.
     pub fn on(&self, gear: &Gear, side: Side, at: &str) -> Result<Design, Faults> {
         let mut faults = Faults::default();
         let profile = self.profile_diameter_range_mm.and_then(|diameters| {
@@ -138,7 +138,7 @@ impl DesignBody {
         faults.into_result(Design { figures: self.of(side), modifications, profile, helix: self.helix_range_mm })
     }
 
-    /// Refuses what is no design of any flank, and what is none of the gear where there is one.
+    /// Refuses a design that is impossible for any flank or, if there is a gear, for that gear.
     pub fn check(&self, gear: Option<&Gear>, at: &str, faults: &mut Faults) {
         let before = faults.count();
         self.check_figures(at, faults);
@@ -160,7 +160,7 @@ impl DesignBody {
         let Some(gear) = gear.filter(|_| faults.count() == before) else { return };
         match self.on(gear, Side::Left, at) {
             Err(found) => faults.append(found),
-            // the nodes that are measured may span less than the whole, and no more
+            // the measured nodes may span less than the whole flank, but not more
             Ok(design) => {
                 let whole = Range::whole(gear);
                 let profile = design.profile.or(whole.map(|range| range.profile()));

@@ -1,4 +1,4 @@
-//! Whether nodes of a flank can be in the units that are said of them.
+//! Whether the stated units of the nodes of a flank are plausible.
 
 use super::notice::NoticeBody;
 use crate::api::{
@@ -17,27 +17,26 @@ use flankfit_engine::{
     },
 };
 
-/// The code of the warning.
+/// Code of the warning.
 pub const IMPLAUSIBLE_UNIT: &str = "implausible_unit";
-/// Least and greatest range of deviations, µm, where the gear has no tolerances.
+/// Least and greatest range of deviations, µm, if the gear has no tolerances.
 const RANGE_UM: [f64; 2] = [0.1, 1000.0];
-/// No instrument measures flanks with less noise, µm.
+/// Least noise of any instrument that measures flanks, µm.
 const LEAST_NOISE_UM: f64 = 0.005;
-/// Degrees of freedom from which on the noise is known well enough.
+/// Degrees of freedom from which on the estimate of the noise is accurate enough.
 const LEAST_FREEDOM: usize = 5;
-/// Residuals below this share of the range are those of an exact fit, of nodes that nobody
-/// measured.
+/// Residuals below this share of the range mean an exact fit of computed, not measured, nodes.
 const EXACT: f64 = 1e-9;
 
-/// The noise that a fit has found, in the unit of its heights.
+/// The noise estimated by a fit, in the unit of its heights.
 #[derive(Clone, Copy, Debug)]
 pub struct Noise {
     pub sigma: f64,
     pub degrees_of_freedom: usize,
 }
 
-/// The range of deviations that gears have, µm: a quarter of F_α of the finest class to four times
-/// that of the coarsest.
+/// Returns the usual range of deviations of gears, µm: a quarter of F_α of the finest class to four
+/// times that of the coarsest.
 fn usual_range(gear: Option<&Gear>) -> [f64; 2] {
     let of = |tolerances: Tolerances| {
         let total = |class| tolerances.unrounded(Characteristic::ProfileTotal, class);
@@ -46,8 +45,8 @@ fn usual_range(gear: Option<&Gear>) -> [f64; 2] {
     gear.and_then(|gear| Tolerances::new(gear).ok()).and_then(of).unwrap_or(RANGE_UM)
 }
 
-/// What about units is implausible, or nothing: of what is wrong the first is told, heights before
-/// places. Only axes whose units are lengths are looked at.
+/// Returns a warning if a unit is implausible: the first one found, heights before places. Only
+/// axes whose units are lengths are checked.
 pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
     let [u, v, z] = lists(nodes)?;
     let heights = axes.z.as_ref().and_then(|axis| of_heights(axis, z, gear, noise));
@@ -147,7 +146,7 @@ fn of_width(axis: &AxisBody, v: Vec<f64>, width: f64) -> Option<NoticeBody> {
 
 fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -> bool, shown: [f64; 2]) -> NoticeBody {
     let mut params = Params::of([("axis", name.into()), ("from_mm", shown[0].into()), ("to_mm", shown[1].into())]);
-    // of a far smaller unit everything would fit
+    // with a far smaller unit everything would fit, so the largest come first
     let other = LENGTHS.iter().rev().find(|(_, mm)| fits(*mm));
     let then = other.map(|(unit, mm)| {
         let [low, high] = ends.map(|end| digits(end * mm));
@@ -159,7 +158,7 @@ fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -
 
 fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Params) -> NoticeBody {
     let known = || LENGTHS.iter().map(|(name, _)| *name).filter(|name| *name != unit);
-    // testers write mm more often than anything else
+    // testers use mm more often than any other unit
     let mut others: Vec<&str> = known().collect();
     others.sort_by_key(|name| *name != "mm");
     let other = others.into_iter().find(|name| micrometres(name).is_some_and(&fits));
@@ -181,7 +180,7 @@ fn of_sentence(what: &str, then: Option<String>, params: Params) -> NoticeBody {
     NoticeBody { params: params.some(), ..NoticeBody::new(IMPLAUSIBLE_UNIT, &message) }
 }
 
-/// u, v and z of the nodes of a surface that count.
+/// Returns u, v and z of the nodes of a surface that count.
 fn lists(nodes: &Nodes) -> Option<[Vec<f64>; 3]> {
     match nodes {
         Nodes::Scattered(nodes) => Some([nodes.u().to_vec(), nodes.v().to_vec(), nodes.z().to_vec()]),
@@ -200,7 +199,7 @@ fn ends(values: &[f64]) -> Option<[f64; 2]> {
     (low <= high).then_some([low, high])
 }
 
-/// Of values that are all the same there is nothing to say.
+/// Returns the range of values; `None` if they are all equal.
 fn span(values: &[f64]) -> Option<f64> {
     ends(values).map(|[low, high]| high - low).filter(|span| *span > 0.0)
 }
@@ -209,7 +208,7 @@ fn within(value: f64, [low, high]: [f64; 2]) -> bool {
     (low..=high).contains(&value)
 }
 
-/// Three digits that count, without zeros behind.
+/// Formats with three significant digits, without trailing zeros.
 fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return value.to_string();
@@ -243,7 +242,7 @@ mod tests {
         .unwrap()
     }
 
-    /// Nodes of 20.8 µm from the lowest to the highest, where they are multiplied with that.
+    /// Returns nodes whose heights span 20.8 µm, scaled by these factors.
     fn nodes([u, v, z]: [f64; 3]) -> Nodes {
         let of = |list: &[f64], factor: f64| list.iter().map(|x| x * factor).collect::<Vec<_>>();
         Nodes::scattered(

@@ -112,7 +112,8 @@ impl RequirementsBody {
         refused.as_ref().map(class_left_aside)
     }
 
-    /// Refuses what is no requirement on any gear, and a design that is none of `gear`.
+    /// Refuses requirements that are impossible for any gear, and a design that is impossible for
+    /// `gear`.
     pub fn check(&self, gear: Option<&Gear>, at: &str, faults: &mut Faults) {
         if let Some(limits) = &self.tolerance_limits {
             limits.check(&format!("{at}/tolerance_limits"), faults);

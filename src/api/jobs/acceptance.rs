@@ -1,4 +1,4 @@
-//! What stands against accepting a flank.
+//! Objections to accepting a flank.
 
 use serde::Deserialize;
 
@@ -16,21 +16,21 @@ use crate::{
     jobs::{Job, Measurand},
 };
 
-/// The warning of a fit that some of its nodes are gross errors.
+/// Code of the warning of a fit with suspected gross errors.
 const OUTLIERS_SUSPECTED: &str = "outliers_suspected";
 
-/// What is kept of a flank that is about to be accepted: JSON documents.
+/// Stored JSON documents of a flank that is about to be accepted.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Kept<'a> {
-    /// Of the chosen fit.
+    /// Figures and result of the chosen fit.
     pub figures: Option<&'a str>,
     pub result: &'a str,
-    /// The evaluation and the pitches that were kept last.
+    /// The latest stored evaluation and pitches.
     pub evaluation: Option<&'a str>,
     pub pitch: Option<&'a str>,
 }
 
-/// The part of an answer that is looked at.
+/// The part of an answer that is examined.
 #[derive(Deserialize)]
 struct Warned {
     #[serde(default)]
@@ -42,12 +42,12 @@ struct Coded {
     code: String,
 }
 
-/// Whether a job has limits that figures of fits are held against.
+/// Whether a job has limits that figures of fits are compared with.
 pub fn has_limits(job: &Job) -> bool {
     RequirementsBody::of(job).is_some_and(|required| required.tolerance_limits.is_some())
 }
 
-/// Refuses to accept a flank of a job with limits whose figures cannot be had.
+/// Refuses to accept a flank of a job with limits if its figures cannot be computed.
 pub fn refuse_unknown(job: &Job, of: &Measurand) -> Result<(), Faults> {
     let axes = AxesBody::of(of).map_err(|why| Faults::one("/decision", why))?;
     let missing = missing(&axes, of.flank, job.gear.is_some());
@@ -61,7 +61,8 @@ pub fn refuse_unknown(job: &Job, of: &Measurand) -> Result<(), Faults> {
     Err(faults)
 }
 
-/// Why accepting needs a reason; without any reason to give one, nothing. Processor work.
+/// Returns the objections because of which accepting needs a reason; empty if there are none.
+/// CPU-bound.
 pub fn objections(kept: Kept<'_>) -> Result<Vec<String>, serde_json::Error> {
     let mut all = Vec::new();
     if let Some(figures) = kept.figures {

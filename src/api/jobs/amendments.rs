@@ -1,4 +1,4 @@
-//! What nodes are of, changed after they were stored: the record of the change.
+//! Records of changes of the measurand (flank, tooth, axes, units) of stored nodes.
 
 use std::sync::Arc;
 
@@ -61,7 +61,7 @@ impl KnownMeasurandBody {
     }
 }
 
-/// What is given now, and of the rest what was known before.
+/// Merges the given members with the earlier values of the others.
 pub fn merged(given: MeasurandBody, before: &Measurand) -> Result<MeasurandBody, String> {
     let known = KnownMeasurandBody::of(before)?;
     Ok(MeasurandBody {
@@ -74,8 +74,8 @@ pub fn merged(given: MeasurandBody, before: &Measurand) -> Result<MeasurandBody,
     })
 }
 
-/// The record of a change; its `method` says whether it was stored with the iteration (`posted`) or
-/// later (`changed`).
+/// Returns the record of a change; its `method` says whether it was stored with the iteration
+/// (`posted`) or later (`changed`).
 pub fn record(before: &Measurand, after: &Measurand, method: &str, request: String) -> Result<RecordDraft, String> {
     let change = MeasurandChangeBody { after: KnownMeasurandBody::of(after)?, before: KnownMeasurandBody::of(before)? };
     let document: Arc<str> = text_of(&change).into();

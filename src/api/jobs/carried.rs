@@ -1,5 +1,5 @@
-//! Rows of jobs that come from a file. What would be answered from them later is read here by the
-//! reader of its type, before any of it is stored.
+//! Rows of jobs imported from a file. Every value that is later answered is read here by the reader
+//! of its type before any row is stored.
 
 use std::collections::BTreeMap;
 
@@ -16,13 +16,13 @@ use crate::{
     },
 };
 
-/// Numbers are answered as JSON, whose readers have doubles.
+/// Numbers are answered as JSON, which clients read as doubles.
 const LARGEST: i64 = (1 << 53) - 1;
 
 /// A JSON object of any members.
 type Object = BTreeMap<String, IgnoredAny>;
 
-/// The first column that does not read, and why.
+/// Checks every column; the error names the first unreadable one and the cause.
 pub fn check(row: &Row) -> Result<(), String> {
     let table = row.table().name;
     for (column, value) in row.table().columns.iter().zip(&row.values) {
@@ -46,7 +46,7 @@ fn check_value(table: &str, column: &str, value: &Value, count: Option<&Value>) 
         ("fit", "spec" | "result" | "flank_figures", Value::Text(text))
         | ("record", "request" | "result" | "measurand", Value::Text(text))
         | ("stream", "spec", Value::Text(text))
-            // of a purged job
+            // empty in a purged job
             if !text.is_empty() =>
         {
             read::<Object>(text)

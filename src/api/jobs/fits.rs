@@ -111,7 +111,8 @@ pub fn with_include(
     merge::added(&stored.result, &more.result, &["warnings"]).map(Arc::from).map_err(Problem::internal)
 }
 
-/// A stored fit once more, with the figures of its flank by what is known now. Processor work.
+/// Repeats a stored fit with the figures of its flank from the current measurand, gear and
+/// requirements. CPU-bound.
 pub fn again(
     nodes: &Nodes,
     stored: &FitRecord,

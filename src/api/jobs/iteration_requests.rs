@@ -178,12 +178,12 @@ pub struct IterationPatchBody {
 }
 
 impl IterationPatchBody {
-    /// Whether it says what the nodes are of.
+    /// Whether it changes the measurand of the nodes.
     pub fn says_measurand(&self) -> bool {
         self.flank.is_some() || self.tooth.is_some() || self.axes.is_some() || self.accept_units.is_some()
     }
 
-    /// What it says the nodes are of.
+    /// Returns the measurand of the nodes that it contains.
     pub fn measurand(&self) -> MeasurandBody {
         MeasurandBody { flank: self.flank, tooth: self.tooth.clone(), axes: self.axes.clone() }
     }

@@ -1,28 +1,28 @@
 //! Gathers the warnings of an answer's parts into the list of the answer itself, so that a client
-//! has to look in one place.
+//! finds all of them in one place.
 //!
 //! The answer is scanned once, as text: parts are finished JSON already.
 
 use std::{collections::HashSet, ops::Range};
 
-/// Members whose content is the caller's, in which nothing warns.
+/// Members with content of the caller, which contain no warnings.
 const GIVEN: [&[u8]; 4] = [b"request", b"spec", b"gear", b"axes"];
 const WARNINGS: &[u8] = b"warnings";
-/// The start of the member by which a gathered warning names its part. It is the last member.
+/// Start of the member `at`, which names the part of a gathered warning. It is the last member.
 const AT: &[u8] = b",\"at\":\"";
 
-/// The answer with every warning of its parts in its outermost `warnings`: each with `at`, the JSON
-/// Pointer of the part. A list is added where there is something to gather and none is there yet.
+/// Returns the answer with every warning of its parts in its outermost `warnings`, each with `at`,
+/// the JSON Pointer of the part. The list is added if there are such warnings and it is missing.
 pub fn gathered(answer: Vec<u8>) -> Vec<u8> {
     let Scan { mut found, own } = Scan::of(&answer);
-    // the own ones first, wherever their list is
+    // the answer's own warnings first, wherever their list is
     found.sort_by_key(|warning| !warning.list.is_empty());
     let mut known = HashSet::new();
     let mut more: Vec<u8> = Vec::new();
     for Found { list, entry } in found {
         let entry = answer.get(entry).unwrap_or_default();
         let (said, at) = placed(entry, &list);
-        // what a part has gathered is found there, too
+        // a warning that a part has gathered itself is also found in the inner part
         if !known.insert((said, at.clone())) || list.is_empty() {
             continue;
         }
@@ -41,8 +41,8 @@ pub fn gathered(answer: Vec<u8>) -> Vec<u8> {
     [begin, before, &more, after, rest].concat()
 }
 
-/// A warning without its closing bracket and `at`, and the pointer of its part from the outermost
-/// object on; `list` is where it was found.
+/// Splits a warning into its text without closing bracket and `at`, and the pointer of its part
+/// from the outermost object; `list` is the pointer of the list it was found in.
 fn placed<'a>(entry: &'a [u8], list: &str) -> (&'a [u8], String) {
     match entry.windows(AT.len()).rposition(|part| part == AT) {
         Some(place) => {
@@ -53,20 +53,20 @@ fn placed<'a>(entry: &'a [u8], list: &str) -> (&'a [u8], String) {
     }
 }
 
-/// A warning: the pointer of the object whose list it is in, and where its text is.
+/// A warning: the pointer of the object whose list contains it, and the range of its text.
 struct Found {
     list: String,
     entry: Range<usize>,
 }
 
-/// What a scan finds.
+/// The result of a scan.
 struct Scan {
     found: Vec<Found>,
-    /// What is between the brackets of the outermost object's own list.
+    /// Content of the outermost object's own list, without the brackets.
     own: Option<Range<usize>>,
 }
 
-/// What encloses a place.
+/// An enclosing object or list of the current position.
 enum Level {
     Object {
         key: Range<usize>,
@@ -74,7 +74,7 @@ enum Level {
     Array {
         index: usize,
     },
-    /// A list of warnings: where it begins, and the warning that is read.
+    /// A list of warnings, with the start of the current one.
     Warnings {
         start: usize,
     },
@@ -85,7 +85,7 @@ impl Scan {
         let mut scan = Scan { found: Vec::new(), own: None };
         let mut levels: Vec<Level> = Vec::new();
         let mut at = 0;
-        // whether a string that comes next is a key
+        // whether the next string is a key
         let mut before_key = false;
         while let Some(byte) = text.get(at) {
             match byte {
@@ -139,13 +139,13 @@ impl Scan {
     }
 }
 
-/// Whether the value that begins is what the caller gave.
+/// Whether the value that begins here was given by the caller.
 fn is_given(text: &[u8], levels: &[Level]) -> bool {
     let Some(Level::Object { key }) = levels.last() else { return false };
     text.get(key.clone()).is_some_and(|key| GIVEN.contains(&key))
 }
 
-/// The pointer of the object that has the innermost list.
+/// Returns the pointer of the object that has the innermost list.
 fn pointer(text: &[u8], levels: &[Level]) -> String {
     let mut pointer = String::new();
     for level in levels {
@@ -162,7 +162,7 @@ fn pointer(text: &[u8], levels: &[Level]) -> String {
     pointer
 }
 
-/// Behind the closing quotation mark of the string that begins at `at`.
+/// Returns the position after the closing quotation mark of the string that begins at `at`.
 fn end_of_string(text: &[u8], at: usize) -> usize {
     let mut at = at + 1;
     while let Some(byte) = text.get(at) {
@@ -175,7 +175,7 @@ fn end_of_string(text: &[u8], at: usize) -> usize {
     text.len()
 }
 
-/// Behind the object or list that begins at `at`.
+/// Returns the position after the object or list that begins at `at`.
 fn end_of_value(text: &[u8], at: usize) -> usize {
     let (mut at, mut depth) = (at, 0_usize);
     while let Some(byte) = text.get(at) {
@@ -209,7 +209,7 @@ mod tests {
         let all = text.replace(r#"{"code":"own"}"#, own);
         assert_eq!(of(text), all);
         assert_eq!(of(&all), all, "once");
-        // of two parts, into an empty list and into none
+        // from two parts, into an empty list and into a missing one
         let parts = r#""left":{"warnings":[{"code":"a"},{"code":"b"}]},"right":{"warnings":[{"code":"a"}]}"#;
         let list = r#"[{"code":"a","at":"/left"},{"code":"b","at":"/left"},{"code":"a","at":"/right"}]"#;
         assert_eq!(of(&format!(r#"{{"warnings":[],{parts}}}"#)), format!(r#"{{"warnings":{list},{parts}}}"#));
@@ -222,7 +222,7 @@ mod tests {
         let all = of(&format!(r#"{{"result":{part}}}"#));
         let list = r#""warnings":[{"code":"own","at":"/result"},{"code":"x","at":"/result/result"}]"#;
         assert_eq!(all, format!(r#"{{"result":{part},{list}}}"#));
-        // also where the part's own part is left out
+        // also if the part of a part is missing
         let rest = r#"{"warnings":[{"code":"own"},{"code":"x","at":"/result"}]}"#;
         assert_eq!(of(&format!(r#"{{"result":{rest}}}"#)), format!(r#"{{"result":{rest},{list}}}"#));
     }

@@ -110,7 +110,7 @@ fn unknown<'a>(name: &str, members: &impl Members<'a>) -> String {
     no_such_field(name, &names(members))
 }
 
-/// The names that these members can have.
+/// Returns the possible names of these members.
 fn names<'a>(members: &impl Members<'a>) -> Vec<&'static str> {
     let mut names = Vec::new();
     members.list(&mut names);

@@ -238,14 +238,14 @@ impl<'de> SeqAccess<'de> for Entries<'_, 'de> {
     }
 }
 
-/// What members that are `null` are.
+/// How members that are `null` are treated.
 #[derive(Clone, Copy)]
 enum Nulls {
-    /// Values, of what is buffered before it is known which members there are.
+    /// As values, in content that is buffered before its members are known.
     Values,
-    /// Absent.
+    /// As absent.
     Absent,
-    /// Absent if their names are among these: an unknown member is refused, whatever it is.
+    /// As absent if their names are among these: unknown members are refused, whatever their value.
     AbsentAmong(&'static [&'static str]),
 }
 

@@ -107,7 +107,7 @@ const MATRIX: Kind = ("matrix", &["y"]);
 const SCATTERED: Kind = ("scattered", &["u", "v", "z"]);
 const GRID: Kind = ("grid", &["u", "v", "z"]);
 
-/// What is said of a unit that is no length.
+/// End of the message about a unit that is not a length.
 const KNOWN_LENGTHS: &str = "`nm`, `um`, `mm` and `in` are known";
 /// Quantities that are lengths and never angles.
 const LENGTHS: [&str; 2] = ["diameter", "face_width"];
@@ -147,7 +147,7 @@ impl AxesBody {
         serde_json::from_str(text).map_err(|error| format!("the stored axes cannot be read: {error}"))
     }
 
-    /// The same with units by the names that are written.
+    /// Returns these axes with canonical names of units.
     fn canonical(mut self) -> Self {
         let axes = [&mut self.u, &mut self.v, &mut self.z, &mut self.x, &mut self.y];
         for axis in axes.into_iter().flatten() {
@@ -156,7 +156,7 @@ impl AxesBody {
         self
     }
 
-    /// These axes, and of the others those of `before`.
+    /// Returns these axes, and those of `before` for the axes that are missing here.
     pub fn over(self, before: AxesBody) -> Self {
         AxesBody {
             u: self.u.or(before.u),

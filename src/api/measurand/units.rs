@@ -1,6 +1,6 @@
-//! Units as they are read and written: the one place that knows their names.
+//! Names of units, as read and written.
 
-/// Names by which units are written, with the other spellings that are read.
+/// Canonical names of units, with the other spellings that are read.
 const UNITS: [(&str, &[&str]); 6] = [
     ("nm", &["nanometer", "nanometre"]),
     // the micro sign and the Greek letter
@@ -11,30 +11,30 @@ const UNITS: [(&str, &[&str]); 6] = [
     ("arcmin", &["′", "'", "minute of arc", "minutes of arc"]),
 ];
 
-/// Units of length, and what of a millimetre each is.
+/// Units of length, and their size in millimetres.
 pub const LENGTHS: [(&str, f64); 4] = [("nm", 1e-6), ("um", 1e-3), ("mm", 1.0), ("in", 25.4)];
 
-/// The name by which a unit is written; a word of the caller's own stays as it is.
+/// Returns the canonical name of a unit; an unknown word is returned unchanged.
 pub fn canonical(unit: &str) -> &str {
     UNITS.iter().find(|(_, others)| others.contains(&unit)).map_or(unit, |(name, _)| name)
 }
 
-/// Millimetres in a unit of length.
+/// Returns the size of a unit of length in millimetres.
 pub fn millimetres(unit: &str) -> Option<f64> {
     LENGTHS.iter().find(|(name, _)| *name == unit).map(|(_, mm)| *mm)
 }
 
-/// Micrometres in a unit of length.
+/// Returns the size of a unit of length in micrometres.
 pub fn micrometres(unit: &str) -> Option<f64> {
     Some(match unit {
-        // 1e-6 and 1e-3 of a millimetre are rounded
+        // 1e-6 and 1e-3 mm are not exact in binary
         "nm" => 1e-3,
         "um" => 1.0,
         other => 1e3 * millimetres(other)?,
     })
 }
 
-/// A unit as texts write it.
+/// Returns the symbol of a unit, for texts.
 pub fn sign(unit: &str) -> &str {
     match unit {
         "um" => "µm",

@@ -1,4 +1,4 @@
-//! Of nodes that are suspected of gross errors.
+//! Parameters of warnings about suspected gross errors.
 
 use serde_json::{Value, json};
 
@@ -8,9 +8,9 @@ use flankfit_engine::{
     gear::evaluation::flank_surface::Figure,
 };
 
-/// Nodes told at most.
+/// Greatest number of nodes listed.
 const MOST_NODES: usize = 1_000;
-/// Coefficients told at most.
+/// Greatest number of coefficients listed.
 const MOST_COEFFICIENTS: usize = 64;
 
 impl From<&Outliers> for Params {
@@ -55,7 +55,7 @@ pub struct MovedFigure {
     pub name: &'static str,
     pub value: f64,
     pub without: f64,
-    /// Half the width of the confidence interval without them.
+    /// Half-width of the confidence interval without them.
     half_width: Option<f64>,
 }
 
@@ -65,7 +65,7 @@ impl MovedFigure {
         MovedFigure { name, value: with.value, without: without.value, half_width }
     }
 
-    /// Whether the suspected nodes move it by more than its interval reaches to either side.
+    /// Whether the suspected nodes change it by more than the half-width of its interval.
     pub fn moves_beyond_interval(&self) -> bool {
         self.half_width.is_some_and(|half| (self.value - self.without).abs() > half)
     }

@@ -25,13 +25,14 @@ pub enum ProblemCode {
     BodyTimeout,
     /// 409: the resource's state does not allow it.
     Conflict,
-    /// 409: the units of an iteration are implausible, and nobody has settled them.
+    /// 409: the units of an iteration are implausible and were neither corrected nor accepted.
     ImplausibleUnit,
-    /// 409: a key that is no administrator's would shut everybody out.
+    /// 409: a first key without the role `admin` would lock everybody out.
     FirstKeyMustBeAdmin,
     /// 409: the first request with this idempotency key still runs.
     IdempotencyKeyInUse,
-    /// 409: a correction for the control whose predicted figures lie outside their limits.
+    /// 409: the CSV for the control of a correction whose predicted figures lie outside their
+    /// limits.
     PredictedOutsideLimits,
     /// 409: the operation has not ended.
     OperationRunning,

@@ -1,7 +1,7 @@
 //! The bundled gear, from the first measurement to acceptance, printed as one screen.
 //!
-//! Both flanks are measured, evaluated and corrected; what was entered on the machine is kept, and
-//! a second measurement shows whether the machine did it.
+//! Both flanks are measured, evaluated and corrected; the changes entered on the machine are
+//! recorded, and a second measurement shows how the machine responded.
 
 use std::io::Write;
 
@@ -28,7 +28,8 @@ const REQUIREMENTS: &str = include_str!("../../../examples/requests/job_requirem
 const EVALUATION: &str = include_str!("../../../examples/requests/iteration_evaluation.json");
 const PITCH: &str = include_str!("../../../examples/requests/iteration_pitch.json");
 
-/// Flanks as first ground, and as ground again; `examples/flank_z52.md` says how they were made.
+/// Flanks after the first and after the second grinding; `examples/flank_z52.md` describes how the
+/// files were generated.
 const FIRST: [&str; 2] =
     [include_str!("../../../examples/flank_z52.json"), include_str!("../../../examples/flank_z52_right.json")];
 const SECOND: [&str; 2] = [
@@ -36,8 +37,8 @@ const SECOND: [&str; 2] = [
     include_str!("../../../examples/flank_z52_right_remachined.json"),
 ];
 
-/// Runs the job; with `verbose` every table of every fit, without it one screen. Returns the path
-/// of the job.
+/// Runs the job and prints one screen or, with `verbose`, every table of every fit. Returns the
+/// path of the job.
 pub fn run(client: &Client, out: &mut impl Write, verbose: bool) -> Result<String, StoryError> {
     let mut job: Value = serde_json::from_str(JOB)?;
     let mut requirements: Value = serde_json::from_str(REQUIREMENTS)?;
@@ -117,7 +118,8 @@ fn measure(
     Ok(measured)
 }
 
-/// Accepts the flanks whose figures all lie within their limits, and sends the others back.
+/// Accepts the flanks whose figures all lie within their limits, and decides to remachine the
+/// others.
 fn decide(client: &Client, job: &str, measured: &[NewIterationBody]) -> Result<(), StoryError> {
     for iteration in measured {
         let outside: Vec<String> = figures_of(iteration)
@@ -150,7 +152,7 @@ fn results(before: &[NewIterationBody], after: &[NewIterationBody]) -> Table {
     table
 }
 
-/// Figures with their symbols, in the order of a gear inspection sheet.
+/// Returns figures with their symbols, in the order of a gear inspection sheet.
 fn figures_of(iteration: &NewIterationBody) -> Vec<(&'static str, FigureBody)> {
     let Some(figures) = iteration.fits.first().and_then(|fit| fit.figures.as_ref()) else { return Vec::new() };
     let FitFiguresBody { profile_slope_um, helix_slope_um, profile_crowning_um, helix_crowning_um, twist_um, .. } =
@@ -171,7 +173,7 @@ fn value(figure: &FigureBody) -> String {
     as_certain_as(figure.value, figure.std_error)
 }
 
-/// The value with its standard error and ✓ or ✗.
+/// Formats the value with its standard error and ✓ or ✗.
 fn marked(figure: &FigureBody) -> String {
     let mark = figure.within.map_or("", |within| if within { " ✓" } else { " ✗" });
     let error = figure.std_error.map_or_else(String::new, |error| format!(" ± {}", significant(error, 2)));
@@ -190,7 +192,7 @@ fn settings(correction: &Value) -> impl Iterator<Item = &Value> {
     correction["settings"].as_array().into_iter().flatten()
 }
 
-/// Settings that are changed: name, change, unit.
+/// Returns the settings that are changed: name, change, unit.
 fn changed(correction: &Value) -> Vec<(&str, f64, &str)> {
     fn of(setting: &Value) -> Option<(&str, f64, &str)> {
         Some((setting["name"].as_str()?, setting["change"].as_f64()?, setting["unit"].as_str()?))

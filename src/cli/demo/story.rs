@@ -124,7 +124,7 @@ impl<W: Write> Story<'_, W> {
                     .contains(&key.as_str())
             });
             object.insert("regularization".into(), regularization);
-            // blocks are of what is cross-validated
+            // `folds` is valid only with cross-validation
             if criterion != ChosenBy::BlockedCv && !object.contains_key("select") {
                 object.remove("folds");
             }
@@ -168,8 +168,8 @@ fn predicted_error(fit: &FitResultBody, criterion: ChosenBy) -> Option<f64> {
     fit.regularization.choices.iter().find(|choice| choice.criterion == criterion)?.predicted_mse
 }
 
-/// The regularisation asked for before, with another criterion for its parameter; `None` where it
-/// has none that a criterion could choose.
+/// Returns the requested regularisation with another criterion for its parameter; `None` if it has
+/// no parameter that a criterion could select.
 fn with_criterion(regularization: Option<&Value>, criterion: &str) -> Option<Value> {
     let plain = || json!({"type": "spectral"});
     let mut changed = regularization.filter(|value| !value.is_null()).cloned().unwrap_or_else(plain);

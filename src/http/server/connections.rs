@@ -1,11 +1,10 @@
 //! Every open connection: how many there may be, what each is doing, and which of them gives way
 //! when there are too many.
 //!
-//! A connection waits for its first request, is idle between two, or is at work. When all slots
-//! are taken, the one that has been without a request for longest is closed for the next client.
-//! Where all are at work, a few slots are left for checks of the server's state (`/healthz`); who
-//! asks for anything else there is told to come again. Where these are taken too, new clients wait
-//! in the system's queue.
+//! A connection waits for its first request, is idle between two, or is busy. When all slots are
+//! taken, the one that has been without a request for longest is closed for the next client. If all
+//! are busy, a few slots are reserved for checks of the server's state (`/healthz`); other requests
+//! there are answered with 503. If these are taken too, new clients wait in the system's queue.
 
 use std::{
     collections::HashMap,
@@ -22,10 +21,10 @@ use tokio::{
 
 use crate::telemetry;
 
-/// Slots for checks, at most an eighth of all.
+/// Slots reserved for checks, at most an eighth of all.
 const KEPT: usize = 4;
 
-/// After so long it is looked again who may close.
+/// Interval after which the idle connections are examined again.
 const AGAIN: Duration = Duration::from_millis(100);
 
 /// What a connection is doing.
@@ -101,7 +100,7 @@ impl Connection {
 #[derive(Debug)]
 pub struct Connections {
     most: usize,
-    /// Of these, for checks alone.
+    /// Slots of these that are reserved for checks.
     kept: usize,
     open: Mutex<Open>,
     /// Notified when a slot has become free, or a connection idle while one was wanted.
@@ -121,7 +120,7 @@ pub struct ConnectionSlot {
     all: Arc<Connections>,
     key: u64,
     connection: Arc<Connection>,
-    /// Whether it has one of the slots for checks.
+    /// Whether it has one of the slots reserved for checks.
     kept: AtomicBool,
 }
 
@@ -137,8 +136,8 @@ impl Connections {
         self.open.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Ready when there is a slot, which the longest idle connection is asked for if all but those
-    /// for checks are taken.
+    /// Ready when a slot is free. If all but those reserved for checks are taken, the longest idle
+    /// connection is asked to close.
     pub async fn free_slot(&self) {
         loop {
             {
@@ -148,7 +147,7 @@ impl Connections {
                     return;
                 }
             }
-            // one that was asked to close may have got a request meanwhile
+            // a connection that was asked to close may have received a request meanwhile
             let _looks_again = timeout(AGAIN, self.change.notified()).await;
         }
     }
@@ -171,7 +170,7 @@ impl Connections {
     }
 }
 
-/// Whether there is one.
+/// Returns whether there is one.
 fn close_longest_idle(open: &Open) -> bool {
     let waiting = open.all.values().filter_map(|connection| Some((connection.waiting_since()?, connection)));
     let oldest = waiting.min_by_key(|(since, _)| *since);
@@ -187,7 +186,7 @@ impl ConnectionSlot {
         &self.connection
     }
 
-    /// Whether it has one of the slots for checks, and all others are taken still.
+    /// Whether it has one of the slots reserved for checks, and all others are still taken.
     pub fn is_for_checks(&self) -> bool {
         let kept = self.kept.load(Ordering::Relaxed) && self.all.lock().all.len() > self.all.most - self.all.kept;
         self.kept.store(kept, Ordering::Relaxed);
@@ -264,7 +263,7 @@ mod tests {
         let kept = busy(4);
         assert!(kept.iter().all(ConnectionSlot::is_for_checks));
         assert!(!is_ready(all.free_slot()).await);
-        // it becomes an ordinary one where others have gone
+        // it becomes an ordinary one if others have closed
         ordinary.truncate(52);
         assert!(!kept[0].is_for_checks());
         ordinary.extend(busy(1));

@@ -59,7 +59,8 @@ const ACCEPT_PAUSE: Duration = Duration::from_millis(250);
 /// Browsers that have been here once come by TLS alone, for a year.
 const HSTS: HeaderValue = HeaderValue::from_static("max-age=31536000");
 
-/// The connection has a slot for checks: nothing else is answered there (a request extension).
+/// The connection has a slot reserved for checks: nothing else is answered there (a request
+/// extension).
 #[derive(Clone, Copy, Debug)]
 pub struct ForChecks;
 

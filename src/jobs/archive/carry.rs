@@ -76,14 +76,14 @@ pub async fn export_seen<W: Write>(
     Ok(begun)
 }
 
-/// The jobs of a file, all of which is as it was written and reads by `check`.
+/// Returns the jobs of a file; refuses the file if any part is altered or any row fails `check`.
 pub fn listed<R: Read>(
     file: R,
     check: impl Fn(&Row) -> Result<(), String>,
 ) -> Result<Vec<(Key, Digested)>, ArchiveError> {
     let mut reader = ArchiveReader::begin(file)?;
     let (mut jobs, mut current) = (Vec::new(), None);
-    // the first line without the content that only a purge takes away
+    // the first line without the content that only a purge removes
     let mut emptied = None;
     while let Some(next) = reader.next_part()? {
         let unreadable = |line, why, job| Err(ArchiveError::Unreadable { line, job, why });

@@ -143,7 +143,7 @@ impl<R: Read> ArchiveReader<R> {
         Ok(line)
     }
 
-    /// The line that was read last, counted from 1.
+    /// Returns the number of the line that was read last, from 1.
     pub fn line(&self) -> u64 {
         self.lines
     }

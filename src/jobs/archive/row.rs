@@ -39,7 +39,7 @@ impl Row {
         self.table().columns.iter().zip(&self.values).find(|(column, _)| column.name == name).map(|(_, value)| value)
     }
 
-    /// Whether it is without the content that a purge takes away.
+    /// Whether it lacks the content that a purge removes.
     pub fn is_emptied(&self) -> bool {
         let purged = ["nodes", "fit", "record", "stream", "block"].contains(&self.table().name);
         let is_empty = |value: &Value| match value {

@@ -65,9 +65,9 @@ pub struct Findings {
     pub seals: u64,
     /// The first fault of each chain.
     pub faults: Vec<Fault>,
-    /// Whether the store has any chain of its own.
+    /// Whether the store contains any chain.
     pub has_chains: bool,
-    /// What could not be read at all, and why.
+    /// Chains and seals that could not be read, and why.
     pub unreadable: Vec<(Tenant, Place, String)>,
 }
 
@@ -149,7 +149,7 @@ pub async fn examine(
             match auditor.verify(tenant.clone(), chain, sealed).await {
                 Ok(Verdict::Intact { entries, .. }) => findings.entries += entries,
                 Ok(Verdict::Broken { number, what }) => findings.note(&tenant, Place::Chain(chain), number, what),
-                // a value that does not read hides nothing of the other chains
+                // an unreadable value must not hide faults of the other chains
                 Err(RepositoryError::Failed(why)) => {
                     findings.unreadable.push((tenant.clone(), Place::Chain(chain), why))
                 }
@@ -161,17 +161,17 @@ pub async fn examine(
 }
 
 impl Findings {
-    /// Whether all is as it was written.
+    /// Whether everything was readable and nothing was altered.
     pub fn is_intact(&self) -> bool {
         self.faults.is_empty() && self.unreadable.is_empty()
     }
 
-    /// Whether there is nothing in the store that could be verified.
+    /// Whether the store contains nothing that could be verified.
     pub fn holds_nothing(&self) -> bool {
         !self.has_chains && self.seals == 0 && self.unreadable.is_empty()
     }
 
-    /// Whether there is nothing to verify, and nothing that says there was.
+    /// Whether there is nothing to verify, and no evidence that there ever was.
     pub fn is_empty(&self) -> bool {
         self.holds_nothing() && self.is_intact()
     }

@@ -60,7 +60,7 @@ pub enum Action {
     AddFit,
     ChooseFit,
     Decide,
-    /// Of what its nodes are of.
+    /// Change of the measurand of its nodes.
     Amend,
     AddRecord,
     OpenStream,

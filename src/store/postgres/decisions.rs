@@ -1,4 +1,4 @@
-//! What was decided of an iteration, and what was changed of it.
+//! Decisions on iterations, and changes of their measurand.
 
 use sqlx::PgConnection;
 use uuid::Uuid;

@@ -202,7 +202,7 @@ impl Read<PgPool> for GetFit {
     }
 }
 
-/// Stores a fit of an iteration behind those it has; its place.
+/// Appends a fit to those of an iteration; returns its place.
 pub async fn insert_next(db: &mut PgConnection, job: Uuid, number: i64, fit: &NewFit) -> Outcome<FitPlace> {
     let last: i64 = sqlx::query_scalar("SELECT max(position) FROM fits WHERE job = $1 AND number = $2")
         .bind(job)
@@ -214,7 +214,7 @@ pub async fn insert_next(db: &mut PgConnection, job: Uuid, number: i64, fit: &Ne
     Ok(place)
 }
 
-/// Stores that a fit is chosen from now on.
+/// Stores the choice of a fit.
 pub async fn insert_choice(db: &mut PgConnection, fit: FitPlace, choice: &Choice) -> Outcome<()> {
     sqlx::query(
         "INSERT INTO fit_choices (job, number, position, fit, reason, actor, created_at)

@@ -21,9 +21,10 @@ macro_rules! searched {
     };
 }
 
-/// Answers which jobs of the tenant have parts of a text: all of them where they are few.
+/// Appends the query for the jobs of the tenant that have parts of a text; it finds all of them if
+/// there are few.
 fn push_found(sql: &mut QueryBuilder<Postgres>, tenant: &Tenant, parts: &Parts) {
-    // behind four line ends, as the index has it
+    // after four line ends, as in the index
     let tenant = format!("\n\n\n\n{}", tenant.as_str());
     let all: Vec<String> = match parts {
         Parts::Whole(parts) => parts.iter().cloned().chain([tenant]).collect(),
@@ -32,7 +33,7 @@ fn push_found(sql: &mut QueryBuilder<Postgres>, tenant: &Tenant, parts: &Parts) 
     sql.push("SELECT id FROM jobs_with_parts(").push_bind(all).push(", ").push_bind(FEW + 1).push(") AS found (id)");
 }
 
-/// Whether few jobs have parts of a text.
+/// Returns whether few jobs have parts of a text.
 async fn are_few(db: &mut PgConnection, tenant: &Tenant, parts: &Parts) -> Result<bool, sqlx::Error> {
     let mut sql = QueryBuilder::new("SELECT count(*) FROM (");
     push_found(&mut sql, tenant, parts);
@@ -40,7 +41,7 @@ async fn are_few(db: &mut PgConnection, tenant: &Tenant, parts: &Parts) -> Resul
     Ok(sql.build_query_scalar::<i64>().fetch_one(db).await? <= FEW)
 }
 
-/// Restricts jobs to those behind the place where the page begins, and answers their order.
+/// Restricts jobs to those after the start of the page, and returns their order.
 fn push_place(sql: &mut QueryBuilder<Postgres>, place: &JobPlace) -> &'static str {
     match place {
         JobPlace::Changed(place) => {
@@ -60,9 +61,9 @@ fn push_place(sql: &mut QueryBuilder<Postgres>, place: &JobPlace) -> &'static st
     }
 }
 
-/// The statement of a page of jobs, with one row more than asked for, which tells whether there is
-/// a next page. `few` are parts that few jobs have. What is read of last iterations is read of the
-/// jobs of the page alone.
+/// Returns the statement of a page of jobs, with one row more than requested, which shows whether
+/// there is a next page. `few` are parts that few jobs have. Last iterations are read only for the
+/// jobs of the page.
 fn page(begin: &str, caller: &Caller, query: &JobQuery, few: Option<&Parts>) -> QueryBuilder<Postgres> {
     let JobFilter { text, status, machine, part_number, class, tag, from, to } = &query.filter;
     let mut sql = QueryBuilder::new(begin);
@@ -85,7 +86,7 @@ fn page(begin: &str, caller: &Caller, query: &JobQuery, few: Option<&Parts>) -> 
             sql.push(condition).push_bind(value);
         }
     }
-    // an index holds no more of them
+    // the index contains only this prefix
     for (column, value) in [("machine", machine), ("part_number", part_number)] {
         if let Some(value) = value {
             sql.push(format!(" AND left({column}, 400) = left(")).push_bind(value.clone()).push(", 400)");

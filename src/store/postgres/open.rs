@@ -85,23 +85,23 @@ pub async fn check(settings: &PostgresSettings) -> Result<(), PostgresError> {
     }
 }
 
-/// Connections for what may take long.
+/// Connections for long-running reads.
 const ASIDE: u32 = 4;
 
-/// The readers for what callers ask: the server ends a read when its time is over.
+/// Returns the readers for requests of callers: the server ends a read when its time is over.
 pub fn readers(settings: &PostgresSettings) -> PgPool {
     let limit = format!("{}ms", READ_TIME.as_millis());
     let options = settings.options.clone().options([("statement_timeout", limit.as_str())]);
     pool(settings, settings.readers.max(1), options)
 }
 
-/// Readers for what may take long, with the session's own limits.
+/// Returns the connections for long-running reads, with the session's own limits.
 pub fn aside(settings: &PostgresSettings) -> PgPool {
     pool(settings, ASIDE, settings.options.clone())
 }
 
-/// A connection that the server has closed is found out when it is used; the read is then tried
-/// again.
+/// Returns a pool. A connection closed by the server is detected when it is used; the read is then
+/// repeated.
 fn pool(settings: &PostgresSettings, most: u32, options: PgConnectOptions) -> PgPool {
     PgPoolOptions::new()
         .max_connections(most)

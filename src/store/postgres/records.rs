@@ -32,7 +32,7 @@ impl Write<Session> for InsertRecord {
     }
 }
 
-/// Stores a record of an iteration behind those it has.
+/// Appends a record to those of an iteration.
 pub async fn insert_next(db: &mut PgConnection, job: Uuid, number: i64, record: &Record) -> Outcome<()> {
     let last: i64 = sqlx::query_scalar("SELECT coalesce(max(position), 0) FROM records WHERE job = $1 AND number = $2")
         .bind(job)

@@ -36,10 +36,10 @@ pub struct PostgresStore(Arc<Database>);
 /// An open database: writes go to the writers, reads to the pool.
 struct Database {
     settings: Arc<PostgresSettings>,
-    /// For what callers ask, by turns and with a limit of time.
+    /// For requests of callers, shared fairly and with a time limit.
     readers: PgPool,
     turns: ReadTurns,
-    /// For archives, audits and upkeep, which may take long.
+    /// For archives, audits and maintenance, which may take long.
     aside: PgPool,
     queues: Vec<Queue<Session>>,
     read_seconds: metrics::Histogram,

@@ -56,7 +56,7 @@ pub trait Backend: Send + Sync + 'static {
     fn queue(&self, subject: Subject) -> &Queue<Self::Connection>;
     /// Where ids and times of entries come from.
     fn surroundings(&self) -> (&dyn Ids, &dyn Clock);
-    /// Who reads when.
+    /// Returns the scheduler of reads.
     fn turns(&self) -> &ReadTurns;
     /// Hears how long each read took.
     fn read_seconds(&self) -> &metrics::Histogram;
@@ -73,7 +73,7 @@ pub trait Backend: Send + Sync + 'static {
 pub struct Handle<B> {
     backend: Arc<B>,
     caller: Caller,
-    /// Whose turns its reads take; `None` for the server's own.
+    /// The party whose share its reads use; `None` for the server's own.
     party: Option<Tenant>,
 }
 
@@ -89,8 +89,8 @@ impl<B: Backend> Handle<B> {
         Handle { backend, caller, party }
     }
 
-    /// The read has a task of its own, so that it holds its turn until its connection is free,
-    /// although nobody may wait for it any more.
+    /// Runs a read in its own task, so that it holds its turn until its connection is free even if
+    /// nobody waits for it any more.
     fn read<O: Read<B::Readers>>(&self, operation: O) -> RepositoryFuture<'_, O::Reply> {
         let (backend, caller) = (self.backend.clone(), self.caller.clone());
         let reading = async move {

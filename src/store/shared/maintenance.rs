@@ -36,8 +36,8 @@ impl Operation for ForgetTold {
     type Reply = u64;
 }
 
-/// What is written to find out whether the database can be written: more than a small iteration
-/// takes, since a few bytes may fit where that does not.
+/// Bytes written to test whether the database is writable: more than a small iteration needs, since
+/// a few bytes may fit where an iteration does not.
 pub static PROBE: [u8; 64 << 10] = [0; 64 << 10];
 
 /// Writes what nobody reads, to find out whether anything can be written.

@@ -1,8 +1,8 @@
-//! Who reads when, and for how long.
+//! Schedules reads among tenants and limits their duration.
 //!
-//! One tenant holds at most half of the readers, so that what others ask for never waits for the
-//! reads of one; who waits is served in order. A read that takes too long is ended, and one that
-//! nobody waits for any more as well.
+//! One tenant holds at most half of the readers, so that others never wait for the reads of a
+//! single tenant; waiting reads are served in order. A read that takes too long, or that nobody
+//! waits for any more, is ended.
 
 use std::{
     collections::HashMap,
@@ -25,7 +25,7 @@ const WAIT: Duration = Duration::from_secs(60);
 /// How long a read may take.
 pub const READ_TIME: Duration = Duration::from_secs(5);
 
-/// For whom is read; `None` for the server itself.
+/// The tenant that reads; `None` for the server itself.
 type Party = Option<Tenant>;
 
 /// See the module's documentation.
@@ -53,7 +53,8 @@ impl ReadTurns {
     pub async fn take(&self, party: &Party) -> Result<ReadTurn, RepositoryError> {
         let own = self.of(party);
         let taking = async {
-            // first its own, so that a party has no more than its share in the queue for readers
+            // first the party's own permit, so that a party never has more than its share in the
+            // queue for readers
             let _of_party = own.acquire_owned().await?;
             Ok(ReadTurn { _of_all: self.all.clone().acquire_owned().await?, _of_party })
         };
@@ -66,13 +67,13 @@ impl ReadTurns {
 
     fn of(&self, party: &Party) -> Arc<Semaphore> {
         let mut each = self.each.lock().unwrap_or_else(PoisonError::into_inner);
-        // a permit holds its semaphore too
+        // a permit holds a reference to its semaphore
         each.retain(|_, own| Arc::strong_count(own) > 1);
         each.entry(party.clone()).or_insert_with(|| Arc::new(Semaphore::new(self.share))).clone()
     }
 }
 
-/// How long a read goes on.
+/// Deadline and cancellation of a read.
 #[derive(Debug)]
 pub struct Watch {
     until: Instant,
@@ -80,7 +81,7 @@ pub struct Watch {
 }
 
 tokio::task_local! {
-    /// The read that is being done.
+    /// The current read.
     pub static READING: Arc<Watch>;
 }
 
@@ -89,7 +90,7 @@ impl Watch {
         Arc::new(Watch { until: Instant::now() + time, left: AtomicBool::new(false) })
     }
 
-    /// Whether the read is to end.
+    /// Whether the read must end.
     pub fn is_over(&self) -> bool {
         self.left.load(Ordering::Relaxed) || Instant::now() >= self.until
     }
@@ -122,7 +123,7 @@ mod tests {
         for next in &mut waiting {
             assert!(next.as_mut().now_or_never().is_none());
         }
-        // the others and the server have theirs at once
+        // other tenants and the server get a reader at once
         for other in [None, Some(Tenant::named("other").unwrap())] {
             drop(turns.take(&other).now_or_never().expect("at once").unwrap());
         }

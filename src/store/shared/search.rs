@@ -1,8 +1,8 @@
-//! Looking up jobs by parts of their text.
+//! Looks up jobs by parts of their text.
 //!
-//! A filter by text or tag asks for parts of the text of [`Job::searched`]. Both databases index
-//! that text by short parts: the index answers which jobs have all of them, and the filter itself
-//! is applied to those. Where many jobs have them, reading in the order of the list is shorter,
+//! A filter by text or tag searches for parts of the text of [`Job::searched`]. Both databases
+//! index that text by short parts: the index finds the jobs that have all of them, and the filter
+//! itself is applied to those. If many jobs have them, scanning in the order of the list is faster,
 //! since a page is soon full.
 //!
 //! [`Job::searched`]: crate::jobs::Job::searched
@@ -15,25 +15,25 @@ use crate::jobs::{JobFilter, folded};
 /// of a page times the number of jobs of a large tenant.
 pub const FEW: i64 = 2000;
 
-/// Letters of the longest indexed parts.
+/// Length of the longest indexed parts, in letters.
 const LETTERS: usize = 3;
 
-/// Parts that are asked for; more narrow a search no further.
+/// Greatest number of parts in a query; more would hardly narrow the search.
 const MOST_PARTS: usize = 32;
 
-/// The parts of texts of a filter.
+/// The parts of the texts of a filter.
 #[derive(Debug, PartialEq)]
 pub enum Parts {
-    /// Each of as many letters as the longest indexed parts.
+    /// Parts of the full indexed length.
     Whole(BTreeSet<String>),
-    /// One that is shorter.
+    /// A single shorter part.
     Short(String),
 }
 
 impl Parts {
-    /// The parts that a job must have; `None` where neither text nor tag is asked for.
+    /// Returns the parts that a job must have; `None` if the filter has neither text nor tag.
     pub fn of(filter: &JobFilter) -> Option<Self> {
-        // tags stand in lines of their own
+        // each tag is on its own line
         let tag = filter.tag.as_ref().map(|tag| format!("\n{}", folded(tag)));
         let texts: Vec<Vec<char>> = filter.text.iter().chain(&tag).map(|text| text.chars().collect()).collect();
         let whole: BTreeSet<String> =

@@ -182,7 +182,7 @@ impl Read<SqlitePool> for GetFit {
     }
 }
 
-/// Stores a fit of the iteration that is row `iteration`; its own row.
+/// Appends a fit to those of the iteration in row `iteration`; returns the fit's row.
 pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, fit: &NewFit) -> Outcome<i64> {
     let insert = concat!(
         "INSERT INTO fits (",
@@ -192,7 +192,7 @@ pub async fn insert_row(db: &mut SqliteConnection, iteration: i64, fit: &NewFit)
     Ok(bind(sqlx::query(insert), iteration, fit).execute(db).await?.last_insert_rowid())
 }
 
-/// Stores that the fit in the row `fit` is chosen from now on.
+/// Stores the choice of the fit in row `fit`.
 pub async fn insert_choice(db: &mut SqliteConnection, iteration: i64, fit: i64, choice: &Choice) -> Outcome<()> {
     sqlx::query(
         "INSERT INTO fit_choices (iteration, position, fit, reason, actor, created_at)

@@ -1,8 +1,8 @@
-//! Whether the files of the open database are still the ones at its path.
+//! Checks that the files of the open database are still the ones at its path.
 //!
-//! A file that was removed or replaced stays open for this process: SQLite goes on writing it, and
-//! all of that is lost when the process ends. So the writer compares before it writes, and again
-//! before it says that something is stored.
+//! A file that was removed or replaced stays open for this process: SQLite continues to write to
+//! it, and everything written is lost when the process ends. So the writer checks before it writes,
+//! and again before it acknowledges a write.
 
 use std::path::{Path, PathBuf};
 
@@ -10,12 +10,12 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Default)]
 pub struct InPlace(Vec<(PathBuf, Identity)>);
 
-/// Device and number of a file.
+/// Device and inode number of a file.
 type Identity = (u64, u64);
 
 impl InPlace {
-    /// Of a database that has just been opened. (A file that the file system does not show is one
-    /// of another kind of storage.)
+    /// Takes the identities of the files of a database that has just been opened. (Files that do
+    /// not exist in the file system are not checked: the storage is of another kind.)
     pub fn of(database: &Path) -> Self {
         let log = std::fs::canonicalize(database).map(|real| {
             let mut name = real.into_os_string();
@@ -26,7 +26,7 @@ impl InPlace {
         InPlace(files.filter_map(|file| Some((identity(&file)?, file))).map(|(now, file)| (file, now)).collect())
     }
 
-    /// The first file that was removed or replaced.
+    /// Returns the first file that was removed or replaced.
     pub fn missing(&self) -> Option<&Path> {
         let changed = self.0.iter().find(|(file, opened)| identity(file) != Some(*opened));
         changed.map(|(file, _)| file.as_path())
@@ -40,7 +40,7 @@ fn identity(file: &Path) -> Option<Identity> {
     Some((found.dev(), found.ino()))
 }
 
-/// Elsewhere an open file can be neither removed nor replaced.
+/// On other systems an open file can be neither removed nor replaced.
 #[cfg(not(unix))]
 fn identity(file: &Path) -> Option<Identity> {
     file.exists().then_some((0, 0))

@@ -13,7 +13,7 @@ use crate::{
     },
 };
 
-/// Answers which jobs have parts of a text.
+/// Appends the query for the jobs that have parts of a text.
 fn push_found(sql: &mut QueryBuilder<Sqlite>, parts: &Parts) {
     match parts {
         Parts::Whole(parts) => {
@@ -27,7 +27,7 @@ fn push_found(sql: &mut QueryBuilder<Sqlite>, parts: &Parts) {
     }
 }
 
-/// Whether few jobs have parts of a text.
+/// Returns whether few jobs have parts of a text.
 async fn are_few(db: &mut SqliteConnection, parts: &Parts) -> Result<bool, sqlx::Error> {
     let mut sql = QueryBuilder::new("SELECT count(*) FROM (");
     push_found(&mut sql, parts);
@@ -35,7 +35,7 @@ async fn are_few(db: &mut SqliteConnection, parts: &Parts) -> Result<bool, sqlx:
     Ok(sql.build_query_scalar::<i64>().fetch_one(db).await? <= FEW)
 }
 
-/// Restricts jobs to those behind the place where the page begins, and answers their order.
+/// Restricts jobs to those after the start of the page, and returns their order.
 fn push_place(sql: &mut QueryBuilder<Sqlite>, place: &JobPlace) -> &'static str {
     match place {
         JobPlace::Changed(place) => {
@@ -55,9 +55,9 @@ fn push_place(sql: &mut QueryBuilder<Sqlite>, place: &JobPlace) -> &'static str 
     }
 }
 
-/// The statement of a page of jobs, with one row more than asked for, which tells whether there is
-/// a next page. `few` are parts that few jobs have. What is read of last iterations is read of the
-/// jobs of the page alone.
+/// Returns the statement of a page of jobs, with one row more than requested, which shows whether
+/// there is a next page. `few` are parts that few jobs have. Last iterations are read only for the
+/// jobs of the page.
 fn page(begin: &str, caller: &Caller, query: &JobQuery, few: Option<&Parts>) -> QueryBuilder<Sqlite> {
     let JobFilter { text, status, machine, part_number, class, tag, from, to } = &query.filter;
     let mut sql = QueryBuilder::new(begin);
@@ -180,7 +180,7 @@ mod tests {
         store::sqlite::StoreSettings,
     };
 
-    /// No list of jobs reads all jobs of a tenant to find those it answers.
+    /// No list of jobs scans all jobs of a tenant.
     #[tokio::test]
     async fn each_filter_and_each_order_goes_by_an_index() {
         let folder = tempfile::tempdir().unwrap();
@@ -218,7 +218,7 @@ mod tests {
             let mut sql = page("EXPLAIN QUERY PLAN ", &caller, &query, parts.as_ref());
             let plan = sql.build().fetch_all(&mut db).await.unwrap();
             let steps: Vec<String> = plan.iter().map(|row| row.get::<String, _>("detail")).collect();
-            // up to the page, behind which its jobs alone are read
+            // up to the page; after it only the jobs of the page are read
             let until = steps.iter().position(|step| step.contains("MATERIALIZE page")).unwrap();
             let page: Vec<&String> = steps[until..].iter().take_while(|step| *step != "SCAN page").collect();
             assert!(page.iter().any(|step| step.contains(expected)), "{query:?}: {steps:#?}");

@@ -46,8 +46,8 @@ pub async fn take(database: &Path) -> Result<Option<File>, OpenError> {
     Err(OpenError::InUse { path: database.to_path_buf(), lock: path })
 }
 
-/// Refuses a file that has another name (a hard link): its log and its lock would stand beside one
-/// of the names only.
+/// Refuses a file that has another name (a hard link): log and lock would exist next to only one of
+/// the names.
 fn refuse_linked(database: &Path) -> Result<(), OpenError> {
     #[cfg(unix)]
     if fs::metadata(database).is_ok_and(|file| std::os::unix::fs::MetadataExt::nlink(&file) > 1) {

@@ -28,11 +28,11 @@ pub struct StoreSettings {
     pub queue: usize,
 }
 
-/// Connections for what callers ask.
+/// Connections for requests of callers.
 const READERS: u32 = 8;
-/// Connections for what may take long.
+/// Connections for long-running reads.
 const ASIDE: u32 = 4;
-/// Steps of SQLite's machine between two looks at the clock: about a millisecond.
+/// Instructions of SQLite's virtual machine between two checks of the clock: about a millisecond.
 const STEPS: i32 = 20_000;
 
 /// Rows that are read ahead of whoever takes them. Rows of nodes are large, and the library's 50 of
@@ -123,8 +123,8 @@ impl StoreSettings {
             .map_err(|source| OpenError::from_sqlx(self.path(), source))
     }
 
-    /// The readers for what callers ask: a read is ended when its time is over. The writer must
-    /// have been opened before: it makes the database and its log.
+    /// Opens the readers for requests of callers: a read is ended when its time is over. The writer
+    /// must have been opened before: it creates the database and its log.
     pub(super) async fn open_readers(&self) -> Result<SqlitePool, OpenError> {
         let watched = self
             .reader_pool(self.readers)
@@ -136,7 +136,7 @@ impl StoreSettings {
             .map_err(|error| OpenError::from_sqlx(self.path(), error))
     }
 
-    /// Readers for what may take long, without a limit of time.
+    /// Opens the connections for long-running reads, without a time limit.
     pub(super) async fn open_aside(&self) -> Result<SqlitePool, OpenError> {
         let aside = self.reader_pool(ASIDE).connect_with(self.reader_options("aside")).await;
         aside.map_err(|error| OpenError::from_sqlx(self.path(), error))
@@ -176,7 +176,7 @@ impl StoreSettings {
     }
 }
 
-/// Has a connection end what it does when the time of the read is over that takes it.
+/// Makes a connection interrupt its statement when the time of the current read is over.
 async fn watch(db: &mut SqliteConnection) -> Result<(), sqlx::Error> {
     let reading = READING.try_with(Arc::clone);
     let mut db = db.lock_handle().await?;
@@ -221,7 +221,7 @@ mod tests {
         }
     }
 
-    /// Never ends by itself.
+    /// A query that never ends by itself.
     const ENDLESS: &str =
         "WITH RECURSIVE c (x) AS (SELECT 1 UNION ALL SELECT x + 1 FROM c) SELECT count(*) FROM c WHERE x < 0";
 
@@ -239,7 +239,7 @@ mod tests {
         let short = Watch::lasting(Duration::from_millis(20));
         let error = read(ENDLESS, &short).await.unwrap_err();
         assert_eq!(crate::store::sqlite::error::code(&error), Some(9), "interrupted: {error}");
-        // who leaves frees the only reader
+        // an abandoned read frees the only reader
         let left = Watch::lasting(Duration::from_secs(3600));
         let mut reading = Box::pin(read(ENDLESS, &left));
         tokio::select! {

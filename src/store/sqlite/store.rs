@@ -33,10 +33,10 @@ pub struct SqliteStore(Arc<Database>);
 
 /// An open database: writes go to the writer, reads to the pool.
 struct Database {
-    /// For what callers ask, by turns and with a limit of time.
+    /// For requests of callers, shared fairly and with a time limit.
     readers: SqlitePool,
     turns: ReadTurns,
-    /// For archives, audits and upkeep, which may take long.
+    /// For archives, audits and maintenance, which may take long.
     aside: SqlitePool,
     queue: Queue<SqliteConnection>,
     read_seconds: metrics::Histogram,

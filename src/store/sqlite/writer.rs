@@ -32,7 +32,7 @@ const ERASE_PATIENCE: &str = "PRAGMA busy_timeout = 1000";
 const PATIENCE: &str = "PRAGMA busy_timeout = 10000";
 const ERASE_AGAIN: Duration = Duration::from_secs(10);
 
-/// While nothing is written, the files are looked at this often.
+/// Interval at which the files are checked while nothing is written.
 const LOOK: Duration = Duration::from_secs(1);
 
 pub struct Writer {
@@ -43,7 +43,7 @@ pub struct Writer {
     waiting: Waiting<SqliteConnection>,
     commit_seconds: metrics::Histogram,
     files: InPlace,
-    /// Whether one of them was found to be removed or replaced.
+    /// Whether one of the files was found removed or replaced.
     misplaced: bool,
     /// Since when the log has what shall be nowhere any more.
     to_erase: Option<Instant>,
@@ -80,7 +80,7 @@ impl Writer {
             }
         }
         if self.check_files().is_err() {
-            // closing would remove a log by its name, which may be that of another database now
+            // closing would remove the log by its name, which may now belong to another database
             std::mem::forget(self.connection);
         } else if let Err(error) = sqlx::Connection::close(self.connection).await {
             tracing::warn!(%error, "the database did not close cleanly");
@@ -89,7 +89,7 @@ impl Writer {
         self.waiting.closed();
     }
 
-    /// Refuses to go on with files that are not those at the path.
+    /// Refuses to continue if the files are no longer those at the path.
     fn check_files(&mut self) -> Result<(), Unfit> {
         let missing = self.files.missing();
         if let Some(file) = missing.filter(|_| !self.misplaced) {

@@ -1,4 +1,4 @@
-//! A server that asks for no key, before and after the first one is made.
+//! A server that requires no key, before and after the first one is created.
 
 use flankfit::config::{Authentication, ServeSettings};
 use serde_json::{Value, json};
@@ -24,7 +24,7 @@ async fn post(app: &TestApp, path: &str, body: &Value) -> Answer {
     send(app.post(path, body.to_string())).await
 }
 
-/// PostgreSQL is shared by several servers, which ask for keys from the start.
+/// PostgreSQL is shared by several servers, which require keys from the start.
 #[tokio::test]
 async fn a_shared_store_asks_for_keys_at_once() {
     if !is_postgres() {
@@ -36,7 +36,7 @@ async fn a_shared_store_asks_for_keys_at_once() {
     app.stop().await;
 }
 
-/// What /docs offers to send on a new server locks nobody out.
+/// The examples that /docs offers to send lock nobody out of a new server.
 #[tokio::test]
 async fn the_first_key_over_http_is_an_administrators_and_shuts_nobody_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -64,7 +64,7 @@ async fn the_first_key_over_http_is_an_administrators_and_shuts_nobody_out() {
     assert_eq!(first.json()["warnings"][0]["code"], "first_key");
     assert!(first.json()["warnings"][0]["message"].as_str().unwrap().contains("restarted"), "{}", first.text);
     assert!(said.contains("WARN") && said.contains("restarted") && !said.contains(&key[21..85]), "{said}");
-    // whoever asks goes on being answered, and further keys and tenants may be of any kind
+    // requests without a key are still answered, and further keys and tenants may be of any kind
     for (path, body) in [("/v1/keys", example("NewKey")), ("/v1/tenants", example("NewTenant"))] {
         let made = post(&app, path, &body).await;
         assert_eq!((made.status.as_u16(), made.json().get("warnings")), (201, None), "{}", made.text);
@@ -87,7 +87,8 @@ async fn the_first_key_over_http_is_an_administrators_and_shuts_nobody_out() {
     app.stop().await;
 }
 
-/// The way back that docs/security.md names, and what the command line does to a running server.
+/// The recovery described in docs/security.md, and the effect of the command line on a running
+/// server.
 #[tokio::test]
 async fn the_command_line_makes_a_key_for_whoever_is_locked_out() {
     let folder = tempfile::tempdir().unwrap();
@@ -96,7 +97,7 @@ async fn the_command_line_makes_a_key_for_whoever_is_locked_out() {
         let arguments = ["keys", "create", "--database-url", &url, "--tenant", "default", "--role", role];
         program(&arguments, &[])
     };
-    // a running server has the file to itself, and goes on asking nobody
+    // a running server has exclusive use of the file, and still requires no key
     let app = start_in(folder).await;
     let (code, key, said) = create("reader");
     assert!(code != Some(0) && key.is_empty() && said.contains("in use"), "{said}");

@@ -410,7 +410,7 @@ async fn the_first_key_is_made_on_the_database() {
     app.stop().await;
 }
 
-/// Nobody locks the tenant out, and nobody takes away what they could not give.
+/// Nobody can lock the tenant out, and nobody can revoke a key that they could not grant.
 #[tokio::test]
 async fn the_last_administrator_stays_and_is_not_revoked_from_below() {
     let app = start().await;
@@ -420,7 +420,7 @@ async fn the_last_administrator_stays_and_is_not_revoked_from_below() {
     let made = post(&app, &first, "/v1/keys", &json!({"name": "keys alone", "scopes": ["admin"]})).await;
     let below = text(&made.json()["key"]);
     revoke(&below, &first).await.problem(403, "forbidden");
-    // such a key makes no archives either, which hold what it may not read
+    // such a key cannot create archives either, since they contain data it may not read
     let engineer = key_of(&app, "default", Role::Engineer).await;
     let job = post(&app, &engineer, "/v1/jobs", &json!({"name": "wheel"})).await.header("location").to_owned();
     post(&app, &below, &format!("{job}/archive"), &json!({})).await.problem(403, "forbidden");

@@ -25,7 +25,7 @@ async fn pages_of_other_sites_change_nothing() {
         assert_eq!(for_page(&app, site, "http://localhost").await.status, 200, "{site}");
     }
     assert_eq!(send(app.post("/v1/fits", CURVE)).await.status, 200);
-    // a browser that says no more than the origin: a form needs no leave, JSON does
+    // a browser that sends only `Origin`: a form needs no preflight, JSON does
     let form = async |origin: String| {
         let form = "--x\r\nContent-Disposition: form-data; name=\"none\"\r\n\r\n\r\n--x--\r\n";
         let asked =

@@ -315,7 +315,7 @@ async fn a_token_is_of_its_tenant_as_long_as_that_is_let_in() {
     send(app.get(&job).bearer_auth(&other)).await.problem(404, "not_found");
     let suspend = app.client.request(Method::PATCH, app.url("/v1/tenants/plant-7")).bearer_auth(&root);
     assert_eq!(send(suspend.json(&json!({"suspended": true}))).await.status, 200);
-    // what was begun for it does not go on, whatever its subject looks like
+    // operations started with it end, whatever its subject looks like
     for actor in ["jane.doe", "key-jane", "key-"] {
         let tenant = Tenant::named("plant-7").unwrap();
         let caller = Caller { tenant, actor: actor.into(), origin: Default::default() };

@@ -148,7 +148,7 @@ async fn what_is_wrong_with_limits_is_pointed_at() {
     assert_eq!(surface(json!({"twist_um": [2, 1]})).await, ["/tolerance_limits/twist_um"]);
     assert_eq!(surface(json!({"form_um": [0, 1]})).await, ["/tolerance_limits/form_um"]);
     assert_eq!(surface(json!({"twist_um": [2]})).await, ["/tolerance_limits/twist_um"]);
-    // null is as absent
+    // null counts as absent
     let mut request = examples("gear_flank_surface")[0].1.clone();
     request["tolerance_limits"] = Value::Null;
     let answer = taken(&app, "/v1/gears/flank-surface", &request).await;

@@ -14,13 +14,13 @@ fn unit(u: f64, v: f64) -> (f64, f64) {
     ((u - 9.0) / 3.0, (v - 7.5) / 6.5)
 }
 
-/// What a unit of each setting does to a node.
+/// Returns the effect of a unit of each setting on a node.
 fn effects(u: f64, v: f64) -> [f64; 4] {
     let (u, v) = unit(u, v);
     [u, v, -u * u, -v * v]
 }
 
-/// A flank with errors of form that differ from measurement to measurement, and the settings
+/// Returns a flank with form deviations that differ between measurements, after the settings were
 /// changed by `changed`.
 fn flank(turn: f64, changed: [f64; 4]) -> Value {
     let height = |u: f64, v: f64| {
@@ -51,7 +51,7 @@ fn number(value: &Value) -> f64 {
     value.as_f64().unwrap_or_else(|| panic!("no number: {value}"))
 }
 
-/// A measured and corrected job, and the proposed changes.
+/// Creates a measured and corrected job; returns it with the proposed changes.
 async fn corrected(app: &TestApp) -> (String, [f64; 4]) {
     let job = job(app, Some(spur())).await;
     assert_eq!(post(app, &format!("{job}/iterations"), &flank(0.0, [0.0; 4])).await.status, 201);
@@ -62,7 +62,8 @@ async fn corrected(app: &TestApp) -> (String, [f64; 4]) {
     (job, change)
 }
 
-/// Only the two angles were entered, rightly: the machine did as it was told.
+/// Only the two angles were entered: the machine's response is judged by these changes, and is
+/// correct.
 #[tokio::test]
 async fn a_machine_is_judged_by_what_was_entered() {
     let app = TestApp::start().await;
@@ -105,7 +106,7 @@ async fn a_machine_is_judged_by_what_was_entered() {
         number(&answer["rms_difference_um"]) < 0.3
             && number(&answer["chi_squared"]) < number(&answer["chi_squared_limit"])
     );
-    // the correction stays what it was, and what it predicts with it
+    // the correction itself and its prediction stay unchanged
     assert_eq!((&after["result"], &after["request"]), (&before["result"], &before["request"]));
     let nodes = answer["predicted_um"].as_array().unwrap();
     let first = effects(U[0], V[0]);
@@ -119,7 +120,7 @@ async fn a_machine_is_judged_by_what_was_entered() {
     let expected = proposed + (moved - mean(entered)) - (nominal - mean(change));
     assert!((number(&nodes[0]) - expected).abs() < 1e-9);
 
-    // later entries win, and earlier ones stay in the trace
+    // later entries take precedence, and earlier ones stay in the trace
     let again = json!({"settings": {"profile_crowning": change[2], "helix_crowning": change[3]}});
     assert_eq!(post(&app, &path, &again).await.status, 201);
     let last = kept(&app, &job).await;
@@ -127,10 +128,10 @@ async fn a_machine_is_judged_by_what_was_entered() {
     let trace = send(app.get(&format!("{job}/trace"))).await.json();
     let kinds: Vec<&Value> = trace["iterations"][0]["records"].as_array().unwrap().iter().map(|r| &r["kind"]).collect();
     assert_eq!(kinds, ["correction", "applied", "applied"]);
-    // entered as proposed is compared as if nothing had been said, to the last bit
+    // an entry equal to the proposal gives the same comparison as none, to the last bit
     assert_eq!(last["answer"].to_string(), before["answer"].to_string());
 
-    // an entry belongs to the correction that was the newest
+    // an entry belongs to the correction that was the newest at the time
     assert_eq!(post(&app, &format!("{job}/iterations/1/correction"), &asked()).await.status, 201);
     assert_eq!(kept(&app, &job).await.get("applied"), None);
     app.stop().await;
@@ -184,11 +185,11 @@ async fn what_was_entered_comes_with_the_next_measurement_too() {
     let missing = post(&app, &format!("{place}/2/correction/applied"), &json!({"settings": {}})).await;
     assert_eq!(missing.status, 404, "{}", missing.text);
     assert!(missing.text.contains("Iteration 2 has no correction"), "{}", missing.text);
-    // an entry of iteration 2's own correction says nothing of the first one
+    // an entry for iteration 2's own correction does not affect the first one
     assert_eq!(post(&app, &format!("{place}/2/correction"), &asked()).await.status, 201);
     assert_eq!(post(&app, &format!("{place}/2/correction/applied"), &json!({"settings": {}})).await.status, 201);
     assert_eq!(kept(&app, &job).await["applied"], found["applied"]);
-    // a later one at the corrected iteration counts in place of that of the next
+    // a later entry at the corrected iteration replaces that of the next
     let later = json!({"settings": {"profile_crowning": 0, "helix_crowning": 0}, "note": "put right"});
     assert_eq!(post(&app, &format!("{place}/1/correction/applied"), &later).await.status, 201);
     assert_eq!(kept(&app, &job).await["applied"]["note"], "put right");
@@ -215,7 +216,7 @@ async fn wrong_entries_are_refused_at_their_places() {
     assert!(refused.text.contains("it has `profile_angle`, `helix_angle`, `profile_crowning`"), "{}", refused.text);
     let absent = post(&app, &format!("{job}/iterations/7/correction/applied"), &json!({"settings": {}})).await;
     assert_eq!(absent.status, 404, "{}", absent.text);
-    // the same key and body is one entry
+    // the same key and body make one entry
     let once =
         async || send(app.post(&path, json!({"settings": {}}).to_string()).header("idempotency-key", "k")).await.json();
     let first = once().await;

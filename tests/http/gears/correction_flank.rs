@@ -25,8 +25,8 @@ fn change(correction: &Value, name: &str) -> f64 {
     setting["change"].as_f64().unwrap()
 }
 
-/// The iteration of a file whose traces scatter by no more than the digits that they are written
-/// with: somebody has to say that its units are right.
+/// Imports a file whose traces scatter only by their rounding, so that its units must be confirmed;
+/// returns the iteration.
 async fn imported(app: &TestApp, job: &str, content: Vec<u8>) -> Value {
     let made = import(app, job, content, "1.mka", None).await;
     assert_eq!(made.status, 201, "{}", made.text);
@@ -203,7 +203,7 @@ fn flank(scale: f64, of: impl Fn(f64, f64) -> f64) -> Value {
         "axes": axes(), "model": {"type": "polynomial", "degree": 2, "terms": "total"}})
 }
 
-/// With what is said of it; axes that are not given stay as they are.
+/// Returns the body with this flank, tooth and axes; axes that are not given stay unchanged.
 fn with(mut body: Value, flank: Option<&str>, tooth: Option<&str>, axes: Option<Value>) -> Value {
     for (key, value) in [("flank", flank.map(Value::from)), ("tooth", tooth.map(Value::from)), ("axes", axes)] {
         match value {
@@ -255,7 +255,7 @@ async fn units_and_signs_of_the_axes_count() {
         let place = made.headers["location"].to_str().unwrap().to_owned();
         assert_eq!(pointers(&app, &format!("{place}/correction"), &request).await, [pointer]);
     }
-    // and so is what nobody said
+    // and so are missing data
     let path = format!("{job}/iterations/6/correction");
     measure(&app, &job, flank(1.0, shape)).await;
     assert_eq!(pointers(&app, &path, &request).await, ["/sensitivity/flank"]);

@@ -18,8 +18,8 @@ fn shape(u: f64, v: f64) -> f64 {
     5.0 * (u - 9.0) / 3.0 - 4.0 * (v - 7.5) / 6.5 + 0.3 * (2.0 * u + v).sin()
 }
 
-/// Nodes with the coordinates and heights times what stands there, and the axes that say so; those
-/// that are not given are in mm and µm.
+/// Returns nodes with coordinates and heights multiplied by these factors, and the axes with the
+/// matching units; axes that are not given are in mm and µm.
 fn flank(share: f64, [u, v, z]: [f64; 3], axes: Option<Value>) -> Value {
     let rows: Vec<Vec<f64>> = U.iter().map(|u| V.iter().map(|v| z * share * shape(*u, *v)).collect()).collect();
     let mut body = json!({"nodes": {"type": "grid", "u": U.map(|x| u * x), "v": V.map(|x| v * x), "z": rows},

@@ -1,4 +1,4 @@
-//! What a correction aims at, which settings it changes, and what goes to the control.
+//! Targets of corrections, the settings that are changed, and the CSV for the control.
 
 use reqwest::Method;
 use serde_json::{Value, json};
@@ -17,7 +17,7 @@ fn axes() -> (Vec<f64>, Vec<f64>) {
     ((0..ROWS).map(|i| 6.0 + i as f64).collect(), (0..COLUMNS).map(|j| 0.5 + 1.75 * j as f64).collect())
 }
 
-/// A left flank with these slopes and crownings, µm, and some roughness.
+/// Returns a left flank with these slopes and crownings, µm, and some roughness.
 fn flank([profile, helix, profile_crowning, helix_crowning]: [f64; 4]) -> Value {
     let (rolls, z) = axes();
     let value = |i: usize, j: usize| {
@@ -32,7 +32,8 @@ fn flank([profile, helix, profile_crowning, helix_crowning]: [f64; 4]) -> Value 
             "z": {"quantity": "deviation", "unit": "um"}}})
 }
 
-/// A job that requires this, with one measured flank: the place of its correction.
+/// Creates a job with these requirements and one measured flank; returns the path of its
+/// correction.
 async fn measured(app: &TestApp, requirements: &Value, figures: [f64; 4]) -> String {
     let mut job = json!({"name": "w", "part_number": "97340", "serial_number": "0017", "gear": spur()});
     if !requirements.is_null() {
@@ -71,8 +72,7 @@ fn limits() -> Value {
         "profile_crowning_um": [2, 6], "helix_crowning_um": [4, 9]}})
 }
 
-/// Measured 3.7 of 2…6 µm: the crowning is as the drawing asks for it and stays, the angles are
-/// corrected.
+/// A crowning of 3.7 µm within 2…6 µm conforms to the drawing and stays; the angles are corrected.
 #[tokio::test]
 async fn what_is_within_its_limits_stays() {
     let app = TestApp::start().await;
@@ -99,20 +99,20 @@ async fn what_is_within_its_limits_stays() {
         assert!(of["std_error"].as_f64().unwrap() > 0.0 && of["predicted"].as_f64().unwrap().abs() < 0.5, "{of}");
     }
     assert!(!warned(&made, "predicted_outside_limits") && !warned(&made, "target_removes_crowning"));
-    // the same of the kept one, and what it says node by node
+    // the same in the stored correction, with its values at the nodes
     let kept = send(app.get(&format!("{path}?include=nodes"))).await.json();
     assert_eq!(kept["result"]["figures"], made["figures"]);
     let nodes = ROWS * COLUMNS;
     let list = |of: &Value| of["deviation_um"].as_array().unwrap().iter().map(|x| x.as_f64().unwrap()).collect();
     let [wanted, predicted]: [Vec<f64>; 2] = [list(&kept["result"]["target"]), list(&kept["result"]["predicted"])];
     assert_eq!(wanted.len(), nodes);
-    // what is left of the target, without a datum less its mean
+    // distance from the target, minus its mean if there is no datum
     assert_eq!(made["absolute"], false);
     let left: Vec<f64> = predicted.iter().zip(&wanted).map(|(p, t)| p - t).collect();
     let mean = left.iter().sum::<f64>() / nodes as f64;
     let square: f64 = left.iter().map(|x| (x - mean).powi(2)).sum();
     close((square / nodes as f64).sqrt(), kept["result"]["predicted"]["rms_um"].as_f64().unwrap(), 1e-9);
-    // all settings, and the middle of the limits is met
+    // with all settings, the middle of the limits is reached
     let all = correct(&app, &path, json!({"settings_used": "all"})).await;
     assert!(all.get("keep_within").is_none() && setting(&all, "helix_crowning").get("left").is_none());
     close(figure(&all, "helix_crowning_um")["predicted"].as_f64().unwrap(), 6.5, 0.1);
@@ -122,7 +122,7 @@ async fn what_is_within_its_limits_stays() {
     app.stop().await;
 }
 
-/// The next measurement is compared with what was predicted, whatever the job requires by then.
+/// The next measurement is compared with the prediction, whatever the job requires by then.
 #[tokio::test]
 async fn a_kept_target_does_not_change_with_the_job() {
     let app = TestApp::start().await;
@@ -143,7 +143,7 @@ async fn a_kept_target_does_not_change_with_the_job() {
     app.stop().await;
 }
 
-/// A design is aimed at where the job has one; its own range, and relief, count.
+/// The design of a job is the default target; its own range and reliefs are taken into account.
 #[tokio::test]
 async fn a_design_is_the_target_of_its_job() {
     let app = TestApp::start().await;
@@ -158,24 +158,24 @@ async fn a_design_is_the_target_of_its_job() {
         assert!(figure(&made, name).get("limits").is_none());
     }
     close(figure(&made, "profile_slope_um")["target"].as_f64().unwrap(), 0.0, 1e-9);
-    // −C u² of the profile and −C v² of the helix stand together at a corner; of the slope over the
-    // face width of 15 mm the nodes have 14 mm
+    // −C u² of the profile and −C v² of the helix add up at a corner; the nodes cover 14 of the 15
+    // mm of face width that the slope refers to
     let wanted = made["target"]["deviation_um"].as_array().unwrap();
     close(wanted[0].as_f64().unwrap(), -4.0 - 6.0 - 14.0 / 15.0, 1e-9);
-    // over a range of its own a slope is as it stands, and its figure is that of the face width
+    // a slope with its own range is not converted, and its figure refers to the face width
     let own = json!({"design": {"helix_slope_um": 2, "helix_range_mm": [0.5, 14.5]}});
     let path = measured(&app, &own, [7.0, -9.0, 3.7, 5.5]).await;
     let made = correct(&app, &path, json!({"include": ["nodes"]})).await;
     close(made["target"]["deviation_um"][0].as_f64().unwrap(), -1.0, 1e-9);
     close(figure(&made, "helix_slope_um")["target"].as_f64().unwrap(), 2.0 * 15.0 / 14.0, 1e-9);
-    // named beside limits, and the other way round
+    // a design together with limits, and either one as the target
     let both = json!({"design": {"profile_crowning_um": 4}, "tolerance_limits": {"profile_crowning_um": [2, 8]}});
     let path = measured(&app, &both, [7.0, -9.0, 3.7, 5.5]).await;
     let made = correct(&app, &path, json!({})).await;
     assert_eq!((&made["target"]["kind"], &made["settings_used"]), (&json!("design"), &json!("needed")));
     let made = correct(&app, &path, json!({"target": "limits"})).await;
     close(figure(&made, "profile_crowning_um")["target"].as_f64().unwrap(), 5.0, 1e-9);
-    // twice the length has a quarter of the crowning over half of it
+    // over half of its range a crowning has a quarter of its amount
     let (rolls, _) = axes();
     let base = 26.0 * 20f64.to_radians().cos();
     let diameter = |roll: f64| 2.0 * base.hypot(roll);
@@ -192,7 +192,7 @@ async fn a_design_is_the_target_of_its_job() {
     app.stop().await;
 }
 
-/// Without a design and limits the unmodified flank is aimed at, aloud.
+/// Without a design and limits the target is the unmodified flank, with a warning.
 #[tokio::test]
 async fn a_crowning_that_nobody_speaks_of_is_not_removed_silently() {
     let app = TestApp::start().await;
@@ -208,7 +208,7 @@ async fn a_crowning_that_nobody_speaks_of_is_not_removed_silently() {
     let needed = correct(&app, &path, json!({"settings_used": "needed", "target": "nominal"})).await;
     let left: Vec<&Value> = needed["settings"].as_array().unwrap().iter().filter(|s| s.get("left").is_some()).collect();
     assert!(left.iter().all(|setting| setting["left"] == "not_distinguishable"), "{left:?}");
-    // wanted node by node, as the flank is: nothing to do
+    // target given node by node, equal to the flank: no change
     let (_, z) = axes();
     let own: Vec<f64> = flank([7.0, -9.0, 3.7, 5.5])["nodes"]["z"]
         .as_array()
@@ -270,8 +270,8 @@ async fn a_design_that_is_none_is_refused() {
     app.stop().await;
 }
 
-/// What the control gets is rounded, in words, and says what it is for; not while figures would lie
-/// outside their limits.
+/// The CSV for the control has rounded changes, their sense in words and the part they are for; it
+/// is refused if figures would lie outside their limits.
 #[tokio::test]
 async fn the_control_gets_words_and_no_figure_outside_its_limits() {
     let app = TestApp::start().await;
@@ -301,7 +301,7 @@ async fn the_control_gets_words_and_no_figure_outside_its_limits() {
     csv(&path).await.problem(409, "predicted_outside_limits");
     assert_eq!(csv(&format!("{path}?outside_limits=allowed")).await.status, 200);
     assert_eq!(csv(&format!("{path}?outside_limits=yes")).await.status, 400);
-    // and of a target that lies outside itself
+    // and with a target that lies outside the limits itself
     let nominal = correct(&app, &path, json!({"target": "nominal", "settings_used": "all"})).await;
     let message = nominal["warnings"].to_string();
     assert!(message.contains("the target has 0.0 µm"), "{message}");

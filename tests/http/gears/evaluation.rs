@@ -132,8 +132,8 @@ async fn pitches_of_an_eccentric_gear() {
     close(answer["left"]["sector_pitch_1995"]["value_um"].as_f64().unwrap().abs(), 10.0 * 2f64.sqrt(), 1e-2);
     // a quarter of the waves from 0 up to the crest
     close(answer["left"]["sector_sum_2013"]["value_um"].as_f64().unwrap().abs(), 10.0, 1e-12);
-    // deviations 0, 3, −4, 2, 0 …: within four flanks from 3 down to −4; over three pitches −4 − 0
-    // at most, and 2 − 0 from tooth to tooth 1, 4, 7 …
+    // deviations 0, 3, −4, 2, 0 …: the range over four flanks is 3 − (−4); over three pitches it is
+    // −4 − 0 at most, and 2 − 0 between teeth 1, 4, 7 …
     let mut index = vec![0.0; 24];
     index[1..4].copy_from_slice(&[3.0, -4.0, 2.0]);
     let request = json!({"gear": {"teeth": teeth, "normal_module_mm": 2.0},

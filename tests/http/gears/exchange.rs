@@ -76,7 +76,7 @@ async fn a_correction_goes_out_under_the_names_of_the_standard() {
     );
     for (line, setting) in lines[1..].iter().zip(kept.json()["settings"].as_array().unwrap()) {
         assert_eq!(line[0], setting["name"].as_str().unwrap());
-        // to the second digit of its error
+        // rounded to the second digit of its standard error
         let error = setting["std_error"].as_f64().unwrap_or(0.0);
         let change = line[2].parse::<f64>().unwrap();
         assert!((change - setting["change"].as_f64().unwrap()).abs() <= 0.05 * error, "{line:?} {setting}");

@@ -139,8 +139,8 @@ async fn units_and_signs_of_the_axes_make_no_difference() {
 }
 
 /// Figures count along the normal unless the requirements ask for the transverse plane, where they
-/// are greater by 1/cos β_b: a limit between the two is exceeded there alone. The tolerances of a
-/// class decide alike in both.
+/// are greater by 1/cos β_b: a limit between the two is exceeded only there. With tolerances of a
+/// class the decision is the same in both.
 #[tokio::test]
 async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
     let app = TestApp::start().await;
@@ -167,7 +167,7 @@ async fn figures_of_helical_gears_count_along_the_normal_or_transversely() {
     assert!(slope > 5.0, "{given}");
     assert_eq!((&given["direction"], &transverse["direction"]), (&json!("normal"), &json!("transverse")));
     for name in FIGURES {
-        // figures of deviations count in the direction in which these were taken
+        // figures of given deviations count in the direction in which the deviations were measured
         assert_eq!(given[name]["value"], normal[name]["value"]);
         assert_eq!(given[name]["value"], transverse[name]["value"]);
     }
@@ -284,7 +284,7 @@ async fn what_cannot_be_told_is_left_out_and_it_is_said_why() {
     assert_eq!(why(case(&with_gear, &silent).await), "axes_missing");
     let some = |body: &mut Value| drop(body["axes"].as_object_mut().unwrap().remove("z"));
     assert_eq!(why(case(&with_gear, &some).await), "axes_missing");
-    // nodes of a job that is of no gear are no flank unless they say so
+    // nodes of a job without a gear are not a flank unless their axes say so
     assert_eq!(case(&without, &silent).await, None);
 }
 

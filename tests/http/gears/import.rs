@@ -133,7 +133,8 @@ async fn curves_become_an_iteration_with_its_evaluation() {
     app.stop().await;
 }
 
-/// Known files have the rule 0: another one counts as its settings for total and form say, aloud.
+/// Known files have rule 0: for other rules the settings for total and form are applied, with a
+/// warning.
 #[tokio::test]
 async fn an_unknown_rule_for_plus_material_is_told() {
     let app = TestApp::start().await;

@@ -1,4 +1,5 @@
-//! What nodes are of is added, changed and settled after they were stored; what is missing is said.
+//! The measurand of nodes is added, changed and confirmed after they were stored; missing data are
+//! reported.
 
 use serde_json::{Value, json};
 
@@ -34,7 +35,7 @@ fn without(names: &[&str]) -> Value {
     body
 }
 
-/// Heights a thousandth of what they are: millimetres that pass as micrometres.
+/// Returns heights divided by 1000: millimetres labelled as micrometres.
 fn in_mm() -> Value {
     let mut body = iteration();
     for row in body["nodes"]["z"].as_array_mut().unwrap() {
@@ -64,7 +65,7 @@ async fn flank_tooth_and_axes_are_added_later_and_stay_in_the_trace() {
     for warning in made["fits"][0]["figures"]["warnings"].as_array().unwrap() {
         assert!(warning["message"].as_str().unwrap().contains("`PATCH`"), "{warning}");
     }
-    // accepting needs the figures that the limits are of; the other decisions do not
+    // accepting needs the figures that have limits; the other decisions do not
     let refused = patched(&app, &place, &json!({"decision": "accept"})).await;
     assert_eq!(refused.pointers(), ["/decision", "/decision"]);
     ok(&app, &place, &json!({"decision": "remachine"})).await;
@@ -106,7 +107,7 @@ async fn flank_tooth_and_axes_are_added_later_and_stay_in_the_trace() {
     assert_eq!(traced["decisions"][1].get("concession"), None);
     posted(&app, &format!("{place}/correction"), &correction).await;
 
-    // the same once more changes nothing; another version was not seen
+    // repeating it changes nothing; a stale version is refused
     let before = get(&app, &place).await;
     assert_eq!(ok(&app, &place, &json!({"flank": "right"})).await, before);
     let stale = app.client.patch(app.url(&place)).header("if-match", "\"1\"").json(&json!({"flank": "left"}));
@@ -149,13 +150,13 @@ async fn implausible_units_are_settled_before_anything_conforms() {
     refused.problem(409, "implausible_unit");
     assert_eq!(patched(&app, &place, &json!({"decision": "accept"})).await.pointers(), ["/reason"]);
 
-    // the right unit settles it
+    // correcting the unit resolves it
     let mended = ok(&app, &place, &json!({"axes": {"z": {"quantity": "deviation", "unit": "mm"}}})).await;
     assert_eq!(codes(&chosen(&mended)["figures"]), Vec::<&str>::new());
     assert_eq!(chosen(&mended)["figures"]["profile_slope_um"]["conformity"]["decision"], "conforms");
     assert_eq!(send(app.post(&format!("{place}/correction"), correction.clone())).await.status, 201);
 
-    // so does somebody who says that the unit is right, then or at once
+    // so does confirming the unit, later or with the iteration
     posted(&app, &format!("{job}/iterations"), &in_mm()).await;
     let place = format!("{job}/iterations/2");
     let settled = ok(&app, &place, &json!({"accept_units": true})).await;
@@ -191,7 +192,7 @@ async fn what_does_not_conform_is_accepted_with_a_reason_only() {
     app.stop().await;
 }
 
-/// A job is as far as the flank that has come least far.
+/// A job has the status of its least advanced flank.
 #[tokio::test]
 async fn a_job_has_the_first_status_of_its_flanks() {
     let app = TestApp::start().await;

@@ -1,5 +1,5 @@
-//! Suspected gross errors over HTTP: named with the figures without them, left out by a refit that
-//! is kept and replayed.
+//! Suspected gross errors over HTTP: they are named together with the figures without them, and
+//! excluded by a refit that is stored and replayed.
 
 use serde_json::{Value, json};
 
@@ -14,7 +14,7 @@ fn warning<'a>(warnings: &'a Value, code: &str) -> Option<&'a Value> {
     warnings.as_array().unwrap_or_else(|| panic!("{warnings}")).iter().find(|one| one["code"] == code)
 }
 
-/// A crowned flank of 9 × 7 nodes with noise of about 0.3 µm; one node is off by 77 µm.
+/// Returns a crowned flank of 9 × 7 nodes with noise of about 0.3 µm; one node is off by 77 µm.
 fn iteration(off: f64) -> Value {
     let u: Vec<f64> = (0..9).map(made_u).collect();
     let v: Vec<f64> = (0..7).map(|j| 1.0 + 2.0 * f64::from(j)).collect();
@@ -44,7 +44,7 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     let made = made.json();
     let (result, figures) = (&made["fits"][0]["result"], &made["fits"][0]["figures"]);
 
-    // the fit says which node, by how much, and what it does to the coefficients
+    // the fit reports which node, by how much, and its effect on the coefficients
     let told = warning(&result["warnings"], "outliers_suspected").unwrap_or_else(|| panic!("{result}"));
     let params = &told["params"];
     let [node] = &params["nodes"].as_array().unwrap()[..] else { panic!("{params}") };
@@ -66,7 +66,7 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     let crowning = moved("profile_crowning_um");
     assert_eq!(crowning["value"], figures["profile_crowning_um"]["value"]);
 
-    // a refit leaves it out, and is kept and replayed as asked
+    // a refit excludes it, and is stored and replayed as requested
     let refit = json!({
         "model": iteration(0.0)["model"], "regularization": {"type": "none"},
         "exclude": [{"row": 6, "column": 4}], "reason": "dust",
@@ -95,7 +95,7 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     assert!(number(&nodes["z"][6][4]) > 70.0);
 }
 
-/// u of a row.
+/// Returns u of a row.
 fn made_u(i: u32) -> f64 {
     5.0 + 0.7 * f64::from(i)
 }
@@ -146,7 +146,8 @@ async fn what_cannot_be_left_out_is_refused_at_its_place() {
     assert!(refused.pointers().contains(&"/exclude".to_owned()), "{}", refused.text);
 }
 
-/// Raw powers far from 0 are the basis's fault, terms that a grid does not tell apart the nodes'.
+/// Near dependencies of raw powers far from 0 are caused by the basis, those of terms that a grid
+/// does not separate by the nodes.
 #[tokio::test]
 async fn a_dependency_says_whether_it_is_the_basis_or_the_nodes() {
     let app = TestApp::start().await;
@@ -170,11 +171,11 @@ async fn a_dependency_says_whether_it_is_the_basis_or_the_nodes() {
         let sentence = one["sentence"].as_str().unwrap();
         assert!(sentence.contains("as raw powers") && sentence.contains("every term of degree 2"), "{sentence}");
     }
-    // in that basis itself the condition is the one that was told
+    // a fit in that basis has the reported condition
     let mapped = app.fit(&fit(even, "legendre").to_string()).await.json();
     assert!((number(&mapped["spectrum"]["condition"]) / condition - 1.0).abs() < 1e-9);
     assert_eq!(mapped["collinearity"]["near_dependencies"], json!([]));
-    // two of three positions are nearly one: no basis helps
+    // two of three positions nearly coincide: no basis helps
     let few = app.fit(&fit(vec![30.0, 30.001, 38.0], "legendre").to_string()).await.json();
     let near = few["collinearity"]["near_dependencies"].as_array().unwrap();
     assert!(!near.is_empty());

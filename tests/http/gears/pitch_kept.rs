@@ -386,7 +386,7 @@ async fn a_class_that_the_gear_has_none_of_is_left_aside_or_refused() {
         refused[name] = value;
         assert_eq!(pointers(&app, "/v1/gears/pitch", &refused).await, [pointer]);
     }
-    // null is as absent
+    // null counts as absent
     body["pitch_limits"] = Value::Null;
     let answer = taken(&app, "/v1/gears/pitch", &body).await;
     assert_eq!(answer["left"].get("single_pitch_within"), None, "{answer}");
@@ -412,9 +412,9 @@ async fn pitches_of_a_file_are_held_against_it_too() {
     assert!(file.text.contains("100.000"), "the limit of the run-out: {}", file.text);
 }
 
-/// The run-out of a gear of 17 teeth that is 20 µm off its axis: left and right flanks are moved
-/// along their normals, and the space behind a tooth is bounded by its left flank where counting
-/// runs counterclockwise.
+/// The run-out of a gear of 17 teeth with an eccentricity of 20 µm: left and right flanks are
+/// displaced along their normals, and the space after a tooth is bounded by its left flank if teeth
+/// are counted counterclockwise.
 #[tokio::test]
 async fn the_direction_of_counting_decides_the_run_out() {
     let app = TestApp::start().await;
@@ -430,7 +430,7 @@ async fn the_direction_of_counting_decides_the_run_out() {
         close(found["runout"]["runout_um"].as_f64().unwrap(), runout, 0.1);
         assert_eq!((&found["runout"]["class"], &found["counting"]), (&json!(class), &json!(counting)));
     }
-    // nobody said it: no run-out, and a warning
+    // direction of counting unknown: no run-out, and a warning
     request.as_object_mut().unwrap().remove("counting");
     let found = taken(&app, "/v1/gears/pitch", &request).await;
     assert_eq!((found.get("runout"), found.get("counting")), (None, None));

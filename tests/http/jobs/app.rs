@@ -166,8 +166,8 @@ pub async fn send(request: RequestBuilder) -> Answer {
     Answer { status: response.status(), headers: response.headers().clone(), text: response.text().await.unwrap() }
 }
 
-/// A part of an answer, as it is answered by itself: with its own list of what was gathered from
-/// it.
+/// Returns a part of an answer as it is answered by itself, with its own list of the warnings
+/// gathered from it.
 pub fn alone(answer: &Value, part: &str) -> Value {
     let mut alone = answer.pointer(part).unwrap().clone();
     let of_part = |warning: &Value| {

@@ -35,8 +35,8 @@ fn check_traced(told: &Value, first: &Value, second: &Value) {
     assert_eq!(told["decisions"][0]["decision"], "remachine");
 }
 
-/// What is seen of an iteration at `place` that was just created, which was answered with
-/// `created`, read as `first`: its fit by its figures, and the fit itself in full, byte for byte.
+/// Checks the iteration at `place` that was just created with the answer `created`, parsed as
+/// `first`: it lists its fit by figures, and the fit itself is answered in full, byte for byte.
 async fn check_seen(app: &TestApp, place: &str, created: &str, first: &Value) {
     let seen = app.get(place).await.expect(200);
     let body: IterationBody = serde_json::from_str(&seen.text).unwrap();
@@ -44,7 +44,7 @@ async fn check_seen(app: &TestApp, place: &str, created: &str, first: &Value) {
     let mut named = seen.json();
     let figures = named["fits"][0].take();
     named["fits"][0] = first["fits"][0].clone();
-    // what the fit's result warns of is told where the result is
+    // warnings of the fit's result are only in answers that contain the result
     let mut without_result = first.clone();
     let of_result = |warning: &Value| warning["at"].as_str().unwrap().starts_with("/fits/0/result");
     without_result["warnings"].as_array_mut().unwrap().retain(|warning| !of_result(warning));
@@ -155,7 +155,7 @@ async fn a_job_from_creation_to_acceptance() {
 async fn a_replay_says_how_another_engines_answer_differs() {
     let mut app = TestApp::start_on_file().await;
     let job = app.job().await;
-    // so short an answer that it is stored as text
+    // an answer short enough to be stored as text
     let mut short = iteration();
     short["model"]["degree"] = json!([1, 1]);
     let posted = app.post(&format!("{job}/iterations"), &short).await.expect(201);

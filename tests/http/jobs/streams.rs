@@ -59,7 +59,7 @@ async fn a_prior_waits_for_noise() {
     for (sequence, code, at) in [
         (1, "too_few_nodes", None),
         (2, "no_degrees_of_freedom", None),
-        // there is a result then, which warns of what a stream keeps of its nodes
+        // now there is a result, which warns that the stream does not keep its nodes
         (3, "nodes_not_kept", Some("/result")),
     ] {
         let nodes = json!({"type": "curve", "x": [sequence], "y": [sequence * sequence]});

@@ -199,7 +199,7 @@ async fn faults_are_told_by_pointer() {
         let answer = send(app.post(PATH, request.to_string())).await;
         assert_eq!(answer.pointers(), [pointer], "{request}: {}", answer.text);
     }
-    // a field that is null is absent
+    // a field that is null counts as absent
     let plainly = ask(&app, &request(json!([plain]))).await;
     assert_eq!(ask(&app, &with("form", Value::Null)).await["families"], plainly["families"]);
     // a tolerance below rounding is answered, and said not to be met

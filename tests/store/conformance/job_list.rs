@@ -138,7 +138,7 @@ pub async fn a_job_is_listed_with_what_became_of_it(pair: &mut Pair) {
     another_flank_counts_too(&store, &place, job.id).await;
 }
 
-/// The status of a job is that of its flanks which comes first.
+/// The status of a job is the first in rank among those of its flanks.
 async fn another_flank_counts_too(store: &Arc<dyn Repository>, place: &Values, job: Uuid) {
     let decide = async |number, decision| decided(store, place, job, number, decision).await;
     let third = place.iteration(job);
@@ -159,7 +159,7 @@ async fn another_flank_counts_too(store: &Arc<dyn Repository>, place: &Values, j
     assert_eq!(told().await, (JobStatus::Rejected, Some(JobStatus::Rejected), Some(JobStatus::Remachine)));
 }
 
-/// What nodes are of is changed behind everything that was stored, and counts from then on.
+/// A changed measurand is appended to what was stored, and applies from then on.
 pub async fn a_changed_measurand_counts_everywhere(pair: &mut Pair) {
     let (store, place, none) = (pair.store.clone(), pair.values.clone(), Precondition::None);
     let job = place.stored_job(&store).await;

@@ -1,4 +1,4 @@
-//! Nodes that are left out: wire form to checked values.
+//! Excluded nodes: from wire form to checked values.
 
 use crate::api::{
     faults::Faults,
@@ -11,8 +11,7 @@ use crate::api::{
 };
 use flankfit_engine::estimation::spec::NodeAt;
 
-/// The nodes, when nothing is wrong with how they are written; whether they are there is the
-/// engine's to say.
+/// Returns the excluded nodes if they are well-formed; the engine checks that they exist.
 pub fn read(slice: &[u8], faults: &mut Faults) -> Option<Vec<NodeAt>> {
     let parts: Vec<Slice> = read_value(slice, "/exclude", faults)?;
     let before = faults.count();

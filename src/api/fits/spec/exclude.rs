@@ -1,4 +1,4 @@
-//! Nodes that are left out, as they are written.
+//! Excluded nodes, in wire form.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -185,14 +185,14 @@ pub fn read(
     Modifications::new(gear, range, laws).map(Some).map_err(|more| Faults::at("/modifications", &more))
 }
 
-/// The modifications of the list at `{at}/modifications`.
+/// Reads the modifications of the list at `{at}/modifications`.
 pub fn laws(gear: &Gear, list: &[ModificationBody], at: &str, faults: &mut Faults) -> Vec<Modification> {
     let law = |(i, body): (usize, &ModificationBody)| body.law(gear, &format!("{at}/modifications/{i}"), faults);
     list.iter().enumerate().filter_map(law).collect()
 }
 
 impl ModificationBody {
-    /// The law of the modification at `at`.
+    /// Returns the law of the modification at `at`.
     fn law(&self, gear: &Gear, at: &str, faults: &mut Faults) -> Option<Modification> {
         let growth = |form: &Option<GrowthName>| match form.unwrap_or_default() {
             GrowthName::Linear => Growth::Linear,

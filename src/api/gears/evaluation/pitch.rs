@@ -117,7 +117,7 @@ impl From<Counting> for CountingName {
 }
 
 impl CountingName {
-    /// As messages call it.
+    /// Returns the word for it in messages.
     pub fn word(self) -> &'static str {
         match self {
             CountingName::Clockwise => "clockwise",
@@ -309,7 +309,7 @@ impl PitchRequestBody {
         let left = evaluated(&self.left, Side::Left, "/left");
         let right = evaluated(&self.right, Side::Right, "/right");
         let mut warnings = Vec::new();
-        // pitches that tell no run-out are pitches all the same
+        // pitches from which no run-out follows are still evaluated
         let mut none = |why: &str| {
             warnings.push(NoticeBody::new("no_runout", &format!("no run-out follows from the pitches: {why}")));
         };

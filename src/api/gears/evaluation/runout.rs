@@ -55,7 +55,7 @@ pub struct EccentricityBody {
 }
 
 impl RunoutBody {
-    /// What was found, and what it was held against.
+    /// Combines the result with the limits it was compared with.
     pub fn new(held: HeldBody, runout: Runout) -> Self {
         let (class, beyond_classes) = match runout.class {
             Some(Class::Within(class)) => (Some(class), false),

@@ -80,7 +80,7 @@ pub(in crate::api) fn read(
     Ok(FileRead { pitch, ..of_traces(gear, traces, &settings, warnings) })
 }
 
-/// Traces of a file with what they are evaluated with.
+/// Returns the traces of a file with the settings of their evaluation.
 pub(super) fn of_traces(
     gear: Gear,
     traces: Vec<Trace>,
@@ -142,7 +142,7 @@ fn settings(
         (181, rules.helix_plus_material, &mut asked.helix_plus_material),
         (182, rules.profile_plus_material, &mut asked.profile_plus_material),
     ] {
-        // files with 0 print figures that leave plus material out, whatever stands behind the 0
+        // files with rule 0 print figures without plus material, whatever follows the 0
         let Some(rule) = of_file.rule.filter(|rule| *rule != 0 && place.is_none()) else { continue };
         let counts = |setting: Option<i64>| setting.is_some_and(|setting| setting != 0);
         let taken = match [of_file.total, of_file.form].map(counts) {

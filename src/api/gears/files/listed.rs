@@ -133,7 +133,7 @@ impl From<&Curve> for FileTraceBody {
     }
 }
 
-/// A measured trace of a model, which has one tooth for all.
+/// Returns a measured trace of a model; all traces of a model are on one tooth.
 pub(super) fn of_model(trace: &RexsTrace, side: Side) -> FileTraceBody {
     let kind = trace.kind();
     FileTraceBody {

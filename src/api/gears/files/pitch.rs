@@ -70,10 +70,11 @@ pub(super) fn read(
     }
 }
 
-/// Correlation of pitches and run-out that decides.
+/// Least correlation of pitches and run-out that determines the direction of counting.
 const DECIDES: f64 = 0.9;
 
-/// Which way the teeth of a file are counted: by its code 161, or by its own run-out.
+/// Returns the direction in which the teeth of a file are counted: from code 161, or from the
+/// file's own run-out.
 fn counting(curves: &Curves, request: &PitchRequestBody, notices: &mut Vec<NoticeBody>) -> Option<CountingName> {
     let index = |flank: &Option<PitchMeasuredBody>| flank.as_ref()?.index_deviation_um.clone();
     let both = index(&request.left).zip(index(&request.right)).zip(request.readings_um.clone());

@@ -62,8 +62,8 @@ pub(in crate::api) fn of_list(
     of_deviations(gear.clone(), deviations, warnings)
 }
 
-/// Reads what was measured of one gear of a model: topographies, or else traces. Deviations are
-/// along the normal, the sign as it is stored.
+/// Reads the measurements of one gear of a model: topographies or, without any, traces. Deviations
+/// are along the normal, with the sign stored.
 pub(in crate::api) fn of_model(
     model: &RexsModel,
     spec: &ImportSpecBody,
@@ -119,7 +119,7 @@ pub(in crate::api) fn of_model(
     of_deviations(gear, deviations, warnings)
 }
 
-/// The traces of a gear, on the one tooth that a model has.
+/// Returns the traces of a gear, all on the one tooth of a model.
 fn traces(of_gear: &RexsGear, gear: &Gear, warnings: &mut Vec<NoticeBody>) -> Vec<Trace> {
     let mut traces = Vec::new();
     for flank in &of_gear.flanks {

@@ -18,7 +18,7 @@ pub struct MeasurandRow {
     flank: Option<Flank>,
     tooth: Option<String>,
     axes: Option<String>,
-    /// Of streams there is none.
+    /// Missing in rows of streams.
     #[sqlx(default)]
     units_accepted: bool,
 }
