@@ -19,9 +19,9 @@ import { html, useId } from "../../vendor/ui.js";
 /** Millimetres of a pixel, as CSS has them. */
 export const PIXEL = 25.4 / 96;
 const EDGE = { long: 18, across: 34, end: 34 };
-/** What stands below the frame: the ticks, and the scale bar. */
+/** Height of the ticks and the scale bar below the frame, pixels. */
 const BELOW = 36;
-/** Room for a scale bar, pixels: 3 … 20 mm. */
+/** Least and greatest length of a scale bar, pixels: 3 … 20 mm. */
 const [SHORTEST_BAR, LONGEST_BAR] = [3 / PIXEL, 20 / PIXEL];
 
 /**
@@ -107,7 +107,7 @@ function units(flat, width, height) {
 }
 
 /**
- * A usual length whose bar can be measured with a ruler: 10 µm or 1 mm, and the next of 1, 2, 5 where that has no room.
+ * Returns the length of a scale bar that can be measured with a ruler: the usual one (10 µm or 1 mm) or, if it does not fit, the next of 1, 2, 5.
  * @param {number} usual @param {number} pixels for one unit @param {number} room pixels
  */
 export function barLength(usual, pixels, room) {
@@ -118,7 +118,7 @@ export function barLength(usual, pixels, room) {
 }
 
 /**
- * A bar for each direction, with the length that it stands for.
+ * Scale bars for both directions, labelled with their lengths.
  * @param {KScale} scale @param {boolean} flat @param {number} width @param {number} height
  */
 function scaleBars({ perLength, perDeviation }, flat, width, height) {
@@ -164,7 +164,7 @@ function runs(samples, holds) {
   return found;
 }
 
-/** Whole µm, as far apart as their numbers are wide. @param {number} low @param {number} high @param {number} wide */
+/** Ticks at whole µm, spaced by at least the width of their labels. @param {number} low @param {number} high @param {number} wide */
 function ticksOf(low, high, wide) {
   const apart = Math.max(-low, high) < 10 ? 20 : 30;
   const step = [1, 2, 5, 10, 20, 50, 100, 200, 500, 1000].find((one) => (one * wide) / (high - low) >= apart) ?? 1000;

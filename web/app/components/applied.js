@@ -1,4 +1,4 @@
-// What was entered on the machine after a correction: the newest entry, and the form for another.
+// The changes entered on the machine after a correction: the newest entry, and the form for another.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -76,7 +76,7 @@ function AppliedForm({ jobId, number, kept, onDone }) {
   const send = async (/** @type {Event} */ event) => {
     event.preventDefault();
     if (busy) return;
-    // what reads as proposed was entered as proposed
+    // a text equal to the proposal means that the change was entered as proposed
     const changed = settings
       .map(({ name }) => ({ name, text: draft.settings[name] ?? "" }))
       .filter(({ name, text }) => text.trim() !== proposed[name])
@@ -147,7 +147,7 @@ function AppliedForm({ jobId, number, kept, onDone }) {
   </form>`;
 }
 
-/** What the form begins with: the last entry, or the proposal. @param {AppliedChanges | null | undefined} applied @param {Record<string, string>} proposed @returns {Draft} */
+/** Initial values of the form: the last entry, or the proposal. @param {AppliedChanges | null | undefined} applied @param {Record<string, string>} proposed @returns {Draft} */
 function beginning(applied, proposed) {
   const entered = (applied?.settings ?? [])
     .filter(({ change, proposed: of }) => change !== of)

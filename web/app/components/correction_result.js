@@ -59,7 +59,7 @@ function entered({ change, rounded, limited, fixed, undetermined, left, std_erro
   return signed(std_error ? value.deviation(change, undefined, std_error) : value.three(change));
 }
 
-/** A change as the form of what was entered begins with it. @param {SettingChange} setting */
+/** A proposed change as the initial text of the form for entered changes. @param {SettingChange} setting */
 export function proposedText(setting) {
   const text = setting.left ? ABSENT : entered(setting);
   return text === ABSENT ? "0" : text.replace(/^\+/, "");
@@ -256,7 +256,7 @@ export function outsideOf({ figures }) {
 
 /** @typedef {TargetFigure["conformity_before"]} Decision */
 
-/** A value with what is decided of it. @param {Children} value @param {Decision} decision */
+/** A value with its conformity decision. @param {Children} value @param {Decision} decision */
 const decided = (value, decision) => (decision ? html`${value} ${h(Conforms, { decision })}` : value);
 
 /** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: as above */
@@ -361,7 +361,7 @@ export function Figures({ kept, csvName, of }) {
   });
 }
 
-/** How the machine answered. @param {{ answer: MachineAnswer, entered: boolean }} props `entered`: compared with what was entered */
+/** The response of the machine. @param {{ answer: MachineAnswer, entered: boolean }} props `entered`: compared with what was entered */
 export function Answer({ answer, entered }) {
   const { value } = fmt;
   const kind = { as_predicted: "good", weaker: "warn", stronger: "warn", different: "bad", undecided: "plain" };

@@ -118,7 +118,7 @@ function Ask({ asked, iteration, etag, put, reload, onClose }) {
   });
 }
 
-/** What stands against accepting, each in a sentence. @param {Iteration} iteration @returns {string[]} */
+/** Objections to accepting, one sentence each. @param {Iteration} iteration @returns {string[]} */
 function objectionsOf(iteration) {
   const figures = iteration.fits.find(({ chosen }) => chosen)?.figures;
   const outside = toldFigures(figures).flatMap(({ symbol, figure }) => {

@@ -1,4 +1,4 @@
-// What the nodes of an iteration are of, added or changed after they were stored.
+// Form for the measurand of an iteration's nodes, added or changed after they were stored.
 
 import { answer, api } from "../api/client.js";
 import { t as common } from "../i18n/common.js";
@@ -18,10 +18,10 @@ const t = texts({ en, de });
 
 const POINTERS = ["/flank", "/tooth", "/axes/u", "/axes/z/unit"];
 
-/** Nodes of a surface: those that say so, and those that say nothing. @param {Axes | null | undefined} axes */
+/** Whether nodes may be on a flank: their axes are those of a surface, or not described. @param {Axes | null | undefined} axes */
 export const mayBeFlank = (axes) => !axes?.x && !axes?.y;
 
-/** What the first abscissa is; "" of a word of the caller's own. @param {Axes | null | undefined} axes */
+/** The quantity of the first abscissa; "" for a word of the caller's own. @param {Axes | null | undefined} axes */
 function alongOf(axes) {
   const quantity = axes?.u?.quantity;
   if (quantity === undefined) return "roll_length";

@@ -1,4 +1,4 @@
-// The figures of a flank at a glance: each with its limits, and whether it lies within them.
+// Tiles with the figures of a flank: each with its limits, and whether it lies within them.
 
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/requirements.js";

@@ -81,7 +81,7 @@ export function TextField({
 /**
  * One of a few values.
  * @param {FieldProps & { value: string, onChange: (value: string) => void, options: readonly { value: string, label: Children, verbatim?: boolean }[] }} props
- * An option that is `verbatim` is the same in every language, as a unit is.
+ * A `verbatim` option, such as a unit, is not translated.
  */
 export function SelectField({ value, onChange, options, ...field }) {
   return h(Field, {

@@ -49,7 +49,7 @@ export function JobPage({ jobId, view, number, actions, onEvents, children }) {
   const step = (/** @type {number} */ by) => {
     const at = number === undefined ? (by > 0 ? -1 : numbers.length) : numbers.indexOf(number);
     const to = numbers[at + by];
-    // the view stays with all that is seen: from λ* of one iteration to λ* of the next
+    // another iteration is shown on the same page with the same query, for example on that of λ*
     const view = number === undefined ? undefined : current.value?.page.path;
     const seen = view ? Object.fromEntries(query.value) : {};
     const path = view ?? "/jobs/{job_id}/iterations/{number}";

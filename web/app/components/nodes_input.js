@@ -14,7 +14,7 @@ import { TextField } from "./form.js";
 const t = texts({ en, de });
 
 /**
- * @param {{ onNodes: (file: NodesFile, name: string) => void, onRefused: () => void }} props `onRefused`: a text was given
+ * @param {{ onNodes: (file: NodesFile, name: string) => void, onRefused: () => void }} props `onRefused`: called for a text
  *   that holds no nodes
  */
 export function NodesInput({ onNodes, onRefused }) {

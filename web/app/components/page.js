@@ -75,7 +75,7 @@ export function JobNavigation({ jobId, number, iterations = [] }) {
   /** @param {string} path @param {string} label @param {boolean} [marked] @param {number} [of] */
   const entry = (path, label, marked = here === path, of = number) => {
     if (path === MEASURE && !may("measure")) return null;
-    // from map to map what is seen stays: layer, scale, contours, crosshair
+    // layer, scale, contours and crosshair are kept from map to map
     const seen = path === map && here === map ? Object.fromEntries(query.value) : {};
     const to = hrefIf(path, { job_id: jobId, ...(of === undefined ? {} : { number: of }) }, seen);
     const key = path + (of ?? "");

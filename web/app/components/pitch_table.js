@@ -26,7 +26,7 @@ import { Within } from "./within.js";
  * @property {number | undefined} tolerance
  * @property {number | undefined} class
  * @property {boolean} beyond
- * @property {readonly number[] | undefined} limits what it was held against
+ * @property {readonly number[] | undefined} limits the limits it was compared with
  * @property {boolean | undefined} within
  * @property {Conformity | undefined} conformity
  */

@@ -54,7 +54,7 @@ export function RequirementsPanel({ requirements, name }) {
   </section>`;
 }
 
-/** A design in a line. @param {NonNullable<Requirements["design"]>} design */
+/** A design as one line of text. @param {NonNullable<Requirements["design"]>} design */
 function designText(design) {
   const of = (/** @type {import("../api/client.js").Schema<"SideDesign">} */ figures) =>
     SURFACE_FIGURES.flatMap(({ name, symbol }) => {

@@ -12,14 +12,14 @@ import { h, html } from "../../vendor/ui.js";
  * @typedef {object} Column
  * @property {string} key
  * @property {string} header
- * @property {Children} [head] how the header is written in the page
+ * @property {Children} [head] the header as shown on the page
  * @property {string | undefined} [unit] written behind the header
  * @property {boolean} [numeric] right-aligned, digits below digits
  * @property {boolean} [rowHeader] names the row
  * @property {boolean} [minor] not on tablets, where the columns do not fit beside each other
  * @property {boolean} [screen] not in the report
- * @property {((row: Row) => Children) | undefined} [cell] a column without is in the file only
- * @property {import("../lib/csv.js").CsvColumn<Row>["value"] | undefined} [csv] its value in full; a column without is left out there
+ * @property {((row: Row) => Children) | undefined} [cell] without it the column is only in the file
+ * @property {import("../lib/csv.js").CsvColumn<Row>["value"] | undefined} [csv] its value in full precision; without it the column is omitted from the file
  * @property {"ascending" | "descending" | undefined} [sorted]
  * @property {(() => void) | undefined} [onSort]
  */

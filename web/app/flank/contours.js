@@ -47,17 +47,17 @@ function through({ level, segments }, x, y, [a, b, c, d]) {
   else segments.push([...s, ...p], [...q, ...r]);
 }
 
-/** Round distances of the lines for the steps of automatic scales: four to six on each side. @type {Record<number, number>} */
+/** Contour intervals for the steps of automatic scales: four to six lines on each side of 0. @type {Record<number, number>} */
 const DISTANCE = { 1: 0.2, 1.5: 0.3, 2: 0.5, 3: 0.5, 4: 1, 5: 1, 6: 1, 8: 2 };
 
-/** The distance between the lines of a symmetric scale. @param {number} limit */
+/** The contour interval of a symmetric scale. @param {number} limit */
 function distanceOf(limit) {
   const power = 10 ** Math.floor(Math.log10(limit) + 1e-9);
   const step = DISTANCE[Number((limit / power).toPrecision(6))];
   return step === undefined ? limit / 5 : Number((step * power).toPrecision(6));
 }
 
-/** Levels of a symmetric scale: the same on each side, and 0. @param {number} limit */
+/** Contour levels of a symmetric scale: the same on each side of 0, and 0. @param {number} limit */
 export function levelsOf(limit) {
   const distance = distanceOf(limit);
   const steps = Math.floor(limit / distance + 1e-9);

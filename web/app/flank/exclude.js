@@ -1,4 +1,4 @@
-// Suspected gross errors beside the map, and leaving nodes out of the fit that stands: each is a refit that is kept.
+// Suspected gross errors next to the map, and excluding nodes from the chosen fit: each change is a stored refit.
 
 import { useAttempt } from "../api/attempt.js";
 import { answer, api } from "../api/client.js";
@@ -18,7 +18,7 @@ import { h, html, useState } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 
-/** Columns of a grid; none of other nodes. @param {import("../api/client.js").Schema<"Nodes"> | undefined} nodes */
+/** Number of columns of a grid; undefined for other nodes. @param {import("../api/client.js").Schema<"Nodes"> | undefined} nodes */
 export const columnsOf = (nodes) => (nodes?.type === "grid" ? nodes.v.length : undefined);
 
 /** Names a node. @param {number} index @param {number | undefined} columns */
@@ -26,7 +26,7 @@ const placeOf = (index, columns) =>
   columns === undefined ? String(index + 1) : t.cell(Math.floor(index / columns) + 1, (index % columns) + 1);
 
 /**
- * What may be done to the fit that stands.
+ * Actions on the chosen fit.
  * @param {{ iteration: Iteration, fit: IterationFit | undefined, columns: number | undefined,
  *   onChosen: (iteration: Iteration, etag: string | undefined) => void }} of
  */
@@ -47,7 +47,7 @@ export function useExclusion({ iteration, fit, columns, onChosen }) {
         api.POST("/v1/jobs/{job_id}/iterations/{number}/fits", { params: { path, header }, body }),
       );
       attempt.done();
-      // the refit made a new version of the iteration
+      // the refit created a new version of the iteration
       const params = { path, header: etag ? { "If-Match": etag } : {} };
       const chosen = await answer(
         api.PUT("/v1/jobs/{job_id}/iterations/{number}/chosen_fit", { params, body: { fit_id: data.id, reason } }),
@@ -77,7 +77,7 @@ export function useExclusion({ iteration, fit, columns, onChosen }) {
   };
 }
 
-/** What can be done with one node. @param {{ exclusion: Exclusion, index: number }} props */
+/** The action for one node. @param {{ exclusion: Exclusion, index: number }} props */
 export function NodeAction({ exclusion, index }) {
   if (!exclusion.allowed) return null;
   const out = exclusion.excluded.includes(index);

@@ -149,10 +149,10 @@ export function unitOf({ powers, term }, axes) {
   return `${top}/${below.includes("·") ? `(${below})` : below}`;
 }
 
-/** Said of every fit without a limit of its own: it stands with the statistics, and is nothing to note of this one. */
+/** A warning of every fit without a limit of its own: shown with the statistics, not with the warnings of this fit. */
 const ALWAYS = "norm_limit_is_estimate";
 
-/** Warnings, and what is known in spite of them. @param {{ result: FitResult, half?: boolean }} props `half`: beside another panel, with those of every fit */
+/** Warnings, and the results that are valid in spite of them. @param {{ result: FitResult, half?: boolean }} props `half`: half as wide, including the warnings of every fit */
 export function Warnings({ result, half = false }) {
   const known = result.estimable ?? [];
   const warnings = half ? result.warnings : result.warnings.filter(({ code }) => code !== ALWAYS);

@@ -34,16 +34,16 @@ const MOST_LINES = 60;
  * @property {number} limit of the colours, on both sides of 0
  * @property {string | undefined} [unit] of the heights
  * @property {MapAxes} axes
- * @property {boolean} [flipU] the greater u is at the root (internal gears)
+ * @property {boolean} [flipU] the greatest u is at the root (internal gears)
  * @property {number} [height]
  * @property {boolean} [small] without axes and reading out
- * @property {Box | undefined} [window] what is seen; by default all
+ * @property {Box | undefined} [window] the visible part; by default all
  * @property {Box | undefined} [range] evaluation range
  * @property {boolean} [percent] axes in per cent of `range`, or of all
  * @property {boolean} [lines] the tooth grid
  * @property {boolean} [contours]
  * @property {number} [density] pixels of the image for one of the page; 3 for print
- * @property {readonly import("../lib/exclude.js").NodeMark[]} [marks] nodes that are suspected or left out
+ * @property {readonly import("../lib/exclude.js").NodeMark[]} [marks] nodes that are suspected or excluded
  * @property {{ u: number, v: number } | undefined} [at] the crosshair
  * @property {((node: FlankNode) => void) | undefined} [onAt] pointer and arrows choose a node
  * @property {((box: Box) => void) | undefined} [onWindow] a rectangle was drawn
@@ -125,7 +125,7 @@ function Overlay(props) {
 /** Triangles: up for the greatest, down for the least. */
 const EXTREME = { least: "M-6 -5h12L0 6z", greatest: "M-6 5h12L0 -6z" };
 
-/** A suspected node is crossed; one that is left out is a hollow circle. */
+/** Mark of a suspected node; an excluded node has a hollow circle. */
 const CROSS = "M-6 -6L6 6M-6 6L6 -6";
 
 /** @param {{ surface: import("./surface.js").Grid, view: import("./raster.js").View }} props */
@@ -256,7 +256,7 @@ function MapAxesDrawn({ axes, view, range, whole, percent = false }) {
 }
 
 /**
- * A height in full words of its scale: of small ones a tenth of µm says nothing.
+ * A height as text, with decimals according to its scale: for small scales tenths of µm are too coarse.
  * @param {number} z @param {string | undefined} unit @param {number} limit of the scale
  */
 function heightText(z, unit, limit) {
@@ -265,7 +265,7 @@ function heightText(z, unit, limit) {
   return `${written}${unit ? ` ${unit}` : ""}`;
 }
 
-/** Says a node. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined, limit: number }} told */
+/** Describes a node as text. @param {FlankNode} node @param {{ axes: MapAxes, unit?: string | undefined, whole: Box, range?: Box | undefined, limit: number }} told */
 export function nodeText(node, { axes, unit, whole, range, limit }) {
   const told = range ?? whole;
   const part = (/** @type {"u" | "v"} */ axis) =>

@@ -35,8 +35,8 @@ export function atAllNodes(surface, list) {
 }
 
 /**
- * Whether the mean of a correction's deviations is measured, as thickness is. Else it says nothing, and figures and maps
- * leave it aside.
+ * Whether the deviations of a correction have a datum, so that their mean is measured, as thickness is. Otherwise the mean
+ * is meaningless, and figures and maps ignore it.
  * @param {import("../api/client.js").Schema<"KeptCorrection">} kept
  */
 export function hasDatum({ result }) {
@@ -44,7 +44,7 @@ export function hasDatum({ result }) {
 }
 
 /**
- * Heights of a correction as they are drawn: less what is wanted, and less their mean where they have no datum.
+ * Heights of a correction as drawn: minus the target, and minus their mean if they have no datum.
  * @template {FlankSurface} S
  * @param {S} surface @param {import("../api/client.js").Schema<"KeptCorrection">} kept @returns {S}
  */

@@ -7,7 +7,7 @@ import { html, useId } from "../../vendor/ui.js";
 
 const STEPS = 48;
 
-/** A number of a scale with all of its digits: half of 5 is 2.5. @param {number} value */
+/** A number of a scale with all its digits: half of 5 is 2.5. @param {number} value */
 export const scaleLabel = (value) =>
   value !== 0 && Math.abs(value) < 1e-3
     ? fmt.value.significant(value, 2)

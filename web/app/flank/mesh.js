@@ -75,12 +75,12 @@ export function indicesOf(surface) {
   return Uint32Array.from(found);
 }
 
-/** About so many lines of a grid are drawn in each direction. */
+/** Approximate number of grid lines drawn in each direction. */
 const LINES = 20;
 
 /**
- * Lines of the grid as pairs of points, each through all of its nodes, so that it lies on the surface; of a fine grid every
- * fifth or so. With scale 0 on the nominal plane.
+ * Grid lines as pairs of points, each through all of its nodes, so that it lies on the surface; of a fine grid only about
+ * every fifth line. With scale 0 they lie on the nominal plane.
  * @param {FlankSurface} surface @param {number} scale @param {boolean} flipU @param {Box} box
  */
 export function linesOf(surface, scale, flipU, box) {

@@ -102,7 +102,7 @@ function lines(pen, heights, width, limit) {
     pen.stroke();
     const [x, y] = segments[Math.floor(segments.length / 2)] ?? [];
     if (x === undefined || y === undefined || segments.length < 8) continue;
-    // a line that is read has its number
+    // contour lines are labelled
     pen.font = "20px system-ui, sans-serif";
     pen.textAlign = "center";
     pen.lineWidth = 5;

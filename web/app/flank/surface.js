@@ -31,7 +31,7 @@ export function withHeights(surface, z) {
   return { ...surface, z };
 }
 
-/** The same without the mean of its heights. @template {FlankSurface} S @param {S} surface @returns {S} */
+/** Returns the surface minus the mean of its heights. @template {FlankSurface} S @param {S} surface @returns {S} */
 export function withoutMean(surface) {
   let [sum, count] = [0, 0];
   for (const z of surface.z) {

@@ -55,11 +55,11 @@ export function useNodes(jobId, number) {
   });
 }
 
-/** So many of the last iterations of a job share a scale. */
+/** Number of last iterations of a job that share a scale. */
 const SHARED = 8;
 
 /**
- * The limit that holds the measured maps of a job, so that they can be compared.
+ * The common limit of the measured maps of a job, so that they can be compared.
  * @param {string} jobId @param {readonly number[]} numbers of the iterations whose heights have one unit
  */
 export function useJobLimit(jobId, numbers) {
@@ -77,7 +77,7 @@ export function useJobLimit(jobId, numbers) {
     });
     return { data: Math.max(...(await Promise.all(limits))) };
   });
-  // another iteration has come: the map stays as it is until its scale is known
+  // a new iteration was added: the map keeps its scale until the new one is known
   const known = useRef(/** @type {number | undefined} */ (undefined));
   if (scale.data !== undefined) known.current = scale.data;
   const limit = key === null ? 0 : known.current;

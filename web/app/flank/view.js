@@ -35,10 +35,10 @@ import { boxOf, countsOf, extremesOf, nearestNode, nodeOf, sectionOf } from "./s
  * @property {{ u?: unknown, v?: unknown } | null | undefined} [range] evaluation range
  * @property {boolean} [flipU]
  * @property {readonly import("../lib/exclude.js").NodeMark[]} [marks]
- * @property {((index: number) => import("../../vendor/ui.js").ComponentChildren) | undefined} [action] what can be done with the node that is read out
+ * @property {((index: number) => import("../../vendor/ui.js").ComponentChildren) | undefined} [action] the action for the node that is read out
  * @property {string} file name of what is saved, without its end
- * @property {string} [about] whose flank it is, for a picture that is kept
- * @property {number} [atLeast] an automatic scale goes at least so far, for other maps to be compared
+ * @property {string} [about] part, flank and date, for saved pictures
+ * @property {number} [atLeast] least limit of an automatic scale, so that maps can be compared
  */
 
 /** @param {FlankViewProps} props */
@@ -279,7 +279,7 @@ function zoomed(box, whole, at, factor) {
   return { u: part("u"), v: part("v") };
 }
 
-/** Limits about the one that suits. @param {number} suited @param {number} fixed */
+/** Selectable limits around the automatic one. @param {number} suited @param {number} fixed */
 function limits(suited, fixed) {
   const near = stepsBetween(suited / 8, suited * 4);
   return [...new Set(fixed > 0 ? [...near, fixed] : near)].sort((a, b) => a - b);

@@ -183,7 +183,7 @@ async function built(canvas, surface, limit, scale, flipU) {
   const three = await import("../../vendor/three.js");
   const renderer = new three.WebGLRenderer({ canvas, antialias: true, alpha: true });
   const scene = new three.Scene();
-  // a little behind the lines that lie on it, which would else go in and out of it
+  // offset slightly behind the grid lines, which would otherwise flicker
   const material = new three.MeshBasicMaterial({
     vertexColors: true,
     side: three.DoubleSide,

@@ -13,7 +13,7 @@ import { firstPage, isReversed, noFilters, SORTS, STATUSES } from "./filters.js"
 /** @typedef {import("./filters.js").Filters} Filters */
 /** @typedef {import("./filters.js").JobSummary} JobSummary */
 
-/** How many jobs there are of each status; a link to these. @param {{ filters: Filters, sort: string, counts: (status: (typeof STATUSES)[number] | undefined) => number | undefined }} props */
+/** The number of jobs of each status, as a link to them. @param {{ filters: Filters, sort: string, counts: (status: (typeof STATUSES)[number] | undefined) => number | undefined }} props */
 export function StatusCounts({ filters, sort, counts }) {
   /** @param {(typeof STATUSES)[number] | undefined} status @param {string} label */
   const entry = (status, label) => {

@@ -63,10 +63,9 @@ function midnight(day, later) {
 export const isReversed = ({ from, to }) => Boolean(from && to && to < from);
 
 /**
- * How many jobs there are of each status, and of all, within what the list is narrowed down to otherwise; none where that
- * is not known.
+ * Returns the number of jobs of each status, and of all, that match the other filters; undefined if it is not known.
  * @param {Filters} filters @param {JobSummary | undefined} summary
- * @param {{ items: readonly { status: JobStatus }[], next_cursor?: string | null | undefined } | undefined} found without regard to the status
+ * @param {{ items: readonly { status: JobStatus }[], next_cursor?: string | null | undefined } | undefined} found jobs of any status
  * @returns {((status: JobStatus | undefined) => number | undefined)}
  */
 export function countsByStatus({ status: _, ...others }, summary, found) {

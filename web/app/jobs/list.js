@@ -160,7 +160,7 @@ const tagText = (tags) =>
     .map(([name, value]) => `${name}=${value}`)
     .join("; ");
 
-/** The status, and where flanks have come differently far that of each. @param {ListedJob} job */
+/** The status, and that of each flank if they differ. @param {ListedJob} job */
 function statusOf({ status, left_status: left, right_status: right }) {
   const badge = (/** @type {ListedJob["status"]} */ one) => h(Badge, { kind: KINDS[one], children: t[one] });
   if (!left || !right || left === right) return badge(status);

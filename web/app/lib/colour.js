@@ -51,12 +51,12 @@ export function css([red, green, blue]) {
   return `rgb(${red} ${green} ${blue})`;
 }
 
-/** By how much heights must exceed all but the last hundredth of them to be left out of a scale. */
+/** Factor by which the greatest height must exceed the 99 % quantile for the heights beyond to be clipped by a scale. */
 const FAR = 2;
 
 /**
- * The limit of a symmetric scale: the next step above the greatest magnitude, so that nothing is clipped. Where at most
- * 1 % of the values lie far beyond the others, these are clipped; and how many values that are.
+ * Returns the limit of a symmetric scale, and how many values it clips. The limit is the next step above the greatest
+ * magnitude, so that nothing is clipped, except that at most 1 % of the values are clipped if they lie far beyond the others.
  * @param {Iterable<number | null>} values
  * @returns {{ limit: number, clipped: number }}
  */
@@ -116,17 +116,17 @@ function atRank(sizes, rank) {
   return sizes.filter((size) => bin(size) === at).sort()[rank - before] ?? 0;
 }
 
-/** The steps of a decade. */
+/** Steps of a scale within a decade. */
 const STEPS = [1, 1.5, 2, 3, 4, 5, 6, 8, 10];
 
-/** All steps from one to another. @param {number} low @param {number} high */
+/** Returns all steps from `low` to `high`. @param {number} low @param {number} high */
 export function stepsBetween(low, high) {
   const steps = [];
   for (let step = niceAbove(low); step <= high; step = niceAbove(step * 1.01)) steps.push(step);
   return steps;
 }
 
-/** The least step of a decade times a power of ten that is no less. @param {number} value */
+/** Returns the least step times a power of ten that is not below a value. @param {number} value */
 export function niceAbove(value) {
   if (!(value > 0)) return 1;
   const power = 10 ** Math.floor(Math.log10(value));

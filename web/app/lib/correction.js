@@ -15,7 +15,7 @@ import { parseNumber } from "./format.js";
  * @property {string} response
  * @property {"" | "true" | "false"} absolute
  * @property {"" | "design" | "limits" | "nominal" | "given"} aim
- * @property {string} target the wanted deviations where they are given
+ * @property {string} target the target deviations, if they are given
  * @property {"" | "needed" | "all"} used
  * @property {Record<string, LimitDraft>} limits
  */

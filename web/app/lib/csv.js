@@ -1,5 +1,5 @@
-// Tables as CSV (RFC 4180), units in the header, as spreadsheets of a language open them: with commas and decimal points,
-// or in German with semicolons, decimal commas and a mark of UTF-8.
+// Tables as CSV (RFC 4180) for spreadsheets of a language, with units in the header: with commas and decimal points, or in
+// German with semicolons, decimal commas and a byte order mark.
 
 /** @typedef {string | number | boolean | null | undefined} Value */
 /**
@@ -16,7 +16,7 @@ const WAYS = {
   de: { begin: "\uFEFF", separator: ";", comma: ",", yes: "ja", no: "nein" },
 };
 
-/** More than any instrument resolves, without the noise of binary arithmetic. */
+/** Significant digits: more than any instrument resolves, without binary rounding noise. */
 const DIGITS = 10;
 
 /**
@@ -41,7 +41,7 @@ function cell(value, locale) {
   if (value === null || value === undefined) return "";
   if (typeof value === "number") return number(value, locale);
   if (typeof value === "boolean") return value ? WAYS[locale].yes : WAYS[locale].no;
-  // places where a word may be parted are no part of it
+  // soft hyphens are not part of the text
   const text = typeof value === "string" ? value.replaceAll("\u00ad", "") : interval(value, locale);
   // a spreadsheet would compute what begins so
   const safe = typeof value === "string" && /^[=+\-@\t\r]/.test(text) ? `'${text}` : text;

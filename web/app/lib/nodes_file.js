@@ -7,7 +7,7 @@ import { gridOfTable, readNodesCsv } from "./nodes_csv.js";
 /** @typedef {Record<string, unknown>} Fields */
 /**
  * @typedef {object} NodesFile
- * @property {"json" | "csv"} kind how it is sent; a table that is a grid is sent as one
+ * @property {"json" | "csv"} kind format in which it is sent; a table that forms a grid is sent as a grid
  * @property {Nodes} nodes missing heights are NaN or null
  * @property {string} text as it was given
  * @property {Fields} spec what a request says of the fit

@@ -18,7 +18,7 @@ import { parseNumber } from "./format.js";
  * @property {string} [pitchClass] of pitches and run-out, where it is another
  * @property {Record<string, string>} limits by `placeOf`; what is left empty is not there
  * @property {Record<string, string>} [design] figures of both flanks that corrections aim at, by their names
- * @property {Record<string, unknown>} [designOthers] what the form has no fields for of a design
+ * @property {Record<string, unknown>} [designOthers] members of a design without fields in the form
  * @property {BandForm[]} bands
  * @property {Record<string, unknown>} [others] what the form has no fields for, which stays as it is
  */
@@ -68,10 +68,10 @@ const group = (name) =>
 export const limitPointer = (side, name) =>
   `/requirements/${group(name)}${side === "both" ? "" : `/${side}`}/${name}_um`;
 
-/** Where a figure of the design stands in a request. @param {SurfaceFigure} name */
+/** JSON Pointer of a figure of the design in a request. @param {SurfaceFigure} name */
 export const designPointer = (name) => `/requirements/design/${name}_um`;
 
-/** Where it stands in the form. @param {SurfaceFigure} name */
+/** Key of a figure of the design in the form. @param {SurfaceFigure} name */
 export const designPlace = (name) => `design ${name}`;
 
 /** Where a limit stands in the form. @param {Side} side @param {FigureName} name @param {0 | 1} end */
@@ -223,7 +223,7 @@ export function pointsOf(text) {
 const isNumber = (value) => value !== undefined && Number.isFinite(value);
 
 /**
- * The design of a form: its figures of both flanks, with what the form has no fields for.
+ * The design of a form: its figures of both flanks, and the members without fields in the form.
  * @param {RequirementsForm} form @param {Record<string, Fault>} faults
  */
 function designIn(form, faults) {

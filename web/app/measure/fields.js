@@ -13,8 +13,8 @@ const t = texts({ en, de });
 /**
  * @param {{ typed: Typed, change: (change: Partial<Typed>) => void, error: unknown, wrong: Partial<Record<keyof Typed, true>>,
  *   imports: boolean, fits: boolean, fromFile: boolean, said: string | undefined }} props
- *   `typed`: with the likely answers; `imports`, `fits`: whether some file is imported, or fitted; `fromFile`: a JSON file
- *   brings its own; `said`: what the answers mean
+ *   `typed`: with the most likely values filled in; `imports`, `fits`: whether some file is imported, or fitted;
+ *   `fromFile`: whether a JSON file contains these fields; `said`: the meaning of the values in words
  */
 export function MeasureFields({ typed, change, error, wrong, imports, fits, fromFile, said }) {
   const pointer = (/** @type {string} */ name) => (imports && !fits ? `/spec/${name}` : `/${name}`);

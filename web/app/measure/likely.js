@@ -1,4 +1,4 @@
-// What a table of nodes most likely is, and what that means in words. Pure.
+// The most likely measurand of a table of nodes, and its meaning in words. Pure.
 
 /** @typedef {import("../api/client.js").Schema<"Gear">} Gear */
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
@@ -8,7 +8,7 @@
 /** Micrometres in a unit; those that testers write most come first. */
 export const MICROMETRES = /** @type {const} */ ({ um: 1, mm: 1000, nm: 0.001, in: 25_400 });
 
-/** Deviations of flanks extend over so many micrometres, µm. */
+/** Usual range of deviations of flanks, µm. */
 const USUAL = [0.4, 300];
 
 /** @param {ArrayLike<number>} values @returns {[number, number] | undefined} */
@@ -22,7 +22,7 @@ function endsOf(values) {
   return low <= high ? [low, high] : undefined;
 }
 
-/** The unit in which the heights are like deviations of a flank. @param {FlankSurface | undefined} surface @returns {Unit} */
+/** The unit in which the heights have the usual magnitude of flank deviations. @param {FlankSurface | undefined} surface @returns {Unit} */
 export function likelyUnit(surface) {
   const ends = surface && endsOf(surface.z);
   const units = /** @type {Unit[]} */ (Object.keys(MICROMETRES));
@@ -35,7 +35,7 @@ export function likelyUnit(surface) {
 }
 
 /**
- * What the first abscissa is, in mm: no roll length is as great as the radius at the tip.
+ * The likely quantity of the first abscissa, in mm: no roll length is as great as the tip radius.
  * @param {FlankSurface | undefined} surface @param {Gear | null | undefined} gear @returns {Along | undefined} none without a gear
  */
 export function likelyAlong(surface, gear) {
@@ -45,7 +45,7 @@ export function likelyAlong(surface, gear) {
   return ends[0] > reference / 2 ? "diameter" : "roll_length";
 }
 
-/** The flank that a file is called after. @param {string} name @returns {"left" | "right" | ""} */
+/** The flank named in the name of a file. @param {string} name @returns {"left" | "right" | ""} */
 export function likelyFlank(name) {
   const says = (/** @type {string} */ words) => new RegExp(`(^|[^a-z])(${words})([^a-z]|$)`, "i").test(name);
   const [left, right] = [says("left|links|l"), says("right|rechts|r")];

@@ -110,7 +110,7 @@ function count(values) {
   return missing;
 }
 
-/** A grid is sent as one; a table with doubts as it is, for the server to name lines. @param {import("../lib/nodes_csv.js").NodesTable} table */
+/** A table that forms a grid is sent as a grid; a faulty one is sent unchanged, so that the server can name the lines. @param {import("../lib/nodes_csv.js").NodesTable} table */
 function ofTable(table) {
   const { columns, count: nodes, missing, doubts: found } = table;
   const { u, v, z } = columns;

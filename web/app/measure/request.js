@@ -30,7 +30,7 @@ export const EMPTY = {
 /** @typedef {typeof EMPTY} Typed */
 
 /**
- * What is typed, with the likely answers where nothing was chosen.
+ * The input, with the most likely values of the fields left empty.
  * @param {Typed} typed @param {Content} content @param {{ name: string, gear: import("./likely.js").Gear | null | undefined }} of
  * @returns {Typed}
  */

@@ -159,7 +159,7 @@ function factsOf(kept, iteration) {
   ];
 }
 
-/** The file that controls read, as the interface writes it. @param {string} jobId @param {number} number @param {string} name @param {KeptCorrection["result"]} result */
+/** Saves the CSV for the control, as the interface writes it. @param {string} jobId @param {number} number @param {string} name @param {KeptCorrection["result"]} result */
 async function saveForMachine(jobId, number, name, result) {
   const outside = outsideOf(result);
   if (outside.length > 0 && !confirm(t.outsideLimits(outside.join(", ")))) return;

@@ -63,7 +63,7 @@ export default function FitPage() {
     setGiven({ file, name, turn: turns });
     keep(file.text, name);
   };
-  // what stood there was of another file
+  // the result shown belongs to the previous file
   const refuse = () => {
     setGiven(undefined);
     keep("", "");

@@ -134,7 +134,7 @@ function Whole({ job, iteration, traced, told, resource, reread }) {
   </div>`;
 }
 
-/** Whose flank it is. @param {Job} job @param {Iteration} iteration */
+/** Part, flank and date of an iteration, for saved pictures. @param {Job} job @param {Iteration} iteration */
 function aboutOf(job, { flank, tooth, measured_at, created_at }) {
   const { value } = fmt;
   return [
@@ -189,7 +189,7 @@ function Measured({ iteration, etag, put }) {
  * @param {{ job: Job, iteration: Iteration, traced: readonly TracedIteration[], told: boolean, fitId: string | undefined,
  *   standing: import("../api/client.js").Schema<"IterationFit"> | undefined, exclusion: import("../flank/exclude.js").Exclusion,
  *   onMapped: () => void }} props
- *   `onMapped`: the map is as high as it will be
+ *   `onMapped`: called when the map has its final height
  */
 function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMapped }) {
   const others = traced.filter(({ number }) => number !== iteration.number).map(({ number }) => number);
@@ -213,7 +213,7 @@ function Layers({ job, iteration, traced, told, fitId, standing, exclusion, onMa
   );
   const ofCorrection = layer === "predicted" || layer === "answered";
   const unit = ofCorrection ? "µm" : (heightUnit(iteration.axes) ?? common.callersUnit);
-  // what is left over, and differences, are smaller than what was measured
+  // residuals and differences are smaller than measured deviations and have their own scale
   const compared = layer !== "residual" && layer !== "difference";
   const alike = traced.filter(({ axes }) => (heightUnit(axes) ?? common.callersUnit) === unit);
   const scale = useJobLimit(

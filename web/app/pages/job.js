@@ -71,7 +71,7 @@ function newestOf(iterations) {
 
 const RANKS = /** @type {const} */ ({ reject: 0, remachine: 1, accept: 3 });
 
-/** The iteration by which the job has the status that it has. @param {readonly TracedIteration[]} iterations */
+/** The iteration that determines the status of the job. @param {readonly TracedIteration[]} iterations */
 function nextOf(iterations) {
   const rank = (/** @type {TracedIteration} */ { decision }) => (decision ? RANKS[decision] : 2);
   return newestOf(iterations).reduce(
@@ -80,7 +80,7 @@ function nextOf(iterations) {
   );
 }
 
-/** How far each flank has come. @param {{ iterations: readonly TracedIteration[] }} props */
+/** The status of each flank. @param {{ iterations: readonly TracedIteration[] }} props */
 function Flanks({ iterations }) {
   const newest = newestOf(iterations);
   if (newest.length < 2) return null;

@@ -44,7 +44,7 @@ export default function Jobs() {
   const last = useRef(/** @type {JobPage | undefined} */ (undefined));
   if (list.data !== undefined) last.current = list.data;
   const shown = list.error === undefined ? { ...list, data: list.data ?? last.current } : list;
-  // counts are of all jobs; of what is searched they are known where all that was found is on one page
+  // counts cover all jobs; for a search they are known only if all results are on one page
   const { status, ...others } = filters;
   const narrowed = Object.keys(others).length > 0;
   const every = useResource(

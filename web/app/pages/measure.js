@@ -240,7 +240,7 @@ async function look(file) {
   );
 }
 
-/** What is chosen, in words. @param {import("../flank/surface.js").FlankSurface | undefined} surface @param {Typed} chosen */
+/** The meaning of the chosen values, in words. @param {import("../flank/surface.js").FlankSurface | undefined} surface @param {Typed} chosen */
 function said(surface, { axes, unit }) {
   const words = inWords(surface, /** @type {import("../measure/likely.js").Unit} */ (unit || "um"));
   if (!words) return undefined;

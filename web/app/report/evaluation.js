@@ -28,7 +28,7 @@ export function Evaluations({ told }) {
   );
 }
 
-/** A bar of 100 mm: whether the charts are printed to their scale. */
+/** A bar of 100 mm, to check that the charts are printed to scale. */
 function Ruler() {
   const marks = Array.from({ length: 11 }, (_, i) => `M${10 * i} 0V${i % 5 === 0 ? 3 : 2}`).join("");
   return html`<figure class="report-ruler">

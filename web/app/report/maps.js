@@ -104,7 +104,7 @@ function summaryOf(surface) {
   return flank.extremes(place(ends.least), place(ends.greatest));
 }
 
-/** An iteration with its flank. @param {Told} told */
+/** Name of an iteration with its flank. @param {Told} told */
 export function nameOf({ iteration: { number, flank, tooth } }) {
   const parts = [common.iteration(number), flank && t[flank], tooth];
   return parts.filter(Boolean).join(", ");

@@ -68,7 +68,7 @@ function doneBy(entry) {
   return entry.kind === "record" ? entry.record.by : entry.by;
 }
 
-/** What was known of the nodes. @param {import("../api/client.js").Schema<"KnownMeasurand">} known */
+/** The known measurand of the nodes. @param {import("../api/client.js").Schema<"KnownMeasurand">} known */
 function saidOf({ flank, tooth, axes, accept_units: accepted }) {
   const units = ["u", "v", "z"].flatMap((name) => {
     const axis = axes?.[/** @type {"u"} */ (name)];

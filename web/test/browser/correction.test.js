@@ -163,7 +163,7 @@ browserTest(
       agrees(predicted, told.predicted);
       assert.ok(predicted?.includes(words[/** @type {"conforms"} */ (told.conformity_predicted)]), predicted ?? "");
     }
-    // stopped at its limit: the file is not handed out unasked
+    // a setting at its limit: the file is saved only after confirmation
     await call("POST", `/v1/jobs/${id}/iterations/1/correction`, {
       ...(await request()),
       limits: { helix_angle: { fixed: true }, profile_angle: { fixed: true } },
@@ -220,7 +220,7 @@ browserTest("what was entered is kept, and the next measurement is compared with
     .first()
     .waitFor();
   await page.getByText("for the changes entered").waitFor();
-  // the form begins with the entry
+  // the form starts with the values of the entry
   await entered.getByText("Correct this entry").click();
   assert.equal(await entered.getByLabel("Helix crowning").inputValue(), "-0.5");
 });

@@ -1,4 +1,4 @@
-// Suspected nodes beside and on the map: left out by a refit that stands, and taken back in.
+// Suspected nodes next to and on the map: excluded by a refit that becomes the chosen fit, and included again.
 
 import assert from "node:assert/strict";
 import { browserTest, example } from "./harness.js";
@@ -26,7 +26,7 @@ browserTest("a suspected node is named, marked, left out and taken back in", {},
   assert.equal(fit.reason, "Left out: Node row 5, column 8");
   assert.equal(await page.locator(".map-mark.suspected").count(), 0);
 
-  // a node of the map is read out, and what can be done with it stands below
+  // a node of the map is read out, with its action below
   const { u, v } = await call("GET", `${at}/nodes`);
   await open(`/jobs/${id}/iterations/1?at=${u[4]},${v[7]}`);
   await page.locator(".node-action").getByRole("button", { name: "Take back in", exact: true }).click();

@@ -86,7 +86,7 @@ browserTest("a layer is saved as CSV and as PNG", {}, async ({ page, open, job, 
   assert.equal(rows.length, 1 + u.length * v.length);
   assert.equal(rows[1], `${u[0]},${v[0]},`);
   assert.equal(rows[2], `${u[0]},${v[1]},${z[0][1]}`);
-  // a German spreadsheet reads columns and numbers of it
+  // its columns and numbers are readable by a German spreadsheet
   await page.evaluate(() => localStorage.setItem("flankfit.settings", JSON.stringify({ language: "de" })));
   await open(map(id, 1));
   waiting = page.waitForEvent("download");

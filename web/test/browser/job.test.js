@@ -198,7 +198,7 @@ browserTest("what lies outside its limits is named first, on the job and on its 
   await tiles.first().waitFor();
   assert.equal(await tiles.count(), figures.length);
   assert.equal(await tiles.filter({ hasText: "✗" }).count(), outside.length);
-  // over the map, and nothing that is said of every fit is noted
+  // tiles above the map, and no warning that every fit has
   const [first, map] = [await tiles.first().boundingBox(), await page.locator(".heat-map").first().boundingBox()];
   assert.ok(first && map && first.y < map.y);
   assert.equal(await page.getByText("norm_limit_is_estimate").count(), 0);

@@ -81,7 +81,7 @@ browserTest("a correction has its layers: what it predicts, and what answered it
   await open(`/jobs/${id}/iterations/1?layer=predicted&at=${u[row]},${v[column]}`);
   /** @param {readonly (number | null)[]} answered @param {string} name */
   const shows = async (answered, name) => {
-    // by a machine, whose deviations have no datum: without their mean
+    // by a machine, without a datum: minus their mean
     const heights = withoutMean(answered);
     const there = heights.filter((one) => one !== null);
     for (const [key, most] of /** @type {const} */ ([

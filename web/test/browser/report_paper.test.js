@@ -1,4 +1,4 @@
-// The report on paper: as wide as A4, to the scale that it says, and no heading alone at the foot of a page.
+// The report on paper: as wide as A4, to the stated scale, and no heading alone at the foot of a page.
 
 import assert from "node:assert/strict";
 import path from "node:path";
@@ -13,7 +13,7 @@ const LANGUAGES = /** @type {const} */ ({
 });
 
 /**
- * The lines of a page that are drawn with a pen of some width: their extents on paper, mm.
+ * Extents on paper, mm, of the lines of a page that are drawn with a given pen width.
  * @param {string} svg of pdftocairo @param {number} pen
  */
 function linesOf(svg, pen) {
@@ -54,7 +54,7 @@ for (const [lang, words] of Object.entries(LANGUAGES))
     for (const [word, left, right] of ends)
       assert.ok(Number(left) / MM > 14.5 && Number(right) / MM < 195.5, `beyond the margins: ${word}`);
 
-    // a ruler laid on paper
+    // measured with a ruler on paper
     const number = 1 + pages.findIndex((text) => text.includes(words.ruler));
     assert.ok(number > 0, "there is a bar to be measured");
     const drawing = path.join(server.folder, `page-${lang}.svg`);
@@ -64,7 +64,7 @@ for (const [lang, words] of Object.entries(LANGUAGES))
     assert.equal(ruler.length, 1);
     measures(ruler[0]?.wide ?? 0, 100, "the bar of 100 mm");
 
-    // charts are to the scale that stands below them, and so are their bars
+    // charts and their bars are to the scale stated below them
     const [, deviation = 0, length = 0] = (words.magnification.exec(pages[number - 1] ?? "") ?? []).map(Number);
     assert.ok(deviation >= 100 && length >= 1, `${deviation}, ${length}`);
     const drawn = linesOf(svg, 1.25).filter(({ points }) => points === 2);
@@ -80,14 +80,14 @@ for (const [lang, words] of Object.entries(LANGUAGES))
     for (const { wide } of across) measures(wide, (told("µm") * deviation) / 1000, `${told("µm")} µm`);
     for (const { high } of along) measures(high, told("mm") * length, `${told("mm")} mm`);
 
-    // what was measured, with its own extent
+    // measured curves have their true extent
     const { traces } = JSON.parse(await example("requests/gear_evaluate.json"));
     const [first] = traces.filter((/** @type {any} */ one) => one.kind === "profile" && one.flank === "left");
     const range = (/** @type {number[]} */ all) => Math.max(...all) - Math.min(...all);
     const [thin] = linesOf(svg, 0.75);
     measures(thin?.wide ?? 0, (range(first.deviation_um) * deviation) / 1000, "deviations of the first trace");
 
-    // headings, and heads of tables, are followed by something
+    // no page ends with a heading or a table head
     const { stdout } = await run("pdftotext", ["-layout", file, "-"], { maxBuffer: 1 << 26 });
     for (const [i, text] of stdout.split("\f").slice(0, -1).entries()) {
       const lines = text.split("\n").flatMap((line) => plain(line) || []);

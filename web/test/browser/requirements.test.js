@@ -127,7 +127,7 @@ browserTest(
       const limits = all[1][`${name}_um`].conformity.limits_um.join(" … ").replaceAll("-", "−");
       assert.equal(await rows.nth(2).locator("td .cell").nth(k).textContent(), limits);
     }
-    // slopes are extended to the whole width and have the full limits; a fit keeps those of its time
+    // slopes are extended to the full face width and have the full limits; a fit keeps the limits valid when it was made
     assert.deepEqual(all[1].helix_slope_um.conformity.limits_um, [-6, 2]);
     const changed = await asked();
     changed.tolerance_limits.left.helix_slope_um = [-5, 2];

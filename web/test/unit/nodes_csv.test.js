@@ -58,7 +58,7 @@ test("a table whose nodes stand on crossings is a grid, whatever their order", (
     z: [1, 2, 3].map((u) => [10, 20, 30].map((v) => u + v)),
   };
   assert.deepEqual(gridOf(["u,v,z", ...rows].join("\n")), whole);
-  // a height that is missing, and a line
+  // a missing height, and a missing line
   const holes = gridOf(["u,v,z", ...rows.slice(1, -1), "2,20,"].join("\n"));
   assert.deepEqual(holes?.z, [
     [11, 21, 31],
