@@ -1,4 +1,4 @@
-//! Whether the stated units of the nodes of a flank are plausible.
+//! Whether the stated units of the nodes or traces of a flank are plausible.
 
 use super::notice::NoticeBody;
 use crate::api::{
@@ -12,6 +12,7 @@ use flankfit_engine::{
     estimation::Nodes,
     gear::{
         Gear, ProfileAxis,
+        evaluation::Evaluation,
         geometry::Geometry,
         tolerance::{COARSEST, Characteristic, FINEST, Tolerances},
     },
@@ -34,6 +35,12 @@ pub struct Noise {
     pub sigma: f64,
     pub degrees_of_freedom: usize,
 }
+
+/// How to settle it for the nodes of an iteration.
+const OF_NODES: &str = "send `axes` with the right unit, or `accept_units: true` if this one is right, by `PATCH` of \
+                        the iteration";
+/// How to settle it for traces.
+const OF_TRACES: &str = "send the deviations in µm, or `evaluation.accept_units: true` if they are";
 
 /// Returns the usual range of deviations of gears, µm: a quarter of F_α of the finest class to four
 /// times that of the coarsest.
@@ -58,12 +65,22 @@ pub fn implausible(nodes: &Nodes, axes: &AxesBody, gear: Option<&Gear>, noise: O
     heights.or_else(places)
 }
 
+/// Returns a warning if every trace of a request deviates by less, or every one by more, than those
+/// of any gear; its deviations are in µm. Traces without any deviation were not measured.
+pub fn implausible_traces(evaluation: &Evaluation, gear: &Gear) -> Option<NoticeBody> {
+    let totals = evaluation.traces.iter().filter_map(|trace| trace.values.map(|values| values.total));
+    let [least, most] = ends(&totals.collect::<Vec<_>>())?;
+    let usual = usual_range(Some(gear));
+    let span = if most < usual[0] { most } else { least };
+    (span > 0.0).then(|| of_range("um", span, usual, OF_TRACES)).flatten()
+}
+
 fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
     let unit = axis.unit.as_str();
     let um = micrometres(unit)?;
     let usual = usual_range(gear);
     let span = span(&z)?;
-    of_range(unit, span, usual).or_else(|| {
+    of_range(unit, span, usual, OF_NODES).or_else(|| {
         let Noise { sigma, degrees_of_freedom } = noise?;
         let found = sigma * um;
         (degrees_of_freedom >= LEAST_FREEDOM && found < LEAST_NOISE_UM && sigma > EXACT * span).then(|| {
@@ -71,12 +88,12 @@ fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<N
                 format!("the residuals scatter by {} nm only, less than any instrument does", digits(1e3 * found));
             let fits = |other: f64| sigma * other >= LEAST_NOISE_UM && within(span * other, usual);
             let params = Params::of([("sigma_um", found.into())]);
-            notice(&what, unit, span, fits, params)
+            notice(&what, unit, span, fits, params, OF_NODES)
         })
     })
 }
 
-fn of_range(unit: &str, span: f64, usual: [f64; 2]) -> Option<NoticeBody> {
+fn of_range(unit: &str, span: f64, usual: [f64; 2], mend: &str) -> Option<NoticeBody> {
     let found = span * micrometres(unit)?;
     let [least, most] = usual;
     let (how, limit) = match found {
@@ -90,7 +107,7 @@ fn of_range(unit: &str, span: f64, usual: [f64; 2]) -> Option<NoticeBody> {
         digits(limit)
     );
     let params = Params::of([("range_um", found.into()), ("limit_um", limit.into())]);
-    Some(notice(&what, unit, span, |other| within(span * other, usual), params))
+    Some(notice(&what, unit, span, |other| within(span * other, usual), params, mend))
 }
 
 fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
@@ -153,10 +170,17 @@ fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -
         params.add("unit", *unit);
         format!(" (in {}? then {low} to {high} mm)", sign(unit))
     });
-    of_sentence(what, then, params)
+    of_sentence(what, then, params, OF_NODES)
 }
 
-fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Params) -> NoticeBody {
+fn notice(
+    what: &str,
+    unit: &str,
+    span: f64,
+    fits: impl Fn(f64) -> bool,
+    mut params: Params,
+    mend: &str,
+) -> NoticeBody {
     let known = || LENGTHS.iter().map(|(name, _)| *name).filter(|name| *name != unit);
     // testers use mm more often than any other unit
     let mut others: Vec<&str> = known().collect();
@@ -168,15 +192,11 @@ fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut par
         params.add("then_um", range);
         Some(format!(" (in {}? then {} µm)", sign(name), digits(range)))
     });
-    of_sentence(what, then, params)
+    of_sentence(what, then, params, mend)
 }
 
-fn of_sentence(what: &str, then: Option<String>, params: Params) -> NoticeBody {
-    let message = format!(
-        "{what}{}: send `axes` with the right unit, or `accept_units: true` if this one is right, by `PATCH` of the \
-         iteration",
-        then.unwrap_or_default()
-    );
+fn of_sentence(what: &str, then: Option<String>, params: Params, mend: &str) -> NoticeBody {
+    let message = format!("{what}{}: {mend}", then.unwrap_or_default());
     NoticeBody { params: params.some(), ..NoticeBody::new(IMPLAUSIBLE_UNIT, &message) }
 }
 

@@ -82,6 +82,47 @@ async fn slopes_come_back_with_their_signs() {
     app.stop().await;
 }
 
+/// Deviations of 0.006 µm were meant in mm; nothing has a class or conforms until that is settled.
+#[tokio::test]
+async fn traces_in_an_implausible_unit_are_not_judged() {
+    let app = TestApp::start().await;
+    let z: Vec<f64> = (0..=30).map(|i| 0.5 * f64::from(i)).collect();
+    let helix = |of: &dyn Fn(f64) -> f64| {
+        json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": z, "deviation_um": line(&z, of)})
+    };
+    let settings = |accept: Option<bool>| {
+        let limits = json!({"helix_slope_um": [-9.0, 9.0], "class": 7});
+        let mut settings = json!({"helix_range_mm": [0.0, 15.0], "tolerance_limits": limits});
+        if let Some(accept) = accept {
+            settings["accept_units"] = json!(accept);
+        }
+        settings
+    };
+    let evaluate = async |traces: Value, accept| {
+        let request = json!({"gear": spur(), "traces": traces, "evaluation": settings(accept)});
+        let answer = taken(&app, "/v1/gears/evaluate", &request).await;
+        let warning = answer["warnings"].as_array().unwrap().iter().find(|w| w["code"] == "implausible_unit").cloned();
+        let first = &answer["traces"][0];
+        assert!(first["slope_um"].is_f64());
+        let judged = [first.get("class"), first.get("slope_within"), answer.get("class")].map(|there| there.is_some());
+        (warning, judged)
+    };
+    let in_mm = helix(&|z| 0.4e-3 * z);
+    let (warning, judged) = evaluate(json!([in_mm]), None).await;
+    let warning = warning.unwrap();
+    let message = warning["message"].as_str().unwrap();
+    assert!(message.contains("(in mm? then 6 µm)") && message.contains("`evaluation.accept_units: true`"), "{message}");
+    assert_eq!((&warning["params"]["unit"], judged), (&json!("mm"), [false; 3]));
+    assert_eq!(evaluate(json!([in_mm]), Some(true)).await, (None, [true; 3]));
+    let in_nm = helix(&|z| 400.0 * z);
+    assert!(evaluate(json!([in_nm]), None).await.0.unwrap()["message"].as_str().unwrap().contains("(in nm? then 6 µm)"));
+    // one good flank beside others says that the unit is right; traces of zeros are nominal
+    for others in [json!([in_mm, helix(&|z| 0.4 * z)]), json!([helix(&|_| 0.0)])] {
+        assert_eq!(evaluate(others, None).await, (None, [true; 3]));
+    }
+    app.stop().await;
+}
+
 #[tokio::test]
 async fn what_is_wrong_with_traces_is_pointed_at() {
     let app = TestApp::start().await;

@@ -127,8 +127,12 @@ function objectionsOf(iteration) {
     const by = fmt.value.um(Math.max(low - figure.value, figure.value - high));
     return [t.outside(symbol.replace("_", "\u202f"), by)];
   });
-  const implausible = figures?.warnings.some(({ code }) => code === "implausible_unit");
-  return implausible ? [...outside, t.implausible] : outside;
+  const warned = (/** @type {string} */ code) => figures?.warnings.some((warning) => warning.code === code);
+  return [
+    ...outside,
+    ...(warned("implausible_unit") ? [t.implausible] : []),
+    ...(warned("outliers_suspected") ? [t.outliers] : []),
+  ];
 }
 
 /** @param {DecisionName} asked @param {number} number */

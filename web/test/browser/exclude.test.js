@@ -32,4 +32,10 @@ browserTest("a suspected node is named, marked, left out and taken back in", {},
   await page.locator(".node-action").getByRole("button", { name: "Take back in", exact: true }).click();
   await page.locator('.map-mark.suspected[data-node="67"]').waitFor();
   assert.equal(await page.locator(".map-mark.excluded").count(), 0);
+
+  // accepting it needs a reason, and the dialog says why before anything is sent
+  await page.getByRole("button", { name: "Accept", exact: true }).click();
+  const dialog = page.getByRole("dialog");
+  await dialog.getByText("Single nodes are suspected to be gross errors.").waitFor();
+  assert.equal(await dialog.getByLabel("Reason").evaluate((field) => /** @type {HTMLTextAreaElement} */ (field).required), true);
 });

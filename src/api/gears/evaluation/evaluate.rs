@@ -13,6 +13,7 @@ use crate::{
             gear::GearBody,
             notice::NoticeBody,
             of_iteration::{ToothOf, refuse_others},
+            plausibility::implausible_traces,
             requirements::RequirementsBody,
         },
         json::{value::read_json, writer},
@@ -24,7 +25,7 @@ use flankfit_engine::gear::{
     Gear, Kind,
     evaluation::{
         self, Classes, Evaluated, Evaluation, Posted, Spread, Summary, Suspect, Suspects, TraceSurface, Twist, Values,
-        within,
+        fault::TraceFaults, settings::Settings, within,
     },
     tolerance::Class,
 };
@@ -60,14 +61,35 @@ pub fn build(
         notices = required.fill(&mut body.evaluation, gear, helix);
     }
     let settings = body.evaluation.settings_on(gear).map_err(Problem::invalid)?;
-    let evaluation =
-        evaluation::evaluate(gear, &posted, &settings).map_err(|faults| Problem::invalid(body.placed(&faults)))?;
+    let accept_units = body.evaluation.accept_units == Some(true);
+    let (evaluation, implausible) = evaluated(gear, &posted, settings, accept_units)
+        .map_err(|faults| Problem::invalid(body.placed(&faults)))?;
     let explicit = body.evaluation.explicit(&evaluation);
     let mut answer = EvaluationBody::new(evaluation, explicit);
+    answer.warnings.extend(implausible);
     answer.warnings.extend(notices);
     answer.warnings.extend(body.gear.as_ref().and_then(GearBody::hand_assumed));
     let result = writer::whole(&answer).map_err(Problem::not_finite)?;
     Ok(Built { method: "iso_1328_1".to_owned(), result })
+}
+
+/// Evaluates traces; without classes, limits and bands where their unit is implausible and not
+/// accepted.
+pub fn evaluated(
+    gear: &Gear,
+    posted: &[Posted<'_>],
+    mut settings: Settings,
+    accept_units: bool,
+) -> Result<(Evaluation, Option<NoticeBody>), TraceFaults> {
+    let mut evaluation = evaluation::evaluate(gear, posted, &settings)?;
+    let implausible = (!accept_units).then(|| implausible_traces(&evaluation, gear)).flatten();
+    if implausible.is_some() {
+        (settings.limits, settings.bands) = Default::default();
+        evaluation = evaluation::evaluate(gear, posted, &settings)?;
+        evaluation.overall = None;
+        evaluation.traces.iter_mut().for_each(|trace| trace.classes = None);
+    }
+    Ok((evaluation, implausible))
 }
 
 impl EvaluationBody {

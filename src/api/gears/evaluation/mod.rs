@@ -3,7 +3,7 @@
 pub mod answer;
 pub mod band;
 pub mod conformity;
-mod evaluate;
+pub mod evaluate;
 pub mod figures;
 pub mod flank_surface;
 pub mod pitch;

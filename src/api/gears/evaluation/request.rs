@@ -110,6 +110,11 @@ pub struct EvaluationSettingsBody {
     /// measurement of the flank. Default false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub traces_share_zero: Option<bool>,
+    /// Whether deviations far below or above those of any gear are given in µm all the same. Until
+    /// then `implausible_unit` warns of them, and they have no class and are held against no
+    /// limits. Default false.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub accept_units: Option<bool>,
     /// Level of confidence intervals, above 0.5 and below 1. Default 0.95.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1)]

@@ -12,6 +12,7 @@ use crate::api::{
     gears::{
         evaluation::{
             answer::EvaluationBody,
+            evaluate,
             request::{
                 DeviationSignName, DirectionName, EvaluateBody, EvaluationSettingsBody, PlusMaterialName, SignName,
             },
@@ -176,9 +177,11 @@ fn evaluated(
         return None;
     }
     let found = settings.settings_on(gear);
-    let found = found.and_then(|on| evaluation::evaluate(gear, &posted(traces), &on).map_err(Faults::from));
+    let accept_units = settings.accept_units == Some(true);
+    let found = found.and_then(|on| evaluate::evaluated(gear, &posted(traces), on, accept_units).map_err(Faults::from));
     match found {
-        Ok(found) => {
+        Ok((found, implausible)) => {
+            warnings.extend(implausible);
             let explicit = settings.explicit(&found);
             Some(EvaluationBody::new(found, explicit))
         }

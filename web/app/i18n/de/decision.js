@@ -10,6 +10,7 @@ export default {
   sureReject: (/** @type {number} */ number) => `Bei Iteration ${number} verwerfen`,
   outside: (figure, by) => `${figure} liegt um ${by} µm außerhalb.`,
   implausible: "Die Einheiten sind unglaubwürdig.",
+  outliers: "Einzelne Messpunkte stehen weit heraus: Schmutz oder Messfehler.",
   concession: "Trotzdem annehmen? Das ist eine Sonderfreigabe und braucht eine Begründung.",
   reason: "Begründung",
   reasonHint: "Steht später im Verlauf.",

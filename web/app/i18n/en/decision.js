@@ -9,6 +9,7 @@ export default {
   sureReject: (/** @type {number} */ number) => `Reject at iteration ${number}`,
   outside: (/** @type {string} */ figure, /** @type {string} */ by) => `${figure} is outside by ${by} µm.`,
   implausible: "The units are implausible.",
+  outliers: "Single nodes are suspected to be gross errors.",
   concession: "Accept all the same? Then it is a concession, which needs a reason.",
   reason: "Reason",
   reasonHint: "Kept in the trace.",
