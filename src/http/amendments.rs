@@ -40,12 +40,11 @@ pub async fn update(
     precondition.check(iteration.version)?;
     let (job_id, number) = (iteration.job_id, iteration.number);
     let decision = decision.map(Decision::from);
-    let accepts = decision == Some(Decision::Accept);
-    if !accepts && !says_measurand {
-        let draft = decision.map(|decision| DecisionDraft { decision, concession: false, reason });
-        let Some(draft) = draft else { return Ok(iteration) };
+    if let Some(decision) = decision.filter(|decision| *decision != Decision::Accept && !says_measurand) {
+        let draft = DecisionDraft { decision, concession: false, reason };
         return Ok(state.jobs.decide(job_id, number, draft, precondition).await?);
     }
+    let accepts = decision == Some(Decision::Accept);
     let job = state.jobs.job(job_id).await?;
     let standing = standing(state, &iteration).await?;
     let limits = accepts && acceptance::has_limits(&job);
