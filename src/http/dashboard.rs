@@ -8,7 +8,8 @@ pub mod files;
 
 use axum::{
     Router,
-    http::{HeaderMap, HeaderValue, header},
+    extract::State,
+    http::{HeaderMap, HeaderValue, StatusCode, Uri, header},
     response::{IntoResponse, Response},
     routing::get,
 };
@@ -58,6 +59,24 @@ pub fn routes(files: &Files) -> Router<AppState> {
             asset(&of_asset, &digest, &name, &headers)
         }),
     )
+}
+
+/// Returns the answer to a path that does not exist.
+pub fn no_path() -> Problem {
+    Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.")
+}
+
+/// Answers a path that does not exist: a browser gets the page that says so, any other client a
+/// problem.
+pub async fn not_found(State(state): State<AppState>, uri: Uri, headers: HeaderMap) -> Response {
+    let accepted = headers.get(header::ACCEPT).and_then(|accepted| accepted.to_str().ok());
+    let is_browser = accepted.is_some_and(|accepted| accepted.contains("text/html"));
+    match &state.dashboard {
+        Some(files) if is_browser && !uri.path().starts_with("/v1/") => {
+            (StatusCode::NOT_FOUND, page(files)).into_response()
+        }
+        _ => no_path().into_response(),
+    }
 }
 
 fn page(files: &Files) -> Result<Response, Problem> {

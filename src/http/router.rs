@@ -14,8 +14,8 @@ use utoipa::OpenApi;
 use utoipa_axum::router::OpenApiRouter;
 
 use super::{
-    applied, audit, conditional, cors, curves, events, fits, gear_corrections, gear_records, gears, headers, imports,
-    iterations, job_fits, jobs, keys, life, long, meta, observe,
+    applied, audit, conditional, cors, curves, dashboard, events, fits, gear_corrections, gear_records, gears, headers,
+    imports, iterations, job_fits, jobs, keys, life, long, meta, observe,
     openapi::{self, Contract, scopes},
     operations::{self, Operations},
     previews, records, shapes, simulations,
@@ -71,13 +71,13 @@ pub fn handlers(state: AppState) -> Router {
 pub fn router(state: AppState) -> Router {
     let served = versioned().merge(meta::health());
     let served = if state.settings.ops_bind.is_some() { served } else { served.merge(meta::operation()) };
-    let beside = meta::undocumented(&state);
+    let beside = meta::undocumented(&state).fallback(dashboard::not_found);
     complete(served, beside, state)
 }
 
 /// What the listener for operation serves.
 pub fn operation_router(state: AppState) -> Router {
-    complete(meta::health().merge(meta::operation()), Router::new(), state)
+    complete(meta::health().merge(meta::operation()), Router::new().fallback(async || dashboard::no_path()), state)
 }
 
 /// What gains by being compressed.
@@ -101,7 +101,6 @@ fn complete(served: OpenApiRouter<AppState>, beside: Router<AppState>, state: Ap
         .layer(middleware::from_fn_with_state((Operations::of(&document), state.clone()), operations::check));
     documented
         .merge(beside)
-        .fallback(|| async { Problem::new(ProblemCode::NotFound, "No such path; /docs lists what there is.") })
         .method_not_allowed_fallback(|| async {
             Problem::new(ProblemCode::MethodNotAllowed, "The header `allow` names the methods of this path.")
         })

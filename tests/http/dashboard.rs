@@ -75,7 +75,12 @@ async fn every_page_is_the_one_document() {
     }
     for path in ["/nothing", "/jobs/", "/jobs/new/", "/index.html", "/app/main.js", "/assets", "/assets/"] {
         send(app.get(path)).await.problem(404, "not_found");
+        // a browser gets the page that says so, with a way back
+        let page = send(app.get(path).header("accept", "text/html,application/xhtml+xml,*/*;q=0.8")).await;
+        assert_eq!((page.status.as_u16(), &page.text), (404, &root.text), "{path}");
     }
+    let interface = app.get("/v1/nothing").header("accept", "text/html");
+    send(interface).await.problem(404, "not_found");
     send(app.post("/jobs", "{}")).await.problem(405, "method_not_allowed");
 }
 

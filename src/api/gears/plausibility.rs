@@ -71,8 +71,11 @@ pub fn implausible_traces(evaluation: &Evaluation, gear: &Gear) -> Option<Notice
     let totals = evaluation.traces.iter().filter_map(|trace| trace.values.map(|values| values.total));
     let [least, most] = ends(&totals.collect::<Vec<_>>())?;
     let usual = usual_range(Some(gear));
-    let span = if most < usual[0] { most } else { least };
-    (span > 0.0).then(|| of_range("um", span, usual, OF_TRACES)).flatten()
+    match usual {
+        [low, _] if 0.0 < most && most < low => of_range("um", most, usual, OF_TRACES),
+        [_, high] if least > high => of_range("um", least, usual, OF_TRACES),
+        _ => None,
+    }
 }
 
 fn of_heights(axis: &AxisBody, z: Vec<f64>, gear: Option<&Gear>, noise: Option<Noise>) -> Option<NoticeBody> {
@@ -173,14 +176,7 @@ fn of_place(what: &str, name: &'static str, ends: [f64; 2], fits: impl Fn(f64) -
     of_sentence(what, then, params, OF_NODES)
 }
 
-fn notice(
-    what: &str,
-    unit: &str,
-    span: f64,
-    fits: impl Fn(f64) -> bool,
-    mut params: Params,
-    mend: &str,
-) -> NoticeBody {
+fn notice(what: &str, unit: &str, span: f64, fits: impl Fn(f64) -> bool, mut params: Params, mend: &str) -> NoticeBody {
     let known = || LENGTHS.iter().map(|(name, _)| *name).filter(|name| *name != unit);
     // testers use mm more often than any other unit
     let mut others: Vec<&str> = known().collect();

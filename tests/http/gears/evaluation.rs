@@ -87,9 +87,7 @@ async fn slopes_come_back_with_their_signs() {
 async fn traces_in_an_implausible_unit_are_not_judged() {
     let app = TestApp::start().await;
     let z: Vec<f64> = (0..=30).map(|i| 0.5 * f64::from(i)).collect();
-    let helix = |of: &dyn Fn(f64) -> f64| {
-        json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": z, "deviation_um": line(&z, of)})
-    };
+    let helix = |of: &dyn Fn(f64) -> f64| json!({"tooth": "1", "flank": "left", "kind": "helix", "z_mm": z, "deviation_um": line(&z, of)});
     let settings = |accept: Option<bool>| {
         let limits = json!({"helix_slope_um": [-9.0, 9.0], "class": 7});
         let mut settings = json!({"helix_range_mm": [0.0, 15.0], "tolerance_limits": limits});
@@ -115,7 +113,9 @@ async fn traces_in_an_implausible_unit_are_not_judged() {
     assert_eq!((&warning["params"]["unit"], judged), (&json!("mm"), [false; 3]));
     assert_eq!(evaluate(json!([in_mm]), Some(true)).await, (None, [true; 3]));
     let in_nm = helix(&|z| 400.0 * z);
-    assert!(evaluate(json!([in_nm]), None).await.0.unwrap()["message"].as_str().unwrap().contains("(in nm? then 6 µm)"));
+    assert!(
+        evaluate(json!([in_nm]), None).await.0.unwrap()["message"].as_str().unwrap().contains("(in nm? then 6 µm)")
+    );
     // one good flank beside others says that the unit is right; traces of zeros are nominal
     for others in [json!([in_mm, helix(&|z| 0.4 * z)]), json!([helix(&|_| 0.0)])] {
         assert_eq!(evaluate(others, None).await, (None, [true; 3]));
