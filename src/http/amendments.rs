@@ -50,8 +50,9 @@ pub async fn update(
     let limits = accepts && acceptance::has_limits(&job);
     let mut measurand = iteration.measurand.clone();
     let mut computed = None;
-    // figures that were computed before the gear was known cannot be compared with limits
-    if says_measurand || (limits && lacks_figures(&standing)) {
+    // the gear was not known when the figures were computed, or they were held against other limits
+    let is_outdated = limits && (lacks_figures(&standing) || job.updated_at > standing.event.created_at);
+    if says_measurand || is_outdated {
         let nodes = stored::nodes(state, job_id, number).await?;
         let merged = amendments::merged(patch.measurand(), &measurand).map_err(Problem::internal)?;
         measurand = merged.checked(Some(&nodes)).map_err(Problem::invalid)?;

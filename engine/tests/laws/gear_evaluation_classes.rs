@@ -215,6 +215,12 @@ fn pitch_of_few_teeth_by_hand() {
     assert_eq!(extreme(found.sector_pitch_2013), Some((7.0, 3)));
     assert_eq!(extreme(found.sector_sum_2013), Some((2.0, 4)));
     assert_eq!(extreme(found.sector_pitch_1995), Some((-4.0, 3)));
+    // where k divides z, the last sector ends at the first tooth
+    let two = PitchSettings { sector: Some(2), ..settings };
+    let found = pitch(&gear, &PitchMeasured::Index(vec![0.0, 0.0, 1.0, 0.0, 2.0, 0.0, 7.0, 0.0]), &two).expect("sound");
+    assert_eq!(extreme(found.sector_sum_2013), Some((-7.0, 1)));
+    let found = pitch(&gear, &PitchMeasured::Index(vec![0.0, 0.0, 0.0, 0.0, 3.0, 3.0, 4.0, 9.0]), &three);
+    assert_eq!(extreme(found.expect("sound").sector_sum_2013), Some((4.0, 7)));
     // sectors with the missing tooth are skipped: 1–4 … 3–6 contain it
     let found = answer_of(&[0.0, 3.0, f64::NAN, 2.0, 0.0, 0.0, 0.0, 0.0]);
     assert_eq!(extreme(found.sector_pitch_2013), Some((3.0, 2)));

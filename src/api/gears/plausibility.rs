@@ -135,12 +135,16 @@ fn of_profile(axis: &AxisBody, u: Vec<f64>, gear: &Gear) -> Option<NoticeBody> {
         return None;
     }
     let shown = ends.map(|end| end * mm);
+    let what = match quantity {
+        ProfileAxis::Diameter => "diameters",
+        _ => "roll lengths",
+    };
     let what = format!(
-        "along the profile the nodes lie from {} to {} mm, but the flank has roll lengths from {} to {} mm",
+        "along the profile the nodes lie from {} to {} mm, but the flank has {what} from {} to {} mm",
         digits(shown[0]),
         digits(shown[1]),
-        digits(low),
-        digits(high)
+        digits(quantity.value(gear, low)),
+        digits(quantity.value(gear, high))
     );
     Some(of_place(&what, "u", ends, fits, shown))
 }

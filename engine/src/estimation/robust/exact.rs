@@ -30,19 +30,23 @@ pub(super) struct Settled {
     pub weights: Option<Vec<f64>>,
 }
 
-/// Looks whether `scale` and `dispersion` are more than rounding of the `residuals`.
+/// Checks whether `scale` and `dispersion` are more than rounding of the `residuals` of `n`
+/// coefficients.
 pub(super) fn settled(
     scale: Option<f64>,
     dispersion: Option<f64>,
     residuals: &[f64],
+    n: usize,
     largest: f64,
     warnings: &mut Vec<Warning>,
 ) -> Settled {
     let (m, edge) = (residuals.len(), rounding(largest));
     let on = residuals.iter().filter(|r| r.abs() <= edge).count();
     let is_rounding = |spread: Option<f64>| spread.is_some_and(|s| s <= EXACT * largest);
-    // the scale of a likelihood is a mean over all nodes, which outliers alone can determine
-    if on == m || is_rounding(scale) || is_rounding(dispersion) {
+    // Most nodes that the coefficients leave free lie on the surface. A scale need not show it: that
+    // of a likelihood is a mean over all nodes, which outliers alone can determine.
+    let most = 2 * on > m + n;
+    if on == m || most || is_rounding(scale) || is_rounding(dispersion) {
         warnings.push(warning(on, m));
         let weights = residuals.iter().map(|r| f64::from(u8::from(r.abs() <= edge))).collect();
         return Settled { scale: Some(0.0), dispersion: None, weights: Some(weights) };

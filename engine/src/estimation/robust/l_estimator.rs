@@ -137,7 +137,7 @@ fn trimmed(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, FitE
     let residuals = rows.residuals(&step);
     let scale = spread(&clamped(&residuals, [low, high]), n).map(|s| s / (1.0 - 2.0 * share));
     let mut outcome = quantiles.outcome();
-    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, heights.largest, &mut outcome.warnings);
+    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, n, heights.largest, &mut outcome.warnings);
     Ok(Outcome {
         solved: Solved::Weighted(Weighting { factor: Box::new(factor), omega: omega.clone() }),
         scale: settled.scale,
@@ -169,7 +169,7 @@ fn winsorized(share: f64, rows: &Rows, measured: &Measured) -> Result<Outcome, F
     let scale = influence.as_ref().and_then(|influence| spread(influence, n));
     let mut outcome = quantiles.outcome();
     let largest = measured.heights.largest;
-    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, largest, &mut outcome.warnings);
+    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, n, largest, &mut outcome.warnings);
     let weight = |(r, c): (&f64, &f64)| if *r == 0.0 { 1.0 } else { (c / r).clamp(0.0, 1.0) };
     let objective = residuals.iter().zip(&excess).map(|(r, e)| (r - e).powi(2)).sum();
     Ok(Outcome {
@@ -203,7 +203,7 @@ fn combined(pairs: &[[f64; 2]], rows: &Rows, measured: &Measured) -> Result<Outc
     let scale = variance.map(f64::sqrt);
     let mut outcome = quantiles.outcome();
     let largest = measured.heights.largest;
-    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, largest, &mut outcome.warnings);
+    let settled = exact::settled(scale, scale.filter(|_| m > n), &residuals, n, largest, &mut outcome.warnings);
     let under: Vec<Vec<f64>> = quantiles.fits.iter().map(below).collect();
     let influence = |k: usize| -> f64 {
         cancel::checkpoint();

@@ -100,7 +100,7 @@ pub(super) fn solve(tau: f64, factor: f64, measured: &Measured) -> Result<Outcom
     let mut warnings = fit.warnings();
     let residuals = &fit.residuals;
     let scale = fit.sparsity.map(|s| (tau * (1.0 - tau)).sqrt() * s);
-    let settled = exact::settled(scale, scale.filter(|_| m > n), residuals, measured.heights.largest, &mut warnings);
+    let settled = exact::settled(scale, scale.filter(|_| m > n), residuals, n, measured.heights.largest, &mut warnings);
     let capped = |r: &f64| capped(fit.rho(*r), *r, settled.scale.unwrap_or(0.0));
     let weights = settled.weights.unwrap_or_else(|| residuals.iter().map(capped).collect());
     let objective = factor * residuals.iter().map(|r| fit.rho(*r)).sum::<f64>();

@@ -86,7 +86,7 @@ pub(super) fn estimate(distribution: Distribution, measured: &Measured) -> Resul
     let bound = at_bound(distribution, shape);
     let weights = weights(distribution, shape, &found);
     let mut warnings = found.warnings;
-    let settled = exact::settled(Some(found.scale), tau, &found.residuals, problem.largest, &mut warnings);
+    let settled = exact::settled(Some(found.scale), tau, &found.residuals, n, problem.largest, &mut warnings);
     let weights = settled.weights.unwrap_or(weights);
     warnings.extend(bound.filter(|_| settled.dispersion.is_some()).map(Warning::ShapeAtBound));
     let known = settled.dispersion.is_some();

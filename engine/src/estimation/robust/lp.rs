@@ -133,7 +133,7 @@ pub(super) fn estimate(p: f64, measured: &Measured) -> Result<Outcome, FitError>
     let scale = median_abs(r) / NORMAL_QUARTILE;
     let mut warnings = walk.warnings();
     let tau = dispersion(p, r, m, n, scale);
-    let settled = exact::settled(Some(scale), tau, r, measured.heights.largest, &mut warnings);
+    let settled = exact::settled(Some(scale), tau, r, n, measured.heights.largest, &mut warnings);
     let weight = |r: &f64| (r.abs() / scale).max(1.0).powf(p - 2.0);
     let weights = settled.weights.unwrap_or_else(|| r.iter().asking(50).map(weight).collect());
     Ok(Outcome {

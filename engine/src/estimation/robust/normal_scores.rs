@@ -50,7 +50,7 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
         warnings.push(Warning::DispersionStopped);
     }
     let tau = dispersion.tau(&walk.x, n);
-    let settled = exact::settled(tau, tau.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
+    let settled = exact::settled(tau, tau.filter(|_| m > n), &residuals, n, measured.heights.largest, &mut warnings);
     let scale = settled.scale.unwrap_or(0.0);
     let scores = dispersion.scores_of(&residuals);
     let weight = |(a, r): (&f64, &f64)| if *r == 0.0 { 1.0 } else { (scale * (a / r).abs()).min(1.0) };

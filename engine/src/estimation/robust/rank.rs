@@ -80,7 +80,7 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
     let mut scores = vec![0.0; m];
     order.from.iter().zip(scores_in_order(&order.sorted)).for_each(|(&k, a)| scores[k as usize] = a);
     let tau = tau(&order.sorted, n);
-    let settled = exact::settled(tau, tau.filter(|_| m > n), &residuals, measured.heights.largest, &mut warnings);
+    let settled = exact::settled(tau, tau.filter(|_| m > n), &residuals, n, measured.heights.largest, &mut warnings);
     let scale = settled.scale.unwrap_or(0.0);
     let weight = |(a, r): (&f64, &f64)| if *r == 0.0 { 1.0 } else { (scale * (a / r).abs()).min(1.0) };
     let weights = settled.weights.unwrap_or_else(|| scores.iter().zip(&residuals).map(weight).collect());

@@ -65,10 +65,14 @@ impl HeldFigure {
 /// Share of what a setting moves most from which on it moves a figure.
 const MOVED: f64 = 0.05;
 
+/// Share of the greatest effect of all settings up to which an effect is rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// The figures of `all` that a setting moves: those with more than a twentieth of its greatest
 /// effect.
 pub fn moved_by(all: &[HeldFigure], setting: usize) -> impl Iterator<Item = &HeldFigure> {
     let effect = move |figure: &HeldFigure| figure.moved[setting].abs();
-    let least = MOVED * all.iter().map(effect).fold(0.0, f64::max);
+    let greatest = all.iter().flat_map(|figure| &figure.moved).fold(0.0, |most: f64, x| most.max(x.abs()));
+    let least = (MOVED * all.iter().map(effect).fold(0.0, f64::max)).max(ROUNDING * greatest);
     all.iter().filter(move |figure| effect(figure) > least)
 }

@@ -178,7 +178,7 @@ pub fn pitch(gear: &Gear, measured: &PitchMeasured, settings: &PitchSettings) ->
         |values: &[Option<f64>], i: usize, back: usize| Some((i, values[i]? - values[(i + teeth - back) % teeth]?));
     let sums = |ends: &mut dyn Iterator<Item = usize>, k| greatest(ends.filter_map(|i| difference(&index, i, k)));
     let sector_pitch_2013 = sector.and_then(|k| widest_sector(&index, k));
-    let sector_sum_2013 = sector.and_then(|k| sums(&mut (0..teeth).step_by(k).skip(1), k));
+    let sector_sum_2013 = sector.and_then(|k| sums(&mut (1..=teeth / k).map(|n| n * k % teeth), k));
     let sector_pitch_1995 = sector.and_then(|k| sums(&mut (0..teeth), k));
     let adjacent = (teeth > 1).then(|| greatest((0..teeth).filter_map(|i| difference(&single, i, 1)))).flatten();
     Ok(Pitch {

@@ -206,6 +206,12 @@ fn stopped_by(figure: &HeldFigure, all: &[HeldFigure], solution: &Solution) -> S
         (!names.is_empty()).then(|| listed(names).to_string())
     };
     let settings = &solution.settings;
+    let unrounded: Vec<f64> = settings.iter().map(|setting| setting.unrounded.unwrap_or(setting.change)).collect();
+    if let Some(names) = quoted(&|j| settings[j].unrounded.is_some())
+        && !figure.is_outside(figure.after(&unrounded))
+    {
+        return format!("{names} rounded to its increment");
+    }
     let at_limit = quoted(&|j| settings[j].limited.is_some_and(|limit| matches!(limit, Limit::Min | Limit::Max)));
     match (at_limit, quoted(&|j| settings[j].fixed), quoted(&|j| settings[j].undetermined)) {
         (Some(names), ..) => format!("{names} at its limit"),

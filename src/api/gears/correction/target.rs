@@ -146,8 +146,7 @@ impl Wanted<'_> {
                         self.designed(flank, design, faults).and_then(|found| aim(AimName::Design, found))
                     }
                     Some(flank) if profile_crowning.or(helix_crowning).or(twist).is_some() => {
-                        let found = flank.target_within(self.deviation, self.weight, self.limits);
-                        found.map_or(Some(AimBody::NOMINAL), |found| aim(AimName::Limits, found))
+                        self.within_limits(flank, faults)
                     }
                     _ => Some(AimBody::NOMINAL),
                 };
@@ -173,17 +172,20 @@ impl Wanted<'_> {
                 faults.push(AT, detail);
                 None
             }
-            (TargetName::Limits, _) => match flank.target_within(self.deviation, self.weight, self.limits) {
-                Some(found) => aim(AimName::Limits, found),
-                None => {
-                    let detail = "the nodes do not tell slopes and crownings, which the limits are of: name another \
-                        target";
-                    faults.push(AT, detail);
-                    None
-                }
-            },
-            (TargetName::Nominal, _) => Some(AimBody::NOMINAL),
+            (TargetName::Limits | TargetName::Nominal, _) => self.within_limits(flank, faults),
         }
+    }
+
+    /// Returns the middle of the limits as the target. Nodes that do not determine the figures have
+    /// none: the unmodified flank in its place would remove what the limits ask for.
+    fn within_limits(&self, flank: &Flank, faults: &mut Faults) -> Option<AimBody> {
+        let Some(found) = flank.target_within(self.deviation, self.weight, self.limits) else {
+            let detail = "the limits of the job cannot be aimed at, because the nodes do not determine slopes and \
+                crownings over the ranges of the machine: correct the ranges, or send another `target`";
+            faults.push("/target", detail);
+            return None;
+        };
+        Some(AimBody { kind: AimName::Limits, deviation_um: Some(found) })
     }
 
     fn designed(&self, flank: &Flank, design: &DesignBody, faults: &mut Faults) -> Option<Vec<f64>> {
