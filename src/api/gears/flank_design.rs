@@ -63,9 +63,10 @@ macro_rules! design {
 }
 
 design! {
-    /// How the flanks are meant to deviate from the involute, in µm along the normal: figures in
-    /// the signs in which they are measured, and further modifications. All of them refer to one
-    /// range. `{}` is the unmodified flank. Corrections aim at it.
+    /// How the flanks are meant to deviate from the involute, in µm: figures in the signs in which
+    /// they are measured and along the `direction` of the requirements, and further modifications
+    /// along the normal. All of them refer to one range. `{}` is the unmodified flank. Corrections
+    /// aim at it.
     #[schema(as = FlankDesign)]
     DesignBody {
         /// Of left flanks: each figure here goes before the one for both.
@@ -92,7 +93,8 @@ design! {
 }
 
 design! {
-    /// How one flank is meant to deviate from the involute, in µm along the normal.
+    /// How one flank is meant to deviate from the involute, in µm along the `direction` of the
+    /// requirements.
     #[schema(as = SideDesign)]
     SideDesignBody {}
 }
