@@ -279,13 +279,13 @@ fn what_is_wrong_with_a_file_is_said_with_its_name() {
         std::fs::write(&file, text).unwrap();
         file.to_str().unwrap().to_owned()
     };
-    let table = write("nodes.csv", "u,v,z\n1,2,3\n");
+    let table = write("nodes.csv", "u,v,z\n1,2,three\n");
     let request =
         write("request.json", r#"{"nodes":{"type":"curve","x":[1,2],"y":[1,"a"]},"model":{"type":"linear"}}"#);
     let curves = write("curves.mka", "HEADER");
     let gear = write("gear.json", r#"{"teeth":0}"#);
     for (arguments, told) in [
-        (&["fit", &table][..], &["nodes.csv holds no fit request", "demo --nodes"][..]),
+        (&["fit", &table][..], &["nodes.csv: 1 cell is not a finite number", "line 2, column 3"][..]),
         (&["fit", &request], &["request.json: nodes.y.1: expected a number"]),
         (&["evaluate", &curves, "--gear", &gear], &["gear.json: teeth: ", "gear.json: normal_module_mm: missing"]),
         (&["evaluate", &curves], &["curves.mka: "]),

@@ -8,7 +8,7 @@ use flankfit_engine::{
     formats::{
         gear_file,
         klingelnberg::{SignConvention, read_curves, read_values},
-        points,
+        table::{self, Mapping},
     },
     gear::Gear,
 };
@@ -78,13 +78,13 @@ fn points_100000(bencher: Bencher) {
         let _ =
             writeln!(text, "p{k},{:.6},{:.6},{:.6},{:.9},{:.9},0", 50.0 * a.cos(), 50.0 * a.sin(), a, a.cos(), a.sin());
     }
-    bencher
-        .counter(BytesCount::of_slice(text.as_bytes()))
-        .bench(|| points::read(text.as_bytes()).expect("a sound list"));
+    bencher.counter(BytesCount::of_slice(text.as_bytes())).bench(|| {
+        table::read(text.as_bytes(), &Mapping::default()).and_then(|table| table.points()).expect("a sound list")
+    });
 }
 
 #[divan::bench]
 fn recognised_by_content(bencher: Bencher) {
     let bytes = curve_file();
-    bencher.counter(BytesCount::of_slice(&bytes)).bench(|| gear_file::read(&bytes, None).expect("a sound file"));
+    bencher.counter(BytesCount::of_slice(&bytes)).bench(|| gear_file::read(&bytes, None, None).expect("a sound file"));
 }

@@ -6,7 +6,7 @@ use libfuzzer_sys::fuzz_target;
 
 fuzz_target!(|bytes: &[u8]| {
     for name in [None, Some("a.mka"), Some("a.mew"), Some("a.csv"), Some("a.rexs")] {
-        if let Err(fault) = read(bytes, name)
+        if let Err(fault) = read(bytes, name, None)
             && let Some(place) = fault.place()
         {
             let lines = bytes.iter().filter(|b| **b == b'\n').count() + 1;

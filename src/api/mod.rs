@@ -2,8 +2,8 @@
 //! types.
 //!
 //! Knows serde and the OpenAPI schemas, no HTTP server and no SQL, so that the store and the
-//! command line use it too. One folder for each feature; imports go upwards in this list:
-//! `json`, `measurand`, `shapes`, `fits`, `curves`, `surfaces`, `studies`, `gears`, `jobs`,
+//! command line use it too. One folder for each feature; imports go upwards in this list: `json`,
+//! `measurand`, `tables`, `shapes`, `fits`, `curves`, `surfaces`, `studies`, `gears`, `jobs`,
 //! `streams`, `simulations`. `contract` shapes the published document and knows none of them.
 
 pub mod built;
@@ -24,6 +24,7 @@ pub mod simulations;
 pub mod streams;
 pub mod studies;
 pub mod surfaces;
+pub mod tables;
 pub mod warning;
 
 /// Engine name and version, as results carry it.

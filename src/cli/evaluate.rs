@@ -37,8 +37,8 @@ use flankfit_engine::{
 
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// Curves (.mka) or values (.mew) of a gear tester, points (.csv, with --gear) or a REXS model;
-    /// `-` reads standard input.
+    /// Curves (.mka) or values (.mew) of a gear tester, a table of points (with --gear) or a REXS
+    /// model; `-` reads standard input.
     file: PathBuf,
     /// The gear as JSON; replaces the gear data of the file.
     #[arg(long, value_name = "FILE")]
@@ -74,7 +74,7 @@ fn text(arguments: &EvaluateArguments) -> Result<String, CommandError> {
     let in_words = |problem: Problem| wrong_in(&arguments.file, &problem);
     let content = content_of(&arguments.file, "curves, values or points of a gear tester, or a REXS model")?;
     let name = arguments.file.file_name().map(|name| name.to_string_lossy().into_owned());
-    let parsed = gear_file::read(&content, name.as_deref());
+    let parsed = gear_file::read(&content, name.as_deref(), None);
     if let (Ok(GearFile::Model(_)), None) = (&parsed, &arguments.component) {
         return gears(&gears::read(&content, name.as_deref()).map_err(in_words)?, arguments.json);
     }

@@ -68,7 +68,7 @@ impl Payload {
         let media = media(request.headers())?;
         let settings = &state.settings;
         let mut permit = state.budget.permit();
-        let count = if encoding == Encoding::Identity { numbers } else { |_: &[u8]| 0 };
+        let count = if encoding == Encoding::Identity { numbers_of(&media) } else { |_: &[u8]| 0 };
         let whole = collect(request, limit, count, &mut permit);
         let (bytes, numbers) = tokio::time::timeout(settings.body_timeout(), whole).await.map_err(|_elapsed| {
             Problem::new(
@@ -103,7 +103,8 @@ impl Payload {
     /// The decompressed bytes, with a permit for what is computed with them, and where their digest
     /// is to be noted. Processor work for compressed bodies.
     pub fn unpack(self, limit: usize) -> Result<(WithPermit<Bytes>, Option<BodyDigest>), Problem> {
-        let Payload { bytes, mut permit, numbers, encoding, digest, .. } = self;
+        let Payload { bytes, mut permit, numbers, encoding, digest, media } = self;
+        let numbers_in = numbers_of(&media);
         if encoding == Encoding::Identity {
             permit.grow(numbers * NUMBER)?;
             return Ok((WithPermit::new(bytes, permit), digest));
@@ -113,7 +114,7 @@ impl Payload {
         let mut whole = Vec::new();
         reserve(&mut whole, hint)?;
         encoding.pieces(&bytes, limit, |piece| {
-            permit.grow(piece.len() + self::numbers(piece) * NUMBER)?;
+            permit.grow(piece.len() + numbers_in(piece) * NUMBER)?;
             if piece.len() > whole.capacity() - whole.len() {
                 let more = whole.capacity().min(limit - whole.len()).max(piece.len());
                 reserve(&mut whole, more)?;
@@ -174,6 +175,27 @@ const NUMBER: usize = 4 * size_of::<f64>();
 /// How many numbers are in a text, roughly: one begins after each comma.
 fn numbers(text: &[u8]) -> usize {
     memchr::memchr_iter(b',', text).count()
+}
+
+/// How many cells are in a text that may be a table, roughly: one begins behind each separator, and
+/// behind each run of blanks.
+fn cells(text: &[u8]) -> usize {
+    let mut before = b' ';
+    let mut count = 0;
+    for byte in text {
+        let blank = before.is_ascii_whitespace() && !byte.is_ascii_whitespace();
+        count += usize::from(blank || matches!(byte, b',' | b';' | b'\t'));
+        before = *byte;
+    }
+    count
+}
+
+/// What numbers of a body are counted by.
+fn numbers_of(media: &Media) -> fn(&[u8]) -> usize {
+    match media {
+        Media::Json => numbers,
+        Media::Multipart(_) | Media::Other(_) => cells,
+    }
 }
 
 /// 415 for a media type that is not among `wanted`.

@@ -212,9 +212,11 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
     let limit = state.settings.body_limit;
     let work = move || {
         let form = read_file(payload, limit)?;
-        let FileForm { file, name, spec } = &*form;
-        if spec.is_some() {
-            return Err(Problem::invalid(Faults::one("/spec", "nothing is to be said of this file")));
+        let FileForm { file, name, spec, mapping } = &*form;
+        for (part, given) in [("spec", spec.is_some()), ("mapping", mapping.is_some())] {
+            if given {
+                return Err(Problem::invalid(Faults::one(format!("/{part}"), "nothing is to be said of this file")));
+            }
         }
         gears::answer(file, name.as_deref())
     };

@@ -20,6 +20,7 @@ use crate::{
         gears::files::spec::ImportSpecBody,
         jobs::{import, iterations::NewIterationBody, problem::of_measured},
         problem::Problem,
+        tables::mapping::MappingBody,
     },
     jobs::ExpectedGear,
 };
@@ -33,20 +34,23 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[derive(Serialize, ToSchema)]
 #[schema(as = ImportForm)]
 struct ImportFormBody {
-    /// `.mka`, points as CSV `id,x,y,z[,i,j,k]`, or a REXS model with topographies.
+    /// `.mka`, a REXS model with topographies or traces, or a table of nodes or points.
     #[schema(value_type = String, format = Binary)]
     file: Vec<u8>,
     /// `application/json`.
     spec: Option<ImportSpecBody>,
+    /// `application/json`: how a table is to be read.
+    mapping: Option<MappingBody>,
 }
 
-/// Makes an iteration of a file of a gear tester, of points or of a REXS model.
+/// Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
 ///
 /// The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
 /// normal), those of the evaluation range, fitted by a second-order surface or what they tell of
 /// it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
 /// together with what they are of and the file's digest. Of points and of a model's topographies
-/// the deviations are kept. A file of another gear than the job's is refused.
+/// the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid
+/// where it is one. A file of another gear than the job's is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), IdempotencyKey),
@@ -74,8 +78,8 @@ async fn import_iteration(
         let (limit, plans) = (state.settings.body_limit, state.plans.clone());
         let work = move || {
             let form = read_file(payload, limit)?;
-            let FileForm { file, name, spec } = &*form;
-            let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), &own, &plans)?;
+            let FileForm { file, name, spec, mapping } = &*form;
+            let mut draft = import::draft(file, name.as_deref(), spec.as_deref(), mapping.as_ref(), &own, &plans)?;
             draft.records.iter_mut().for_each(|record| record.gear = own.gear.as_deref().map(Into::into));
             draft.expected_gear = Some(ExpectedGear(own.gear));
             Ok::<_, Problem>(draft)

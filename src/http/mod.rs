@@ -41,6 +41,7 @@ mod long;
 mod media_type;
 pub mod meta;
 pub mod multipart;
+mod nodes;
 pub mod observe;
 pub mod openapi;
 mod operations;

@@ -14,6 +14,7 @@ use crate::api::{
     fits::reader,
     json::request::ReadWhole,
     problem::{Problem, ProblemCode},
+    tables::mapping::{self, MappingBody},
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
@@ -26,9 +27,10 @@ pub fn read_fit<E: ReadWhole>(payload: Payload, limit: usize) -> Result<WithPerm
             Ok(WithPermit::new(reader::read_fit(&text)?, permit))
         }
         Media::Multipart(content_type) => {
-            let ([spec, nodes], permit) = split(payload, limit, &content_type, &FIT)?.into_parts();
+            let ([spec, nodes, mapping], permit) = split(payload, limit, &content_type, &FIT)?.into_parts();
             let (spec, nodes) = (required(spec, "spec")?, required(nodes, "nodes")?);
-            Ok(WithPermit::new(reader::read_fit_with_csv(&spec.content, &nodes.content)?, permit))
+            let mapping = mapping.as_ref().map(|part| &*part.content);
+            Ok(WithPermit::new(reader::read_fit_with_table(&spec.content, &nodes.content, mapping)?, permit))
         }
         Media::Other(other) => Err(unsupported(&other, "application/json or multipart/form-data")),
     }
@@ -64,6 +66,8 @@ pub struct FileForm {
     pub name: Option<String>,
     /// JSON.
     pub spec: Option<Bytes>,
+    /// How a table is to be read.
+    pub mapping: Option<MappingBody>,
 }
 
 /// Decompresses and reads a form with a file. Processor work.
@@ -75,18 +79,31 @@ pub fn read_file(payload: Payload, limit: usize) -> Result<WithPermit<FileForm>,
         };
         return Err(unsupported(&other, "multipart/form-data"));
     };
-    let ([spec, file], permit) = split(payload, limit, &content_type, &FILE)?.into_parts();
+    let ([spec, file, mapping], permit) = split(payload, limit, &content_type, &FILE)?.into_parts();
     let file = required(file, "file")?;
-    let form = FileForm { file: file.content, name: file.file_name, spec: spec.map(|part| part.content) };
+    let mapping = mapping::read(mapping.as_ref().map(|part| &*part.content))?;
+    let form = FileForm { file: file.content, name: file.file_name, spec: spec.map(|part| part.content), mapping };
     Ok(WithPermit::new(form, permit))
+}
+
+/// Decompresses a file that comes alone or in a form. Processor work.
+pub fn read_any_file(payload: Payload, limit: usize) -> Result<WithPermit<FileForm>, Problem> {
+    match payload.media() {
+        Media::Multipart(_) => read_file(payload, limit),
+        // a file of no known type counts as JSON elsewhere
+        Media::Json | Media::Other(_) => {
+            let (file, permit) = payload.into_bytes(limit)?.into_parts();
+            Ok(WithPermit::new(FileForm { file, name: None, spec: None, mapping: None }, permit))
+        }
+    }
 }
 
 /// A part of a form: its name and the media types that it may have.
 type PartSpec = (&'static str, &'static [&'static str]);
 
-const FIT: [PartSpec; 2] = [("spec", &["application/json"]), ("nodes", &["text/csv"])];
-/// Files of instruments have no media type of their own: any is taken.
-const FILE: [PartSpec; 2] = [("spec", &["application/json"]), ("file", &[])];
+/// Files have no media type of their own, and tables have several: any is taken.
+const FIT: [PartSpec; 3] = [("spec", &["application/json"]), ("nodes", &[]), ("mapping", &["application/json"])];
+const FILE: [PartSpec; 3] = [("spec", &["application/json"]), ("file", &[]), ("mapping", &["application/json"])];
 
 fn required(part: Option<Part>, name: &str) -> Result<Part, Problem> {
     part.ok_or_else(|| malformed(&format!("the part `{name}` is missing")))
@@ -97,20 +114,20 @@ fn split(
     payload: Payload,
     limit: usize,
     content_type: &str,
-    wanted: &[PartSpec; 2],
-) -> Result<WithPermit<[Option<Part>; 2]>, Problem> {
+    wanted: &[PartSpec; 3],
+) -> Result<WithPermit<[Option<Part>; 3]>, Problem> {
     let (form, noted) = payload.unpack(limit)?;
     let (form, permit) = form.into_parts();
     let parts = parts(&form, content_type)?;
     if let Some(noted) = noted {
         noted.get_or_init(|| digest_of(&parts));
     }
-    let mut found = [None, None];
+    let mut found = [const { None }; 3];
     for part in parts {
         let Some(place) = wanted.iter().position(|(name, _)| *name == part.name) else {
             let other: String = part.name.chars().take(64).collect();
-            let [(a, _), (b, _)] = wanted;
-            return Err(malformed(&format!("there is no part `{other}`; the parts are `{a}` and `{b}`")));
+            let [(a, _), (b, _), (c, _)] = wanted;
+            return Err(malformed(&format!("there is no part `{other}`; the parts are `{a}`, `{b}` and `{c}`")));
         };
         let (name, media) = wanted[place];
         let essence = essence(&part.media);

@@ -15,7 +15,7 @@ use utoipa_axum::router::OpenApiRouter;
 
 use super::{
     applied, audit, conditional, cors, curves, dashboard, events, fits, gear_corrections, gear_records, gears, headers,
-    imports, iterations, job_fits, jobs, keys, life, long, meta, observe,
+    imports, iterations, job_fits, jobs, keys, life, long, meta, nodes, observe,
     openapi::{self, Contract, scopes},
     operations::{self, Operations},
     previews, records, shapes, simulations,
@@ -45,6 +45,7 @@ fn versioned() -> OpenApiRouter<AppState> {
         .merge(gear_corrections::group())
         .merge(applied::group())
         .merge(imports::group())
+        .merge(nodes::group())
         .merge(shapes::group())
         .merge(records::group())
         .merge(simulations::group())

@@ -40,16 +40,17 @@ async fn an_empty_height_is_a_missing_node() {
 #[tokio::test]
 async fn bad_cells_have_line_and_column() {
     let app = TestApp::start().await;
-    let answer = post_table(&app, "x,y\n0,1\n1,\"2,5\"\n2,n/a\n").await;
-    assert_eq!(answer.pointers(), ["/nodes/y/1", "/nodes/y/2"]);
-    assert!(answer.text.contains("line 3, column 2"), "{}", answer.text);
+    let answer = post_table(&app, "x,y\n0,1\n1,2_5\n2,n/a\n3,4\n4,5\n").await;
+    assert_eq!(answer.pointers(), ["/nodes"; 3]);
+    assert!(answer.text.contains("2 cells are not finite numbers"), "{}", answer.text);
+    assert!(answer.text.contains("line 3, column 2 (y): `2_5`"), "{}", answer.text);
     // what is no number in JSON is none in a table
     let json = r#"{"nodes":{"type":"curve","x":[0,1],"y":[1,NaN]},"model":{"type":"polynomial","degree":1}}"#;
     for answer in [post_table(&app, "x,y\n0,1\n1,NaN\n").await, app.fit(json).await] {
         let told = answer.problem(400, "malformed_body");
         assert!(told["detail"].as_str().unwrap().contains("NaN and Infinity"), "{told}");
     }
-    assert_eq!(post_table(&app, "a,b\n1,2\n").await.pointers(), ["/nodes"]);
+    assert_eq!(post_table(&app, "roll length,b,c\n1,2,3\n").await.pointers(), ["/nodes"]);
     assert_eq!(post_table(&app, "").await.pointers(), ["/nodes"]);
 }
 
@@ -84,7 +85,7 @@ async fn broken_forms_are_refused() {
     post(&app, more).await.problem(400, "malformed_body");
     let twice = Form::new().text("spec", SPEC).text("nodes", "x,y\n1,2").text("spec", SPEC);
     post(&app, twice).await.problem(400, "malformed_body");
-    let other = Form::new().text("spec", SPEC).part("nodes", part("x", "application/vnd.ms-excel"));
+    let other = Form::new().part("spec", part(SPEC, "text/csv")).text("nodes", "x,y\n1,2");
     post(&app, other).await.problem(415, "unsupported_media_type");
     for (media, body) in [
         ("multipart/form-data", "--x\r\n"),
@@ -111,10 +112,49 @@ async fn a_large_form_is_read() {
     post_table(&app, &more).await.problem(413, "body_too_large");
 }
 
+/// What a table is, its content says, whatever its media type.
 #[tokio::test]
-async fn a_table_in_another_character_set_is_refused() {
+async fn a_table_may_have_any_media_type_and_character_set() {
     let app = TestApp::start().await;
-    let form = |media| Form::new().text("spec", SPEC).part("nodes", part("x,y\n0,1\n1,2\n2,4\n", media));
-    assert_eq!(post(&app, form("text/csv; charset=utf-8")).await.status, 200);
-    post(&app, form("text/csv; charset=utf-16le")).await.problem(415, "unsupported_media_type");
+    let text = "x,y\n0,1\n1,2\n2,4\n";
+    let wanted = post_table(&app, text).await.text;
+    let utf16: Vec<u8> = std::iter::once(0xFEFF).chain(text.encode_utf16()).flat_map(u16::to_le_bytes).collect();
+    for (bytes, media) in [
+        (text.as_bytes().to_vec(), "text/csv; charset=utf-8"),
+        (utf16, "text/csv; charset=utf-16le"),
+        (text.as_bytes().to_vec(), "application/vnd.ms-excel"),
+        (text.replace(',', "\t").into_bytes(), "text/tab-separated-values"),
+    ] {
+        let nodes = Part::bytes(bytes).mime_str(media).unwrap();
+        let answer = post(&app, Form::new().text("spec", SPEC).part("nodes", nodes)).await;
+        assert_eq!((answer.status.as_u16(), &answer.text), (200, &wanted), "{media}");
+    }
+}
+
+/// Decimal commas that stand between commas are told apart by nothing but quotes or another
+/// separator.
+#[tokio::test]
+async fn a_mapping_says_how_a_table_is_to_be_read() {
+    let app = TestApp::start().await;
+    let form = |mapping: &str| {
+        Form::new()
+            .text("spec", SPEC)
+            .text("nodes", "y;x\n1;0\n3,1;1\n4,9;2\n7,2;3\n")
+            .text("mapping", mapping.to_owned())
+    };
+    let wanted = app.fit(CURVE).await.text;
+    for mapping in [r#"{"decimal": ",", "separator": ";", "header": null}"#, "{}"] {
+        assert_eq!(post(&app, form(mapping)).await.text, wanted, "{mapping}");
+    }
+    let swapped = r#"{"columns": [{"meaning": "x"}, {"meaning": "y"}]}"#;
+    assert_ne!(post(&app, form(swapped)).await.text, wanted);
+    let refused = post(&app, form(r#"{"separator": ","}"#)).await;
+    assert_eq!(refused.status, 422, "{}", refused.text);
+    assert!(refused.text.contains("no line of the table has two numbers"), "{}", refused.text);
+    assert_eq!(post(&app, form(r#"{"decimals": ","}"#)).await.pointers(), ["/mapping/decimals"]);
+    assert_eq!(
+        post(&app, form(r#"{"columns": [{"meaning": "depth"}]}"#)).await.pointers(),
+        ["/mapping/columns/0/meaning"]
+    );
+    post(&app, form("{")).await.problem(400, "malformed_body");
 }

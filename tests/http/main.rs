@@ -46,4 +46,5 @@ mod shapes;
 mod slow;
 mod strict;
 mod studies;
+mod tables;
 mod wording;

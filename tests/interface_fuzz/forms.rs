@@ -10,10 +10,23 @@ use super::{
 };
 use serde_json::Value;
 
-const TABLES: [&str; 3] = [
+const TABLES: [&str; 7] = [
     "x,y\n0,1\n1,3.1\n2,4.9\n3,7.2\n4,9.1\n",
     "u,v,z,weight\n0,0,1,1\n0,1,2,1\n1,0,3,1\n1,1,,1\n1,2,4.5,2\n2,2,5,0.5\n2,0,1,1\n0,2,3,1\n",
     "u,v,z\n0,0,1\n0,1,2\n1,0,3\n1,1,4\n2,0,5\n2,1,6\n",
+    "Rollweg [mm];Breite [mm];Abweichung [µm];\r\n5,9;0,5;1,2;\r\n5,9;1,5;-0,3;\r\n6,1;0,5;;\r\n6,1;1,5;2;\r\n",
+    "u\\v,0.5,1.5,2.5\n1,0.1,0.2,0.3\n2,0.4,,0.6\n3,0.7,0.8,0.9\n",
+    "# points\n[A]\n  1;  3.1; 78.9; 0.0;\n  2;  3.2; 79.4; 2.0;\n",
+    "tooth\tflank\troll length\tface width\tdeviation\n1\tleft\t1\t1\t.5\n1\tleft\t2\t1\t.6\n2\tright\t1\t2\t\"1\"\n",
+];
+
+const MAPPINGS: [&str; 6] = [
+    "{}",
+    r#"{"separator": ";", "decimal": ","}"#,
+    r#"{"header": true, "matrix": true, "layout": "grid"}"#,
+    r#"{"header": false, "matrix": false, "layout": "scattered"}"#,
+    r#"{"columns": [{"meaning": "roll_length", "unit": "mm"}, {"meaning": "face_width"}, {"meaning": "deviation", "unit": "um"}]}"#,
+    r#"{"separator": "spaces", "columns": [{"meaning": "x"}, {"meaning": "y"}, {"name": "a", "meaning": "ignore"}]}"#,
 ];
 
 /// What is measured of a gear, as files.
@@ -48,6 +61,9 @@ impl Files {
             ("model.rexs", model.text("1.4").into_bytes()),
             ("points.csv", points),
             ("empty", Vec::new()),
+            ("table.txt", TABLES[3].as_bytes().to_vec()),
+            ("matrix.dat", TABLES[4].as_bytes().to_vec()),
+            ("utf16.csv", TABLES[3].encode_utf16().flat_map(u16::to_le_bytes).collect()),
         ])
     }
 }
@@ -68,7 +84,7 @@ pub fn form(
         _ => Vec::new(),
     };
     let mut parts: Vec<(String, String, Vec<u8>)> = Vec::new();
-    for name in ["spec", "nodes", "file"] {
+    for name in ["spec", "nodes", "file", "mapping"] {
         let wanted = names.iter().any(|own| own == name) || (name == "file" && operation.bodies.len() == 1);
         if !wanted || rng.percent(3) {
             continue;
@@ -78,6 +94,7 @@ pub fn form(
                 let spec = spec.clone().or_else(|| drawn.field("spec").cloned()).unwrap_or(Node::Object(Vec::new()));
                 (r#"; filename="spec.json""#.to_owned(), spec.written())
             }
+            "mapping" => (String::new(), rng.one(MAPPINGS).as_bytes().to_vec()),
             "nodes" => (r#"; filename="nodes.csv""#.to_owned(), rng.one(TABLES).as_bytes().to_vec()),
             _ => {
                 let (file, content) = rng.pick(&files.0).cloned().unwrap_or(("none", Vec::new()));
@@ -106,7 +123,7 @@ pub fn form(
             0 => "",
             1 => "content-type: text/plain; charset=utf-8\r\n",
             2 => "content-type: application/octet-stream\r\n",
-            _ if name == "spec" => "content-type: application/json\r\n",
+            _ if name == "spec" || name == "mapping" => "content-type: application/json\r\n",
             _ if name == "nodes" => "Content-Type: text/csv\r\n",
             _ => "",
         };

@@ -2,6 +2,8 @@
 
 use std::fmt;
 
+use super::table::TableFault;
+
 /// A place in a file: both counted from 1, columns in characters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FilePosition {
@@ -33,7 +35,8 @@ pub enum FileError {
     },
     /// The file is of no format that is read.
     #[error(
-        "{place}: this is none of the formats that are read (.mka, .mew, REXS, points as CSV); it begins with {found}"
+        "{place}: this is none of the formats that are read (.mka, .mew, REXS, tables of nodes or points); it begins with \
+         {found}"
     )]
     Unrecognised {
         /// Where it begins.
@@ -91,6 +94,9 @@ pub enum FileError {
         /// What is wrong.
         detail: String,
     },
+    /// A table of nodes or points that cannot be read.
+    #[error("{0}")]
+    Table(Box<TableFault>),
     /// The model has no cylindrical gear.
     #[error("the model has no cylindrical gear")]
     NoGear,
@@ -120,6 +126,9 @@ impl FileError {
             | FileError::TooMany { place, .. }
             | FileError::Unsupported { place, .. }
             | FileError::Xml { place, .. } => Some(*place),
+            FileError::Table(fault) => {
+                fault.places.first().map(|place| FilePosition { line: place.line, column: place.column })
+            }
             FileError::Empty
             | FileError::TooLarge { .. }
             | FileError::NoGear

@@ -10,7 +10,7 @@
 //! change to be added to the setting, the absolute one the setting after it. Limits are those of
 //! the absolute value, or of the change where that is all there is.
 
-use super::{number::real, points::field};
+use super::{number::real, table::field};
 
 /// Unit of a correction, as OPC UA has it: a code of UN/CEFACT recommendation 20.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]

@@ -1,7 +1,8 @@
 //! Text of a file: its characters, its lines, its numbers.
 //!
-//! Bytes that are UTF-8 are taken as such, with or without a byte order mark; anything else is
-//! Latin-1, which every sequence of bytes is. Lines end with LF or CRLF.
+//! Bytes that are UTF-8 are taken as such, with or without a byte order mark. UTF-16 is known by
+//! its mark, or by the zero bytes of its first characters. Anything else is Latin-1, which every
+//! sequence of bytes is. Lines end with LF or CRLF.
 
 use std::borrow::Cow;
 
@@ -17,14 +18,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, FileError> {
         return Err(FileError::TooLarge { bytes: bytes.len(), most: MOST_BYTES });
     }
     let start = FilePosition { line: 1, column: 1 };
-    if bytes.starts_with(&[0xFF, 0xFE]) || bytes.starts_with(&[0xFE, 0xFF]) {
-        return Err(FileError::Unsupported {
-            place: start,
-            what: "UTF-16 text; save the file as UTF-8 or Latin-1".into(),
-        });
-    }
     if bytes.starts_with(super::archive::MAGIC) || bytes.starts_with(&[0x1F, 0x8B]) {
         return Err(FileError::Unsupported { place: start, what: "a compressed file; unpack it first".into() });
+    }
+    if let Some(pair) = utf16(bytes) {
+        let units: Vec<u16> = bytes.chunks(2).map(|two| pair([two[0], two.get(1).copied().unwrap_or(0)])).collect();
+        let text = String::from_utf16_lossy(&units);
+        let text = text.trim_start_matches('\u{feff}').trim_end_matches('\0');
+        return if text.trim().is_empty() { Err(FileError::Empty) } else { Ok(Cow::Owned(text.to_owned())) };
     }
     let marked = bytes.strip_prefix(b"\xEF\xBB\xBF");
     let text = match std::str::from_utf8(marked.unwrap_or(bytes)) {
@@ -42,6 +43,23 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Cow<'_, str>, FileError> {
         Err(_) => Cow::Owned(bytes.iter().copied().map(char::from).collect()),
     };
     if text.trim().is_empty() { Err(FileError::Empty) } else { Ok(text) }
+}
+
+/// How two bytes of a text are a unit of UTF-16, if they are.
+fn utf16(bytes: &[u8]) -> Option<fn([u8; 2]) -> u16> {
+    match bytes {
+        [0xFF, 0xFE, ..] => return Some(u16::from_le_bytes),
+        [0xFE, 0xFF, ..] => return Some(u16::from_be_bytes),
+        _ => {}
+    }
+    // without a mark: every other byte of digits and Latin letters is zero
+    let first = bytes.get(..8)?;
+    let zeros = |from: usize| first.iter().skip(from).step_by(2).all(|byte| *byte == 0);
+    let others = |from: usize| first.iter().skip(from).step_by(2).all(|byte| *byte != 0);
+    if zeros(1) && others(0) {
+        return Some(u16::from_le_bytes);
+    }
+    (zeros(0) && others(1)).then_some(u16::from_be_bytes)
 }
 
 /// The place of a byte of a text.
@@ -264,6 +282,11 @@ mod tests {
         assert_eq!(decode(b"\xEF\xBB\xBFZ\xC3\xA4").unwrap(), "Zä");
         assert_eq!(decode(b"Z\xE4").unwrap(), "Zä");
         assert_eq!(decode(b" \r\n"), Err(FileError::Empty));
+        assert_eq!(decode(b"\xFF\xFEZ\0\xE4\0").unwrap(), "Zä");
+        assert_eq!(decode(b"\xFE\xFF\0Z\0\xE4").unwrap(), "Zä");
+        assert_eq!(decode(b"u\0,\0v\0,\0z\0").unwrap(), "u,v,z");
+        assert_eq!(decode(b"\0u\0,\0v\0,\0z").unwrap(), "u,v,z");
+        assert_eq!(decode(b"\xFF\xFE"), Err(FileError::Empty));
         let fault = decode(b"\xEF\xBB\xBFa\nb\xE4").unwrap_err();
         assert_eq!(fault.place(), Some(FilePosition { line: 2, column: 2 }));
     }

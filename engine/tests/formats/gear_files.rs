@@ -85,11 +85,11 @@ fn the_content_says_what_a_file_is() {
     for name in [None, Some("a.csv"), Some("b.mka"), Some("c")] {
         let kinds: Vec<&str> = seeds()
             .iter()
-            .map(|seed| match read(seed, name).unwrap() {
+            .map(|seed| match read(seed, name, None).unwrap() {
                 GearFile::Curves(_) => "curves",
                 GearFile::Values(_) => "values",
                 GearFile::Model(_) => "model",
-                GearFile::Points(_) => "points",
+                GearFile::Table(_) => "points",
             })
             .collect();
         assert_eq!(kinds, ["curves", "curves", "curves", "values", "model", "points"]);
@@ -99,19 +99,19 @@ fn the_content_says_what_a_file_is() {
         (&b"hello"[..], None, "none of the formats that are read"),
         (b"hello", Some("x.mka"), "expected HEADER KS.MK.FILE, found “hello”"),
         (b"hello", Some("X.MEW"), "expected HEADER KS.MW.FILE"),
-        (b"a,b,c,d", Some("x.csv"), "a number"),
+        (b"a,b,c,d", Some("x.csv"), "no line of the table has two numbers"),
         (b"<a/>", None, "a document of “a”"),
         (b"{\"id\":1}", Some("x.rexsj"), "a JSON file without a `model`"),
         (b"PK\x03\x04..", Some("x.rexsz"), "a ZIP archive without a list of its files"),
-        (b"\xFF\xFEH\0", None, "UTF-16"),
+        (b"\xFF\xFEH\0", None, "none of the formats that are read"),
     ] {
-        let fault = read(bytes, name).unwrap_err();
+        let fault = read(bytes, name, None).unwrap_err();
         assert!(fault.to_string().contains(wanted), "{fault}");
         if name != Some("x.csv") {
             assert_eq!(fault.place(), start, "{fault}");
         }
     }
-    assert_eq!(read(b" \n\t", Some("x.mka")), Err(FileError::Empty));
+    assert_eq!(read(b" \n\t", Some("x.mka"), None), Err(FileError::Empty));
 }
 
 /// A generator with a fixed sequence (xorshift*).
@@ -223,7 +223,12 @@ fn size(file: &GearFile) -> usize {
             });
             300 * model.gears.len() + lists.sum::<usize>()
         }
-        GearFile::Points(points) => points.iter().map(|p| 96 + p.id.as_ref().map_or(0, String::len)).sum(),
+        GearFile::Table(table) => {
+            let columns = table.columns.iter().enumerate();
+            columns
+                .map(|(k, column)| 40 + column.name.len() + table.numbers_at(k).map_or(0, |list| 8 * list.len()))
+                .sum()
+        }
     }
 }
 
@@ -238,7 +243,7 @@ fn damaged_files_are_read_or_refused_with_a_place() {
         let bytes = damaged(seed, other, &mut draws);
         let name = [None, Some("a.mka"), Some("a.mew"), Some("a.csv"), Some("a.rexs")][round % 5];
         let lines = bytes.iter().filter(|b| **b == b'\n').count() + 1;
-        match read(&bytes, name) {
+        match read(&bytes, name, None) {
             Ok(file) => {
                 whole += 1;
                 let most = 50 * bytes.len() + 1000;
@@ -265,10 +270,10 @@ fn random_bytes_are_refused_or_read() {
     for length in 0..600 {
         let bytes: Vec<u8> = (0..length).map(|_| draws.next() as u8).collect();
         for name in [None, Some("a.mka"), Some("a.mew"), Some("a.csv"), Some("a.xml")] {
-            let _ = read(&bytes, name);
+            let _ = read(&bytes, name, None);
         }
         for head in ["HEADER KS.MK.FILE\n", "HEADER KS.MW.FILE\n", "<model version=\"1.0\">", "x,y,z\n"] {
-            let _ = read(&[head.as_bytes(), &bytes].concat(), None);
+            let _ = read(&[head.as_bytes(), &bytes].concat(), None, None);
         }
     }
 }
@@ -279,7 +284,7 @@ fn promised_counts_take_no_memory() {
     // nothing was set aside for it
     let head = "Zahn-Nr.: 1 links / 4000000000 Werte x= 1\n";
     let text = format!("HEADER KS.MK.FILE\n{}", head.repeat(1000));
-    let fault = read(text.as_bytes(), None).unwrap_err();
+    let fault = read(text.as_bytes(), None, None).unwrap_err();
     assert!(matches!(fault, FileError::ValueCount { announced: 4_000_000_000, found: 0, .. }), "{fault}");
 }
 
@@ -294,7 +299,7 @@ fn the_example_files_are_read() {
         if ![".mka", ".rexs"].iter().any(|end| name.ends_with(end)) {
             continue;
         }
-        match read(&std::fs::read(&path).expect("a file"), Some(&name)).expect(&name) {
+        match read(&std::fs::read(&path).expect("a file"), Some(&name), None).expect(&name) {
             GearFile::Curves(file) => {
                 let mut notes = file.notes.clone();
                 assert_eq!(file.gear(&mut notes).missing(), []);

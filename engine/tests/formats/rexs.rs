@@ -263,7 +263,7 @@ fn json_and_archives_hold_the_same_model() {
     same(read(json().as_bytes()).unwrap());
     for (name, text) in [("model.rexs", xml.as_bytes()), ("model.rexsj", json().as_bytes())] {
         for deflated in [false, true] {
-            match gear_file::read(&packed(name, text, deflated), Some("a.rexsz")).unwrap() {
+            match gear_file::read(&packed(name, text, deflated), Some("a.rexsz"), None).unwrap() {
                 GearFile::Model(model) => same(model),
                 other => panic!("{other:?}"),
             }
@@ -272,19 +272,19 @@ fn json_and_archives_hold_the_same_model() {
     // truncated, without a model, and one that would exhaust the memory
     let whole = packed("model.rexs", xml.as_bytes(), true);
     for cut in [5, whole.len() / 2, whole.len() - 1] {
-        let fault = gear_file::read(&whole[..cut], None).unwrap_err();
+        let fault = gear_file::read(&whole[..cut], None, None).unwrap_err();
         assert!(matches!(fault, FileError::Unsupported { .. }), "{fault}");
     }
-    assert!(gear_file::read(&packed("hello.txt", b"hello", false), None).is_err());
+    assert!(gear_file::read(&packed("hello.txt", b"hello", false), None, None).is_err());
     let bomb = packed("model.rexs", &vec![b' '; 80 << 20], true);
     assert!(bomb.len() < 1 << 20);
-    assert!(matches!(gear_file::read(&bomb, None), Err(FileError::TooLarge { .. })));
+    assert!(matches!(gear_file::read(&bomb, None, None), Err(FileError::TooLarge { .. })));
     // a wrong size
     let mut lies = bomb;
     let end = lies.len() - 22;
     let entry = lies[..end].windows(4).rposition(|four| four == b"PK\x01\x02").unwrap();
     lies[entry + 24..entry + 28].copy_from_slice(&1000u32.to_le_bytes());
-    assert!(matches!(gear_file::read(&lies, None), Err(FileError::TooLarge { .. })));
+    assert!(matches!(gear_file::read(&lies, None, None), Err(FileError::TooLarge { .. })));
 }
 
 #[test]

@@ -5,8 +5,8 @@
 //!   C# and C++ get two constructors of the same signature otherwise. Its description says which
 //!   forms there are. Unions of objects stay; they have discriminators or different required
 //!   properties.
-//! - Where a body may be JSON or a form, the form is left out: one method with two bodies is beyond
-//!   most generators.
+//! - Where a body may be JSON or a form, the form is left out, and where it may be a form or a
+//!   file, the file: one method with two bodies is beyond most generators.
 //! - The address of a server, since clients have none from which the document came.
 
 use std::collections::BTreeSet;
@@ -34,9 +34,10 @@ pub fn spare(document: &mut Value) {
 
 fn without_form(operation: &mut Value) {
     if let Some(content) = operation.pointer_mut("/requestBody/content").and_then(Value::as_object_mut)
-        && content.contains_key("application/json")
+        && let Some(one) =
+            ["application/json", "multipart/form-data"].into_iter().find(|one| content.contains_key(*one))
     {
-        content.retain(|media, _| media == "application/json");
+        content.retain(|media, _| media == one);
     }
 }
 
@@ -88,7 +89,7 @@ mod tests {
                 "/a": {"post": {"requestBody": {"content": {
                     "application/json": reference("Body"), "multipart/form-data": reference("Form")
                 }}}},
-                "/b": {"post": {"requestBody": {"content": {"multipart/form-data": reference("File")}}}}
+                "/b": {"post": {"requestBody": {"content": {"multipart/form-data": reference("File"), "text/csv": {}}}}}
             },
             "components": {"schemas": {
                 "Body": {"properties": {"degree": {"$ref": "#/components/schemas/Degree"},

@@ -17,7 +17,7 @@ use crate::{
             files::{
                 content::{self, OwnZeros},
                 pitch::FilePitch,
-                read::read,
+                read::{measured, parsed},
                 spec::ImportSpecBody,
             },
             fit_figures::OfFlank,
@@ -26,12 +26,20 @@ use crate::{
         },
         json::{value::read_json_at, writer},
         problem::Problem,
+        tables::{
+            mapping::MappingBody,
+            nodes::{self, TableNodes},
+        },
     },
     jobs::{Computed, IterationDraft, Job, MeasurementDetails, RecordKind},
 };
-use flankfit_engine::estimation::{
-    FitSpec, Nodes, Plans,
-    spec::{Degree, Model, PolynomialBasis, Terms},
+use flankfit_engine::{
+    estimation::{
+        FitSpec, Nodes, Plans,
+        spec::{Degree, Model, PolynomialBasis, Terms},
+    },
+    fault::words::counted,
+    formats::{GearFile, Table, table::Layout},
 };
 
 /// What a file makes impossible, where the request has nothing but the file.
@@ -50,6 +58,8 @@ struct Asked<'a> {
     file_sha256: String,
     file_bytes: usize,
     spec: &'a ImportSpecBody,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    mapping: Option<&'a MappingBody>,
     #[serde(flatten)]
     again: Option<Again<'a>>,
 }
@@ -67,6 +77,7 @@ pub fn draft(
     content: &[u8],
     name: Option<&str>,
     spec: Option<&[u8]>,
+    mapping: Option<&MappingBody>,
     job: &Job,
     plans: &Plans,
 ) -> Result<IterationDraft, Problem> {
@@ -75,7 +86,13 @@ pub fn draft(
         None => ImportSpecBody::default(),
     };
     let required = RequirementsBody::of(job);
-    let read = read(content, name, &spec, of_job(job)?.as_ref(), required)?;
+    let file = parsed(content, name, &spec, mapping)?;
+    if let GearFile::Table(table) = &file
+        && table.layout() != Some(Layout::Points)
+    {
+        return of_table(table, name, spec, job, plans);
+    }
+    let read = measured(file, &spec, of_job(job)?.as_ref(), required)?;
     let flank = read.flank(&spec)?;
     let nodes = flank.nodes()?;
     let measurand = flank.measurand(&nodes).map_err(|faults| in_file(&faults))?;
@@ -95,6 +112,7 @@ pub fn draft(
         file_sha256: canonical::request_sha256(content),
         file_bytes: content.len(),
         spec: &spec,
+        mapping,
         again: None,
     };
     let keep = |kind, again: Option<Again<'_>>, built| {
@@ -120,8 +138,48 @@ pub fn draft(
         nodes: Arc::new(nodes),
         computed,
         measurand,
-        details: MeasurementDetails { note: Some(spec.note.unwrap_or(of)), ..MeasurementDetails::default() },
+        details: MeasurementDetails {
+            note: Some(spec.note.unwrap_or(of)),
+            instrument: spec.instrument.map(String::from),
+            ..MeasurementDetails::default()
+        },
         records,
+        expected_gear: None,
+    })
+}
+
+/// Nodes of a flank as a table has them: in its own units, on its grid where it is one.
+fn of_table(
+    table: &Table,
+    name: Option<&str>,
+    spec: ImportSpecBody,
+    job: &Job,
+    plans: &Plans,
+) -> Result<IterationDraft, Problem> {
+    if let Some(gear) = &spec.gear {
+        gear.checked("/spec/gear").map_err(Problem::invalid)?;
+        let detail = "it belongs to files of curves, models or points; nodes of a table are of the job's gear";
+        return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
+    }
+    let side = spec.flank.map(Into::into);
+    let TableNodes { nodes, missing, measurand } = nodes::chosen(table, spec.tooth.as_deref(), side, "/file")?;
+    let measurand = measurand.checked(Some(&nodes)).map_err(|faults| in_file(&faults))?;
+    let (computed, told) = surface(&nodes, None, plans, OfFlank::of(job, &measurand).as_ref())?;
+    let name: String = name.unwrap_or("a file").chars().take(100).collect();
+    let mut of = format!("{}{told}, imported from {name}", counted(nodes.posted(), "node", "nodes"));
+    if missing > 0 {
+        of.push_str(&format!("; {missing} without a height"));
+    }
+    Ok(IterationDraft {
+        nodes: Arc::new(nodes),
+        computed,
+        measurand,
+        details: MeasurementDetails {
+            note: Some(spec.note.unwrap_or(of)),
+            instrument: spec.instrument.map(String::from),
+            ..MeasurementDetails::default()
+        },
+        records: Vec::new(),
         expected_gear: None,
     })
 }

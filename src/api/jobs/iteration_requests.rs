@@ -19,6 +19,7 @@ use crate::{
             axes::{AxesBody, MeasurandBody},
             side::SideName,
         },
+        tables::mapping::MappingBody,
     },
     jobs::{Decision, MeasurementDetails},
 };
@@ -41,9 +42,14 @@ pub struct IterationRequest {
 pub struct IterationForm {
     /// The iteration request without `nodes`, as JSON.
     pub spec: IterationFormSpec,
-    /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+    /// A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
+    /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
+    /// flank, tooth and axes is taken where `spec` does not give them.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
+    /// How the table is to be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<MappingBody>,
 }
 
 /// An iteration request without nodes.

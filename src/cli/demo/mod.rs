@@ -3,7 +3,7 @@
 mod client;
 mod closed_loop;
 mod gear;
-mod node_file;
+pub mod node_file;
 mod numbers;
 mod report;
 mod story;

@@ -1,8 +1,8 @@
 //! `demo --nodes FILE`: whatever a caller has at hand, as fit requests.
 //!
 //! - JSON: a fit request, or a `nodes` object alone.
-//! - CSV with the header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
-//! - CSV of gear tester traces, see [`super::traces`].
+//! - a table of nodes, as `POST /v1/nodes/read` reads it; an empty height is a missing node. One
+//!   with traces of a gear tester: see [`super::traces`].
 //! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of
 //!   each flank the tooth with the most nodes.
 
@@ -16,12 +16,18 @@ use serde_json::{Value, json};
 
 use super::traces;
 use crate::api::{
-    fits::{nodes_text, reader::read_csv},
+    fits::nodes_text,
     gears::files::{content, read, spec::ImportSpecBody},
-    json::error::ReadError,
     problem::Problem,
+    tables::nodes,
 };
-use flankfit_engine::gear::Side;
+use flankfit_engine::{
+    formats::{
+        Table,
+        table::{Layout, NodeSet as TableNodes},
+    },
+    gear::Side,
+};
 
 /// Nodes to be shown, as the body of a fit request.
 #[derive(Debug)]
@@ -60,42 +66,31 @@ pub enum NodeFileError {
     #[error("{} holds neither a fit request (an object with \"nodes\") nor nodes (an object with \"type\")",
         path.display())]
     NoNodes { path: PathBuf },
-    #[error("{}: {source}", path.display())]
-    Csv {
-        path: PathBuf,
-        #[source]
-        source: csv::Error,
-    },
     #[error("{}: {faults}", path.display())]
     Nodes { path: PathBuf, faults: String },
-    #[error("{}, line {line}, column {column}: {reason}", path.display())]
-    Field { path: PathBuf, line: u64, column: String, reason: String },
     #[error("{} holds no samples", path.display())]
     Empty { path: PathBuf },
     #[error("{}: {reason}", path.display())]
     Measured { path: PathBuf, reason: String },
-    #[error("{} is neither UTF-8 nor a file of a gear tester", path.display())]
-    NotText { path: PathBuf },
 }
 
 /// Reads a file of any of the known forms.
 pub fn read(path: &Path) -> Result<Vec<NodeSet>, NodeFileError> {
-    let content = fs::read(path).map_err(|source| NodeFileError::Unreadable { path: path.into(), source })?;
+    of_content(path, &fs::read(path).map_err(|source| NodeFileError::Unreadable { path: path.into(), source })?)
+}
+
+/// The same of a file that has been read.
+pub fn of_content(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, NodeFileError> {
     let name = name_of(path);
-    if is_of_a_tester(&name, &content) {
-        return from_tester(&name, &content)
+    if is_of_a_tester(&name, content) {
+        return from_tester(&name, content)
             .map_err(|problem| NodeFileError::Measured { path: path.into(), reason: problem.detail });
     }
-    let text = std::str::from_utf8(&content).map_err(|_| NodeFileError::NotText { path: path.into() })?;
-    let text = text.trim_start_matches('\u{feff}');
-    if text.trim_start().starts_with('{') {
-        return from_json(path, text).map(|set| vec![set]);
+    let start = content.strip_prefix(b"\xef\xbb\xbf").unwrap_or(content).trim_ascii_start();
+    if start.starts_with(b"{") {
+        return from_json(path, start).map(|set| vec![set]);
     }
-    let header = text.lines().next().unwrap_or_default();
-    if header.split(',').any(|column| column.trim() == traces::MARK) {
-        return from_traces(path, text);
-    }
-    from_csv(path, text).map(|set| vec![set])
+    from_table(path, content)
 }
 
 /// Nodes with the model that suits their type: a second-order surface, a cubic, the columns
@@ -113,9 +108,9 @@ fn name_of(path: &Path) -> String {
     path.file_name().map_or_else(|| path.display().to_string(), |name| name.to_string_lossy().into_owned())
 }
 
-fn from_json(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
+fn from_json(path: &Path, text: &[u8]) -> Result<NodeSet, NodeFileError> {
     let value: Value =
-        serde_json::from_str(text).map_err(|source| NodeFileError::Json { path: path.into(), source })?;
+        serde_json::from_slice(text).map_err(|source| NodeFileError::Json { path: path.into(), source })?;
     let request = if value.get("nodes").is_some() {
         value
     } else if value.get("type").is_some() {
@@ -126,18 +121,50 @@ fn from_json(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
     Ok(NodeSet { name: name_of(path), request, units: Units::Callers, report: String::new() })
 }
 
-fn from_traces(path: &Path, text: &str) -> Result<Vec<NodeSet>, NodeFileError> {
-    let flanks = traces::read(text.as_bytes()).map_err(|source| with_column(path, text, source))?;
-    if flanks.is_empty() {
-        return Err(NodeFileError::Empty { path: path.into() });
+/// A table, by the reader of the service; of traces the cross grids of each flank.
+fn from_table(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, NodeFileError> {
+    let refused = |problem: Problem| {
+        let each: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
+        let faults = if each.is_empty() { problem.detail.clone() } else { each.join("; ") };
+        NodeFileError::Nodes { path: path.into(), faults }
+    };
+    let table = nodes::table(content, None, "/nodes").map_err(|error| refused(error.into()))?;
+    if let Some(flanks) = traces::read(&table) {
+        if flanks.is_empty() {
+            return Err(NodeFileError::Empty { path: path.into() });
+        }
+        let sets = flanks.into_iter().map(|flank| NodeSet {
+            name: format!("{}, {}", name_of(path), flank.name),
+            request: request_for(json!({"type": "scattered", "u": flank.u, "v": flank.v, "z": flank.z})),
+            units: Units::FlankDeviation,
+            report: flank.report,
+        });
+        return Ok(sets.collect());
     }
-    let sets = flanks.into_iter().map(|flank| NodeSet {
-        name: format!("{}, {}", name_of(path), flank.name),
-        request: request_for(json!({"type": "scattered", "u": flank.u, "v": flank.v, "z": flank.z})),
-        units: Units::FlankDeviation,
-        report: flank.report,
-    });
-    Ok(sets.collect())
+    let sets = table.node_sets().map_err(|error| refused(nodes::refusal(&error, "/nodes").into()))?;
+    let several = sets.len() > 1;
+    sets.into_iter().map(|set| from_set(path, &table, set, several).map_err(refused)).collect()
+}
+
+/// The nodes of one flank of a table.
+fn from_set(path: &Path, table: &Table, set: TableNodes, several: bool) -> Result<NodeSet, Problem> {
+    let (count, missing, layout) = (set.count, set.missing, set.layout);
+    let mut name = name_of(path);
+    if several {
+        let side = set.flank.map_or("flank", |side| if side == Side::Left { "left flank" } else { "right flank" });
+        name = format!("{name}, {side} of tooth {}", set.tooth.as_deref().unwrap_or("?"));
+    }
+    let read = nodes::of_set(table, set, "/nodes")?;
+    let nodes =
+        serde_json::from_slice(&nodes_text::to_json(Arc::new(read.nodes)).whole()).map_err(Problem::internal)?;
+    let units =
+        if layout != Layout::Curve && nodes::is_in_micrometres(table) { Units::FlankDeviation } else { Units::Callers };
+    Ok(NodeSet {
+        name,
+        request: request_for(nodes),
+        units,
+        report: format!("  {count} nodes used, {missing} missing (no height).\n"),
+    })
 }
 
 /// Whether content or ending say curves, values or a gear model. CSV is taken for nodes: points on
@@ -177,45 +204,6 @@ fn from_tester(name: &str, content: &[u8]) -> Result<Vec<NodeSet>, Problem> {
     Ok(sets)
 }
 
-/// The reader's error, with the column's name where it knows only its number.
-fn with_column(path: &Path, text: &str, source: csv::Error) -> NodeFileError {
-    if let csv::ErrorKind::Deserialize { pos: Some(position), err } = source.kind()
-        && let Some(column) =
-            err.field().and_then(|field| text.lines().next()?.split(',').nth(usize::try_from(field).ok()?))
-    {
-        return NodeFileError::Field {
-            path: path.into(),
-            line: position.line(),
-            column: column.trim().to_owned(),
-            reason: err.kind().to_string(),
-        };
-    }
-    NodeFileError::Csv { path: path.into(), source }
-}
-
-/// Plain nodes, by the reader of the service.
-fn from_csv(path: &Path, text: &str) -> Result<NodeSet, NodeFileError> {
-    let nodes = read_csv(text.as_bytes()).map_err(|error| NodeFileError::Nodes {
-        path: path.into(),
-        faults: match error {
-            ReadError::Malformed { detail } => detail,
-            ReadError::Invalid(faults) => {
-                faults.list().iter().map(|f| f.detail.as_str()).collect::<Vec<_>>().join("; ")
-            }
-        },
-    })?;
-    let lines = text.lines().skip(1).filter(|line| !line.trim().is_empty()).count();
-    let (used, missing) = (nodes.posted(), lines.saturating_sub(nodes.posted()));
-    let nodes = serde_json::from_slice(&nodes_text::to_json(Arc::new(nodes)).whole())
-        .map_err(|source| NodeFileError::Json { path: path.into(), source })?;
-    Ok(NodeSet {
-        name: name_of(path),
-        request: request_for(nodes),
-        units: Units::Callers,
-        report: format!("  {used} nodes used, {missing} missing (no height).\n"),
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -252,9 +240,9 @@ mod tests {
         assert!(error.contains("line 2, column 3 (z): `three`"), "{error}");
         let text = "flank,tooth_tag,trace,roll_length_mm,z_mm,deviation_um_DIN_sign\nleft,1,lead,seven,0,1\n";
         let error = read_text("a.csv", text).unwrap_err().to_string();
-        assert!(error.contains("line 2, column roll_length_mm: invalid float"), "{error}");
-        let error = read_text("a.csv", "a,b\n1,2\n").unwrap_err().to_string();
-        assert!(error.contains("the header is `a,b`"), "{error}");
+        assert!(error.contains("line 2, column 4 (roll_length_mm): `seven`"), "{error}");
+        let error = read_text("a.csv", "roll length,b,c\n1,2,3\n").unwrap_err().to_string();
+        assert!(error.contains("none of them holds heights"), "{error}");
         let error = read_text("a.json", "{}").unwrap_err().to_string();
         assert!(error.contains("neither a fit request"), "{error}");
     }

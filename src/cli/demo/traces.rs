@@ -1,10 +1,10 @@
 //! Profile and helix traces of a gear tester as scattered nodes of one flank surface.
 //!
-//! The file holds one sample a line (`flank, tooth_tag, trace, …, roll_length_mm, z_mm,
-//! deviation_um_DIN_sign`); a tag is the tooth's number, with a letter for traces off the middle
-//! (`1`, `1f`, `1k`, `1u`, `1o`). Of each flank the tooth with the most traces is taken: its leads
-//! and profiles cross, so together they are a surface. A sample without a deviation is a point that
-//! the tester did not reach: it is left out and counted.
+//! The table holds one sample a line, with columns for flank, tooth and trace (lead or profile); a
+//! tooth has its number, with a letter for traces off the middle (`1`, `1f`, `1k`, `1u`, `1o`). Of
+//! each flank the tooth with the most traces is taken: its leads and profiles cross, so together
+//! they are a surface. A sample without a deviation is a point that the tester did not reach: it is
+//! left out and counted.
 //!
 //! Signs. The sign of a lead is a convention of its own on many testers (it may count a slope
 //! towards one end of the face instead of material), while that of a profile counts material. Where
@@ -12,12 +12,14 @@
 //! count as the profiles do: they are turned when that makes them agree better, and the report says
 //! by how much.
 
-use std::{collections::BTreeMap, io::Read};
-
-use serde::Deserialize;
+use std::collections::BTreeMap;
 
 use super::numbers::short;
 use crate::cli::table::Table;
+use flankfit_engine::formats::{
+    self,
+    table::{Meaning, Unit},
+};
 
 /// One flank's cross grid, ready to be fitted: positions in mm (roll length, face width), heights
 /// in µm.
@@ -32,19 +34,7 @@ pub struct Flank {
     pub report: String,
 }
 
-#[derive(Deserialize)]
-struct Sample {
-    flank: String,
-    tooth_tag: String,
-    trace: Kind,
-    roll_length_mm: f64,
-    z_mm: f64,
-    #[serde(rename = "deviation_um_DIN_sign")]
-    deviation_um: Option<f64>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Deserialize)]
-#[serde(rename_all = "lowercase")]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Kind {
     Lead,
     Profile,
@@ -71,28 +61,34 @@ struct Trace {
 /// Traces of a tooth by kind and tag.
 type Tooth = BTreeMap<(Kind, String), Trace>;
 
-/// The column that tells this format from plain nodes.
-pub const MARK: &str = "deviation_um_DIN_sign";
-
-/// Reads every flank's best-covered tooth.
-pub fn read(text: impl Read) -> Result<Vec<Flank>, csv::Error> {
+/// Every flank's best-covered tooth; `None` where the table has no traces.
+pub fn read(table: &formats::Table) -> Option<Vec<Flank>> {
+    let (side, tag, kind) = (table.texts(Meaning::Flank)?, table.texts(Meaning::Tooth)?, table.texts(Meaning::Trace)?);
+    let roll_length = table.numbers(Meaning::RollLength)?;
+    let (z, deviation) = (table.numbers(Meaning::FaceWidth)?, table.numbers(Meaning::Deviation)?);
+    let column = table.columns.iter().find(|column| column.meaning == Meaning::Deviation);
+    let micrometres = column.and_then(|column| column.unit).and_then(Unit::millimetres).map_or(1.0, |mm| 1e3 * mm);
     let mut flanks: BTreeMap<String, BTreeMap<String, Tooth>> = BTreeMap::new();
-    for row in csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(text).into_deserialize() {
-        let sample: Sample = row?;
-        let number: String = sample.tooth_tag.chars().take_while(char::is_ascii_digit).collect();
-        let tooth = flanks.entry(sample.flank).or_default().entry(number).or_default();
-        let trace = tooth.entry((sample.trace, sample.tooth_tag)).or_default();
-        let (at, running) = match sample.trace {
-            Kind::Lead => (sample.roll_length_mm, sample.z_mm),
-            Kind::Profile => (sample.z_mm, sample.roll_length_mm),
+    for row in 0..table.rows() {
+        let kind = match kind(row).to_lowercase().as_str() {
+            "lead" | "helix" | "flankenlinie" => Kind::Lead,
+            "profile" | "profil" => Kind::Profile,
+            _ => return None,
+        };
+        let number: String = tag(row).chars().take_while(char::is_ascii_digit).collect();
+        let tooth = flanks.entry(side(row).to_owned()).or_default().entry(number).or_default();
+        let trace = tooth.entry((kind, tag(row).to_owned())).or_default();
+        let (at, running) = match kind {
+            Kind::Lead => (roll_length[row], z[row]),
+            Kind::Profile => (z[row], roll_length[row]),
         };
         trace.at = at;
-        match sample.deviation_um {
-            Some(deviation) => trace.points.push((running, deviation)),
-            None => trace.undefined += 1,
+        match deviation[row] {
+            missing if missing.is_nan() => trace.undefined += 1,
+            deviation => trace.points.push((running, micrometres * deviation)),
         }
     }
-    Ok(flanks.into_iter().filter_map(|(flank, teeth)| cross_grid(&flank, teeth)).collect())
+    Some(flanks.into_iter().filter_map(|(flank, teeth)| cross_grid(&flank, teeth)).collect())
 }
 
 fn cross_grid(flank: &str, teeth: BTreeMap<String, Tooth>) -> Option<Flank> {
@@ -221,9 +217,13 @@ mod tests {
         text
     }
 
+    fn flanks_of(text: &str) -> Vec<Flank> {
+        read(&formats::table::read(text.as_bytes(), &formats::table::Mapping::default()).unwrap()).unwrap()
+    }
+
     #[test]
     fn undefined_points_are_left_out_and_counted() {
-        let flanks = read(file(1.0).as_bytes()).unwrap();
+        let flanks = flanks_of(&file(1.0));
         assert_eq!(flanks.len(), 1);
         assert_eq!(flanks[0].name, "right, tooth 1");
         assert_eq!(flanks[0].z.len(), 10);
@@ -232,8 +232,8 @@ mod tests {
 
     #[test]
     fn leads_are_turned_when_the_crossings_say_so() {
-        let given = read(file(1.0).as_bytes()).unwrap();
-        let opposite = read(file(-1.0).as_bytes()).unwrap();
+        let given = flanks_of(&file(1.0));
+        let opposite = flanks_of(&file(-1.0));
         assert_eq!(given[0].z, opposite[0].z);
         assert!(opposite[0].report.contains("Leads turned"), "{}", opposite[0].report);
     }

@@ -20,7 +20,13 @@ pub fn declare_media_types(operation: &mut Operation, forms: &BTreeMap<String, V
     let Some(RefOr::T(content)) = body.content.get_mut("multipart/form-data") else { return };
     let Some(RefOr::Ref(form)) = &content.schema else { return };
     let Some(parts) = form.ref_location.rsplit('/').next().and_then(|name| forms.get(name)) else { return };
-    for (part, media) in [("spec", "application/json"), ("nodes", "text/csv"), ("file", "application/octet-stream")] {
+    let media = [
+        ("spec", "application/json"),
+        ("mapping", "application/json"),
+        ("nodes", "text/csv, text/plain, application/octet-stream"),
+        ("file", "application/octet-stream"),
+    ];
+    for (part, media) in media {
         if parts.contains(&part.to_owned()) {
             let encoding = EncodingBuilder::new().content_type(Some(media)).build();
             content.encoding.insert(part.into(), encoding);

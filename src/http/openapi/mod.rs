@@ -32,7 +32,10 @@ use super::router;
 use crate::api::{
     contract,
     examples::REQUEST_EXAMPLES,
-    gears::correction::{csv::OutsideLimitsName, include::StoredIncludeName},
+    gears::{
+        correction::{csv::OutsideLimitsName, include::StoredIncludeName},
+        files::proposal::TableIncludeName,
+    },
     problem::{Problem, ProblemError},
 };
 
@@ -44,7 +47,7 @@ use crate::api::{
                        bias bounds, eigen diagnostics, and every choice of λ* side by side.",
         license(name = "MIT OR Apache-2.0", identifier = "MIT OR Apache-2.0")
     ),
-    components(schemas(Problem, ProblemError, StoredIncludeName, OutsideLimitsName)),
+    components(schemas(Problem, ProblemError, StoredIncludeName, OutsideLimitsName, TableIncludeName)),
     tags(
         (name = "fits", description = "Fits of node sets; nothing is stored."),
         (name = "studies", description = "Numerical experiments; nothing is stored."),

@@ -38,6 +38,7 @@ const SCOPES: &[(Scope, &[&str])] = &[
             "gear_geometry",
             "gear_flank",
             "read_gears",
+            "read_nodes",
             "gear_profile",
             "gear_solid_mesh",
             "gear_envelope",

@@ -60,6 +60,7 @@ const ENTRIES: &[(&str, Entry)] = &[
     ("gear_pitch", Trivial("sums over at most 10,000 teeth")),
     ("gear_flank", Bounded("/v1/gears/flank", dear::flank)),
     ("read_gears", Bounded("/v1/gears/read", dear::rexs_model)),
+    ("read_nodes", Bounded("/v1/nodes/read", dear::points_file)),
     ("gear_profile", Bounded("/v1/gears/profile", dear::profile)),
     ("gear_solid_mesh", Bounded("/v1/gears/solid-mesh", dear::solid_mesh)),
     ("gear_envelope", Bounded("/v1/gears/envelope", dear::envelope)),

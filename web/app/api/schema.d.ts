@@ -921,14 +921,38 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Makes an iteration of a file of a gear tester, of points or of a REXS model.
+         * Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
          * @description The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
          *     normal), those of the evaluation range, fitted by a second-order surface or what they tell of
          *     it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
          *     together with what they are of and the file's digest. Of points and of a model's topographies
-         *     the deviations are kept. A file of another gear than the job's is refused.
+         *     the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid where
+         *     it is one. A file of another gear than the job's is refused.
          */
         post: operations["import_iteration"];
+        delete?: never;
+        options?: never;
+        head?: never;
+        patch?: never;
+        trace?: never;
+    };
+    "/v1/nodes/read": {
+        parameters: {
+            query?: never;
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        get?: never;
+        put?: never;
+        /**
+         * Reads a table of nodes or points and answers what it is taken for; stores nothing.
+         * @description Separators, decimal sign, character set, header and units are found from the content. The answer's
+         *     `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping` that goes with
+         *     the file to every import, changed where they are wrong. A table that cannot be read is refused by
+         *     one sentence and the first five places.
+         */
+        post: operations["read_nodes"];
         delete?: never;
         options?: never;
         head?: never;
@@ -4213,9 +4237,13 @@ export interface components {
             spec: components["schemas"]["FitFormSpec"];
             /**
              * Format: binary
-             * @description CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of flank,
+             *     tooth and axes is taken where `spec` does not give them.
              */
             nodes: string;
+            /** @description How the table is to be read. */
+            mapping?: components["schemas"]["TableMapping"];
         };
         /** @description A fit request without nodes. */
         FitFormSpec: {
@@ -5942,11 +5970,13 @@ export interface components {
         ImportForm: {
             /**
              * Format: binary
-             * @description `.mka`, points as CSV `id,x,y,z[,i,j,k]`, or a REXS model with topographies.
+             * @description `.mka`, a REXS model with topographies or traces, or a table of nodes or points.
              */
             file: string;
             /** @description `application/json`. */
             spec?: components["schemas"]["ImportSpec"];
+            /** @description `application/json`: how a table is to be read. */
+            mapping?: components["schemas"]["TableMapping"];
         };
         /** @description What is said of a file beside it: the part `spec` of the form. */
         ImportSpec: {
@@ -5971,6 +6001,8 @@ export interface components {
              * @description Of points that are centres of a ball.
              */
             probe_radius_mm?: number;
+            /** @description Kept as the iteration's instrument, 1 to 200 characters. */
+            instrument?: string;
             /**
              * @description Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was
              *     imported.
@@ -6172,9 +6204,13 @@ export interface components {
             spec: components["schemas"]["IterationFormSpec"];
             /**
              * Format: binary
-             * @description CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of flank,
+             *     tooth and axes is taken where `spec` does not give them.
              */
             nodes: string;
+            /** @description How the table is to be read. */
+            mapping?: components["schemas"]["TableMapping"];
         };
         /** @description An iteration request without nodes. */
         IterationFormSpec: {
@@ -11045,6 +11081,229 @@ export interface components {
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
         };
+        /** @description A column of a table. */
+        TableColumn: {
+            /** @description As the header has it; left out without a header. It changes nothing. */
+            name?: string;
+            /** @description What it holds. */
+            meaning: components["schemas"]["TableMeaning"];
+            /**
+             * @description Its unit: `nm`, `um`, `mm` or `in`, of roll angles `deg`, `arcmin` or `rad`; `µm` is read too.
+             *     Left out it is µm for deviations, deg for roll angles and mm for other places on a flank.
+             */
+            unit?: components["schemas"]["TableUnit"];
+        };
+        /**
+         * @description The decimal sign of a table.
+         * @enum {string}
+         */
+        TableDecimal: "." | ",";
+        /** @description A flank that a table has nodes of. */
+        TableFlank: {
+            /** @description Left out where the table does not say it. */
+            tooth?: string;
+            /** @description Left out where the table does not say it. */
+            flank?: components["schemas"]["FlankSide"];
+            /** @description Nodes with a height. */
+            nodes: number;
+            /** @description Rows without a height, and crossings of a grid without a row. */
+            missing: number;
+        };
+        /** @description A table, and how it is to be read. */
+        TableForm: {
+            /**
+             * Format: binary
+             * @description A table of nodes or points.
+             */
+            file: string;
+            /** @description `application/json`: how it is to be read. What is left out is found from the content. */
+            mapping?: components["schemas"]["TableMapping"];
+        };
+        /**
+         * @description What is answered of a table beside the proposal.
+         * @enum {string}
+         */
+        TableInclude: "nodes";
+        /**
+         * @description How the nodes of a table lie.
+         * @enum {string}
+         */
+        TableLayout: "grid" | "scattered" | "curve" | "points";
+        /**
+         * @description How a table of nodes or points is to be read: as `POST /v1/nodes/read` proposes it, with whatever
+         *     is to be otherwise. What is left out is found from the content.
+         * @example {
+         *       "decimal": ",",
+         *       "separator": ";"
+         *     }
+         */
+        TableMapping: {
+            /** @description What separates cells. */
+            separator?: components["schemas"]["TableSeparator"];
+            /** @description The decimal sign. */
+            decimal?: components["schemas"]["TableDecimal"];
+            /** @description Whether a line with names comes before the numbers. */
+            header?: boolean;
+            /** @description Whether the first row holds v, the first column u and everything else heights. */
+            matrix?: boolean;
+            /**
+             * @description Every column in the order of the table; of a matrix the first column, the first row and the
+             *     heights.
+             */
+            columns?: components["schemas"]["TableColumn"][];
+            /**
+             * @description How the nodes lie. `scattered` takes nodes that are on a grid as scattered ones; anything else
+             *     is compared with what the table holds.
+             */
+            layout?: components["schemas"]["TableLayout"];
+        };
+        /**
+         * @description What a column of a table holds.
+         * @enum {string}
+         */
+        TableMeaning: "roll_length" | "diameter" | "roll_angle" | "face_width" | "deviation" | "u" | "v" | "x" | "y" | "z" | "i" | "j" | "k" | "weight" | "tooth" | "flank" | "trace" | "id" | "ignore";
+        /** @description What the numbers of a table say when it is read so. */
+        TablePreview: {
+            /**
+             * @description In words.
+             * @example greatest deviation 20.8 µm, roll length 5.97–11.52 mm, face width 0.75–14.3 mm
+             */
+            text: string;
+            /**
+             * Format: double
+             * @description Greatest amount of a deviation; left out where there are none.
+             */
+            greatest_deviation_um?: number;
+            /** @description Of every column with numbers. */
+            ranges: components["schemas"]["TableRange"][];
+        };
+        /**
+         * @description What a table is read as. Its first six members are a mapping, which goes with the file to every
+         *     import, changed where they are wrong.
+         * @example {
+         *       "columns": [
+         *         {
+         *           "meaning": "roll_length",
+         *           "name": "Rollweg [mm]",
+         *           "unit": "mm"
+         *         },
+         *         {
+         *           "meaning": "face_width",
+         *           "name": "Zahnbreite [mm]",
+         *           "unit": "mm"
+         *         },
+         *         {
+         *           "meaning": "deviation",
+         *           "name": "Abweichung [µm]",
+         *           "unit": "um"
+         *         }
+         *       ],
+         *       "decimal": ",",
+         *       "flanks": [
+         *         {
+         *           "missing": 3,
+         *           "nodes": 132
+         *         }
+         *       ],
+         *       "header": true,
+         *       "layout": "grid",
+         *       "matrix": false,
+         *       "missing": 3,
+         *       "nodes": 132,
+         *       "preview": {
+         *         "greatest_deviation_um": 11.96,
+         *         "ranges": [
+         *           {
+         *             "column": 0,
+         *             "max": 11.5183,
+         *             "meaning": "roll_length",
+         *             "min": 5.9665,
+         *             "unit": "mm"
+         *           },
+         *           {
+         *             "column": 1,
+         *             "max": 14.25,
+         *             "meaning": "face_width",
+         *             "min": 0.75,
+         *             "unit": "mm"
+         *           },
+         *           {
+         *             "column": 2,
+         *             "max": 1.82,
+         *             "meaning": "deviation",
+         *             "min": -11.96,
+         *             "unit": "um"
+         *           }
+         *         ],
+         *         "text": "greatest deviation 12 µm, roll length 5.97–11.5 mm, face width 0.75–14.3 mm"
+         *       },
+         *       "separator": ";",
+         *       "warnings": []
+         *     }
+         */
+        TableProposal: {
+            /** @description What separates cells. */
+            separator: components["schemas"]["TableSeparator"];
+            /** @description The decimal sign. */
+            decimal: components["schemas"]["TableDecimal"];
+            /** @description Whether a line with names comes before the numbers. */
+            header: boolean;
+            /** @description Whether the first row holds v, the first column u and everything else heights. */
+            matrix: boolean;
+            /**
+             * @description Every column in the order of the table; of a matrix the first column, the first row and the
+             *     heights. What is not known is `ignore`.
+             */
+            columns: components["schemas"]["TableColumn"][];
+            /** @description How the nodes lie; left out where it is not known which columns they are. */
+            layout?: components["schemas"]["TableLayout"];
+            /** @description Nodes with a height, or points. */
+            nodes: number;
+            /** @description Rows without a height, and crossings of a grid without a row. */
+            missing: number;
+            /** @description The flanks that the table has nodes of, those with the most first; the first 1,000. */
+            flanks?: components["schemas"]["TableFlank"][];
+            /**
+             * @description What the axes of the nodes mean, as an iteration takes it; left out where the columns are none
+             *     of a flank.
+             */
+            axes?: components["schemas"]["Axes"];
+            /** @description What the numbers say when the table is read so. */
+            preview: components["schemas"]["TablePreview"];
+            /** @description What was assumed or left out. */
+            warnings: components["schemas"]["GearWarning"][];
+            /** @description With `include=nodes`: the nodes of the first flank. */
+            read?: components["schemas"]["Nodes"];
+        };
+        /** @description The least and the greatest number of a column. */
+        TableRange: {
+            /** @description Number of the column, from 0. */
+            column: number;
+            /** @description What it holds. */
+            meaning: components["schemas"]["TableMeaning"];
+            /** @description Left out where the column has none. Of roll angles in radians `deg`, as which they are stored. */
+            unit?: string;
+            /**
+             * Format: double
+             * @description The least number.
+             */
+            min: number;
+            /**
+             * Format: double
+             * @description The greatest number.
+             */
+            max: number;
+        };
+        /**
+         * @description What separates the cells of a table.
+         * @enum {string}
+         */
+        TableSeparator: "," | ";" | "tab" | "spaces";
+        /**
+         * @description Unit of a column of a table.
+         * @enum {string}
+         */
+        TableUnit: "nm" | "um" | "mm" | "in" | "deg" | "arcmin" | "rad";
         /**
          * @description Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values
          *     between those of the neighbours; `akima` is least disturbed by outlying points.
@@ -26421,6 +26680,301 @@ export interface operations {
                      *       "status": 410,
                      *       "title": "The operation was cancelled",
                      *       "type": "urn:flankfit:problem:operation_cancelled"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body is too large (counted after decompression). */
+            413: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_too_large",
+                     *       "detail": "The body has more than 268435456 bytes.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 413,
+                     *       "title": "The request body is too large",
+                     *       "type": "urn:flankfit:problem:body_too_large"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The media type or the compression is not supported. */
+            415: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unsupported_media_type",
+                     *       "detail": "The media type is text/plain; send application/json.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 415,
+                     *       "title": "The media type is not supported",
+                     *       "type": "urn:flankfit:problem:unsupported_media_type"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Host` names a host that this server does not serve. */
+            421: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unknown_host",
+                     *       "detail": "The header `Host` names a host that this server does not serve.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 421,
+                     *       "title": "The request is for another host",
+                     *       "type": "urn:flankfit:problem:unknown_host"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            422: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "invalid_request",
+                     *       "detail": "/nodes/z/3/7: expected a number, found the string \"n/a\".",
+                     *       "errors": [
+                     *         {
+                     *           "detail": "expected a number, found the string \"n/a\"",
+                     *           "pointer": "/nodes/z/3/7"
+                     *         }
+                     *       ],
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 422,
+                     *       "title": "The request holds what cannot be accepted",
+                     *       "type": "urn:flankfit:problem:invalid_request"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller makes too many requests; try again after `Retry-After` seconds. */
+            429: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "too_many_requests",
+                     *       "detail": "This caller makes more requests than the server allows it; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 429,
+                     *       "title": "Too many requests",
+                     *       "type": "urn:flankfit:problem:too_many_requests"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The fault is on the server's side; nothing was stored. */
+            500: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "internal",
+                     *       "detail": "The fault is on this side; it has been logged under the request id.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 500,
+                     *       "title": "Something went wrong inside the service",
+                     *       "type": "urn:flankfit:problem:internal"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description Busy, or no answer in time; try again after `Retry-After` seconds. */
+            503: {
+                headers: {
+                    /** @description Seconds to wait. */
+                    "Retry-After"?: number;
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "overloaded",
+                     *       "detail": "The queue of fits is full; try again after 1 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 503,
+                     *       "title": "The service is busy",
+                     *       "type": "urn:flankfit:problem:overloaded"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+        };
+    };
+    read_nodes: {
+        parameters: {
+            query?: {
+                /** @description What is answered beside the proposal: `nodes`. */
+                include?: components["schemas"]["TableInclude"][];
+            };
+            header?: never;
+            path?: never;
+            cookie?: never;
+        };
+        /** @description A file of any name and media type, alone or as the part `file` of a form. */
+        requestBody: {
+            content: {
+                "application/octet-stream": string;
+                "multipart/form-data": components["schemas"]["TableForm"];
+                "text/csv": string;
+                "text/plain": string;
+            };
+        };
+        responses: {
+            /** @description What the table is taken for. */
+            200: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    "application/json": components["schemas"]["TableProposal"];
+                };
+            };
+            /** @description The body or its compression cannot be read; `detail` says where. */
+            400: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "malformed_body",
+                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 400,
+                     *       "title": "The request body cannot be read",
+                     *       "type": "urn:flankfit:problem:malformed_body"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description No API key or token was sent, or one that cannot be used. */
+            401: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "unauthorized",
+                     *       "detail": "Send the key as `Authorization: Bearer …` or as `x-api-key`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 401,
+                     *       "title": "An API key or a token is needed",
+                     *       "type": "urn:flankfit:problem:unauthorized"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            403: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "forbidden",
+                     *       "detail": "This asks for the scope `judge`; this caller has `read`, `compute`.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 403,
+                     *       "title": "The caller may not do this",
+                     *       "type": "urn:flankfit:problem:forbidden"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The header `Accept` takes none of the media types of the answer. */
+            406: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "not_acceptable",
+                     *       "detail": "The answer comes as application/json or text/csv.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 406,
+                     *       "title": "The wanted form is not offered here",
+                     *       "type": "urn:flankfit:problem:not_acceptable"
+                     *     }
+                     */
+                    "application/problem+json": components["schemas"]["Problem"];
+                };
+            };
+            /** @description The body did not arrive in time. */
+            408: {
+                headers: {
+                    /** @description Id of the request: the caller's own, or a new UUIDv7. */
+                    "x-request-id"?: string;
+                    [name: string]: unknown;
+                };
+                content: {
+                    /**
+                     * @example {
+                     *       "code": "body_timeout",
+                     *       "detail": "The body did not arrive within 30 s.",
+                     *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
+                     *       "status": 408,
+                     *       "title": "The request body took too long",
+                     *       "type": "urn:flankfit:problem:body_timeout"
                      *     }
                      */
                     "application/problem+json": components["schemas"]["Problem"];

@@ -10,7 +10,6 @@
 //! answering.
 
 mod constraints;
-mod csv;
 mod errors;
 mod estimator;
 mod exclude;
@@ -30,9 +29,6 @@ pub mod spec;
 #[cfg(test)]
 mod tests;
 
-/// Nodes from a table with a header.
-pub use self::csv::read as read_csv;
-
 use crate::api::json::{error::ReadError, request::ReadWhole};
 use flankfit_engine::estimation::{FitSpec, Nodes};
 
@@ -46,9 +42,14 @@ pub fn read_refit<E: ReadWhole>(text: &[u8]) -> Result<(FitSpec, E), ReadError> 
     request::read_refit(text)
 }
 
-/// Reads a fit request whose nodes come as CSV: the form of `multipart/form-data`.
-pub fn read_fit_with_csv<E: ReadWhole>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
-    request::read_fit_with_csv(spec, nodes)
+/// Reads a fit request whose nodes come as a table: the form of `multipart/form-data`. Axes, flank
+/// and tooth of the table are taken where `E` has them and the spec does not give them.
+pub fn read_fit_with_table<E: ReadWhole>(
+    spec: &[u8],
+    nodes: &[u8],
+    mapping: Option<&[u8]>,
+) -> Result<(Nodes, FitSpec, E), ReadError> {
+    request::read_fit_with_table(spec, nodes, mapping)
 }
 
 /// Reads a stored spec (or any spec of a request).

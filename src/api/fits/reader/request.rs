@@ -1,13 +1,20 @@
 //! The top level of a fit request.
 
-use super::{csv, nodes::RawNodes, spec};
+use super::{nodes::RawNodes, spec};
 use crate::api::{
     faults::Faults,
     fits::spec::{nodes::PostedNodesMembers, request::FitSpecMembers},
     json::{
+        cursor::Cursor,
         error::ReadError,
-        members::of_request,
+        members::{Members, of_request},
         request::{ReadWhole, Request},
+        writer::text_of,
+    },
+    measurand::axes::MeasurandBody,
+    tables::{
+        mapping,
+        nodes::{self, TableNodes},
     },
 };
 use flankfit_engine::estimation::{FitSpec, Nodes};
@@ -27,17 +34,47 @@ pub fn read_refit<E: ReadWhole>(text: &[u8]) -> Result<(FitSpec, E), ReadError> 
     finish::<_, E>(Some(()), &spec, &extra, faults).map(|((), spec, extra)| (spec, extra))
 }
 
-pub fn read_fit_with_csv<E: ReadWhole>(spec: &[u8], nodes: &[u8]) -> Result<(Nodes, FitSpec, E), ReadError> {
+pub fn read_fit_with_table<E: ReadWhole>(
+    spec: &[u8],
+    nodes: &[u8],
+    mapping: Option<&[u8]>,
+) -> Result<(Nodes, FitSpec, E), ReadError> {
     let mut faults = Faults::default();
-    let (spec, extra): (FitSpecMembers, MembersOf<E>) = of_request(spec, &mut faults)?;
-    let nodes = match csv::read(nodes) {
+    let read = mapping::read(mapping)
+        .and_then(|mapping| nodes::table(nodes, mapping.as_ref(), "/nodes"))
+        .and_then(|table| nodes::only(&table, "/nodes"));
+    let (nodes, measurand) = match read {
         Err(ReadError::Invalid(found)) => {
             faults.append(found);
-            None
+            (None, None)
         }
-        read => Some(read?),
+        read => {
+            let TableNodes { nodes, measurand, .. } = read?;
+            (Some(nodes), Some(measurand))
+        }
     };
+    let said = measurand.as_ref().map_or(Vec::new(), said_by_table);
+    let (spec, mut extra): (FitSpecMembers, MembersOf<E>) = of_request(spec, &mut faults)?;
+    let mut names = Vec::new();
+    extra.list(&mut names);
+    for (name, text) in &said {
+        if names.contains(&(*name, false)) {
+            // text of the contract, which is JSON
+            let _taken = extra.take(name, &mut Cursor::new(text.as_bytes()));
+        }
+    }
     finish::<_, E>(nodes, &spec, &extra, faults)
+}
+
+/// What a table says of its nodes, as members of a request.
+fn said_by_table(measurand: &MeasurandBody) -> Vec<(&'static str, String)> {
+    let MeasurandBody { flank, tooth, axes } = measurand;
+    let each = [
+        ("flank", flank.as_ref().map(text_of)),
+        ("tooth", tooth.as_ref().map(text_of)),
+        ("axes", axes.as_ref().map(text_of)),
+    ];
+    each.into_iter().filter_map(|(name, text)| Some((name, text?))).collect()
 }
 
 fn finish<N, E: ReadWhole>(

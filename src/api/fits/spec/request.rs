@@ -29,6 +29,7 @@ pub use crate::api::shapes::domain::DomainBody;
 use crate::api::{
     json::{present::present, request::request},
     measurand::axes::MeasurandBody,
+    tables::mapping::MappingBody,
 };
 use flankfit_engine::estimation::spec::PositionKind;
 
@@ -51,9 +52,14 @@ pub struct FitRequest {
 pub struct FitForm {
     /// The fit request without `nodes`, as JSON.
     pub spec: FitFormSpec,
-    /// CSV with a header `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node.
+    /// A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
+    /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
+    /// flank, tooth and axes is taken where `spec` does not give them.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
+    /// How the table is to be read.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub mapping: Option<MappingBody>,
 }
 
 /// A fit request without nodes.

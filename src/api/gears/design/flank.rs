@@ -12,7 +12,7 @@ use crate::api::{
     problem::{Problem, Room},
 };
 use flankfit_engine::{
-    formats::points::{self, ListedPoint},
+    formats::table::{self, ListedPoint},
     gear::{FlankGrid, Gear, GridSpec, Modifications, Side, flank_grid::MOST_NODES},
     geometry::space::Vector,
 };
@@ -99,7 +99,7 @@ pub fn csv(text: &[u8], room: Room) -> Result<Vec<u8>, Problem> {
         direction: Some(Vector::from(*normal)),
         line: 0,
     });
-    let text = points::write(&listed.collect::<Vec<_>>()).map_err(Problem::internal)?;
+    let text = table::write_points(&listed.collect::<Vec<_>>()).map_err(Problem::internal)?;
     Ok(text.into_bytes())
 }
 

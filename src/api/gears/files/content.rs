@@ -11,6 +11,7 @@ use crate::{
         json::text::{SHORT, ShortText},
         measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
         problem::Problem,
+        tables::nodes,
     },
     jobs::Measurand,
 };
@@ -64,7 +65,7 @@ pub struct OwnZeros {
 
 /// What cannot be read, with line and column.
 pub fn unreadable(error: &FileError) -> Problem {
-    Problem::invalid(Faults::one("/file", error.to_string()))
+    nodes::refusal(error, "/file").into()
 }
 
 pub(in crate::api) fn nothing_measured(what: &str) -> Problem {

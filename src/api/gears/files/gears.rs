@@ -150,7 +150,7 @@ pub fn answer(content: &[u8], name: Option<&str>) -> Result<Vec<u8>, Problem> {
 /// Reads the gears of a file.
 pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Problem> {
     let (mut warnings, mut traces, mut pitches, mut values) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-    let (format, gears) = match gear_file::read(content, name).map_err(|error| unreadable(&error))? {
+    let (format, gears) = match gear_file::read(content, name, None).map_err(|error| unreadable(&error))? {
         GearFile::Curves(curves) => {
             traces = curves.curves.iter().map(FileTraceBody::from).collect();
             pitches = curves.pitch.iter().filter_map(|table| table.side.map(SideName::from)).collect();
@@ -177,8 +177,9 @@ pub fn read(content: &[u8], name: Option<&str>) -> Result<GearsOfFileBody, Probl
             });
             (FileFormatName::Rexs, each.collect())
         }
-        GearFile::Points(_) => {
-            return Err(Problem::invalid(Faults::one("/file", "a list of points, which says nothing of its gear")));
+        GearFile::Table(_) => {
+            let detail = "a table of nodes or points, which says nothing of its gear; `POST /v1/nodes/read` reads it";
+            return Err(Problem::invalid(Faults::one("/file", detail)));
         }
     };
     Ok(GearsOfFileBody { format, gears, traces, pitches, values, warnings })

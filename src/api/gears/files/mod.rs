@@ -6,5 +6,6 @@ pub mod gears;
 pub mod listed;
 pub mod pitch;
 pub mod points;
+pub mod proposal;
 pub mod read;
 pub mod spec;

@@ -17,8 +17,8 @@ use crate::api::{
 use flankfit_engine::{
     fault::words::counted,
     formats::{
-        points::ListedPoint,
         rexs::{RexsFlank, RexsGear, RexsModel, TracePlaces},
+        table::ListedPoint,
     },
     gear::{
         Gear, Kind, Trace,

@@ -9,10 +9,11 @@ use crate::api::{
         evaluation::request::{DeviationSignName, EvaluationSettingsBody},
         gear::GearBody,
     },
+    json::text::ShortText,
     measurand::side::SideName,
     problem::Problem,
 };
-use flankfit_engine::formats::gear_file::GearFile;
+use flankfit_engine::formats::{gear_file::GearFile, table::Layout};
 
 /// What is said of a file beside it: the part `spec` of the form.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -39,6 +40,10 @@ pub struct ImportSpecBody {
     /// Of points that are centres of a ball.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub probe_radius_mm: Option<f64>,
+    /// Kept as the iteration's instrument, 1 to 200 characters.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
+    pub instrument: Option<ShortText>,
     /// Kept as the iteration's note, 1 to 4000 characters. By default a sentence says what was
     /// imported.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -51,7 +56,7 @@ impl ImportSpecBody {
         let (curves, model, points) = match file {
             GearFile::Curves(_) => (true, false, false),
             GearFile::Model(_) => (false, true, false),
-            GearFile::Points(_) => (false, false, true),
+            GearFile::Table(table) => (false, false, table.layout() == Some(Layout::Points)),
             // refused as a whole
             GearFile::Values(_) => (true, true, true),
         };

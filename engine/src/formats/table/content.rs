@@ -1,0 +1,254 @@
+//! What a table holds: nodes of flanks, or points.
+
+use std::collections::BTreeMap;
+
+use super::{
+    Layout, ListedPoint, Meaning, Missing, Table, TableReason, Unit, columns::Roles, reader::Cells, refusal::refused,
+};
+use crate::{
+    estimation::{self, Nodes},
+    formats::file_error::FileError,
+    gear::Side,
+    geometry::space::Vector,
+    numerics::cancel,
+};
+
+/// A grid has at least this share of its crossings in rows of the table: in scattered nodes hardly
+/// two have a u or a v in common.
+const LEAST_SHARE: f64 = 0.8;
+
+/// Nodes of one flank of one tooth, or of whatever a table without such columns is of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct NodeSet {
+    /// The tooth, without the letter that some programs put behind its number.
+    pub tooth: Option<String>,
+    /// The flank.
+    pub flank: Option<Side>,
+    /// Nodes with a height.
+    pub count: usize,
+    /// Rows without a height, and crossings of a grid without a row.
+    pub missing: usize,
+    /// The nodes.
+    pub nodes: Result<Nodes, estimation::Faults>,
+    /// How they lie.
+    pub layout: Layout,
+}
+
+/// Numbers of a surface.
+struct Surface {
+    u: Vec<f64>,
+    v: Vec<f64>,
+    z: Vec<f64>,
+    weight: Option<Vec<f64>>,
+}
+
+impl Table {
+    /// Rows.
+    pub fn rows(&self) -> usize {
+        self.lines.len()
+    }
+
+    /// How its nodes lie; `None` where its columns are not known. A table with several flanks is a
+    /// grid if each of them is one.
+    pub fn layout(&self) -> Option<Layout> {
+        match self.roles.ok()? {
+            Roles::Points { .. } => Some(Layout::Points),
+            Roles::Curve { .. } => Some(Layout::Curve),
+            Roles::Surface { .. } => {
+                let sets = self.node_sets().ok()?;
+                let grid = !sets.is_empty() && sets.iter().all(|set| set.layout == Layout::Grid);
+                Some(if grid { Layout::Grid } else { Layout::Scattered })
+            }
+        }
+    }
+
+    /// The numbers of the column with that meaning; NaN where a cell is empty.
+    pub fn numbers(&self, meaning: Meaning) -> Option<&[f64]> {
+        let column = self.columns.iter().position(|column| column.meaning == meaning)?;
+        self.numbers_at(column)
+    }
+
+    /// The numbers of a column, by its number from 0; NaN where a cell is empty. Radians are
+    /// degrees here.
+    pub fn numbers_at(&self, column: usize) -> Option<&[f64]> {
+        match self.cells.get(column)? {
+            Cells::Numbers(numbers) => Some(numbers),
+            Cells::Texts(..) | Cells::Ignored => None,
+        }
+    }
+
+    /// The texts of the column with that meaning, row by row.
+    pub fn texts<'a>(&'a self, meaning: Meaning) -> Option<impl Fn(usize) -> &'a str + 'a> {
+        let column = self.columns.iter().position(|column| column.meaning == meaning)?;
+        match &self.cells[column] {
+            Cells::Texts(of_rows, texts) => Some(|row: usize| {
+                of_rows.get(row).and_then(|number| texts.get(*number as usize)).map_or("", String::as_str)
+            }),
+            Cells::Numbers(_) | Cells::Ignored => None,
+        }
+    }
+
+    /// Why the columns make nothing.
+    fn incomplete(&self, missing: Missing) -> FileError {
+        let each = self.columns.iter().zip(1..);
+        let names = each.map(|(column, k)| if column.name.is_empty() { k.to_string() } else { column.name.clone() });
+        refused(TableReason::Incomplete { names: names.collect(), missing })
+    }
+
+    /// The points of a list, in mm.
+    pub fn points(&self) -> Result<Vec<ListedPoint>, FileError> {
+        let (at, direction) = match self.roles.map_err(|missing| self.incomplete(missing))? {
+            Roles::Points { at, direction } => (at, direction),
+            Roles::Surface { .. } | Roles::Curve { .. } => {
+                let found = self.layout().unwrap_or(Layout::Scattered);
+                return Err(refused(TableReason::OtherContent { found }));
+            }
+        };
+        let ids = self.texts(Meaning::Id);
+        let vector = |columns: [usize; 3], row: usize| {
+            let x = |column: usize| self.numbers_at(column).map_or(f64::NAN, |numbers| numbers[row]);
+            Vector::from(columns.map(x))
+        };
+        let factors = at.map(|column| self.columns[column].unit.and_then(Unit::millimetres).unwrap_or(1.0));
+        (0..self.rows())
+            .map(|row| {
+                cancel::every(10, row);
+                let direction = direction.map(|columns| vector(columns, row)).filter(|d| !d.iter().all(|x| x.is_nan()));
+                if direction == Some(Vector::zeros()) {
+                    return Err(refused(TableReason::ZeroDirection { line: self.lines[row] }));
+                }
+                let id = ids.as_ref().map(|id| id(row)).filter(|id| !id.is_empty()).map(str::to_owned);
+                let point = vector(at, row).component_mul(&Vector::from(factors));
+                Ok(ListedPoint { id, point, direction, line: self.lines[row] })
+            })
+            .collect()
+    }
+
+    /// The nodes, for each flank of each tooth; those with the most of them first.
+    pub fn node_sets(&self) -> Result<Vec<NodeSet>, FileError> {
+        let roles = self.roles.map_err(|missing| self.incomplete(missing))?;
+        if let Roles::Points { .. } = roles {
+            return Err(refused(TableReason::OtherContent { found: Layout::Points }));
+        }
+        let (teeth, flanks) = (self.texts(Meaning::Tooth), self.texts(Meaning::Flank));
+        let mut groups: BTreeMap<(Option<&str>, Option<bool>), Vec<usize>> = BTreeMap::new();
+        for row in 0..self.rows() {
+            cancel::every(10, row);
+            let tooth = teeth.as_ref().map(|tooth| number_of(tooth(row)));
+            let right = flanks.as_ref().map(|flank| is_right(flank(row))).transpose()?;
+            groups.entry((tooth.filter(|tooth| !tooth.is_empty()), right)).or_default().push(row);
+        }
+        if groups.is_empty() {
+            groups.insert((None, None), Vec::new());
+        }
+        let each = groups.into_iter().map(|((tooth, right), rows)| {
+            let (nodes, layout, count) = self.nodes_of(roles, &rows);
+            let places = match &nodes {
+                Ok(Nodes::Grid(grid)) => grid.z().len(),
+                _ => rows.len(),
+            };
+            NodeSet {
+                tooth: tooth.map(str::to_owned),
+                flank: right.map(|right| if right { Side::Right } else { Side::Left }),
+                count,
+                missing: places - count,
+                nodes,
+                layout,
+            }
+        });
+        let mut sets: Vec<NodeSet> = each.collect();
+        sets.sort_by_key(|set| std::cmp::Reverse(set.count));
+        Ok(sets)
+    }
+
+    fn nodes_of(&self, roles: Roles, rows: &[usize]) -> (Result<Nodes, estimation::Faults>, Layout, usize) {
+        let take = |column: usize| -> Vec<f64> {
+            self.numbers_at(column).map_or(Vec::new(), |numbers| rows.iter().map(|row| numbers[*row]).collect())
+        };
+        let weight = self.columns.iter().position(|column| column.meaning == Meaning::Weight).map(take);
+        match roles {
+            Roles::Surface { along, across, height } => {
+                let surface = Surface { u: take(along), v: take(across), z: take(height), weight };
+                let count = surface.z.iter().filter(|z| !z.is_nan()).count();
+                let grid = if self.given_layout == Some(Layout::Scattered) { None } else { surface.grid() };
+                match grid {
+                    Some(grid) => (grid, Layout::Grid, count),
+                    None => (surface.scattered(), Layout::Scattered, count),
+                }
+            }
+            Roles::Curve { along, height } | Roles::Points { at: [along, height, _], .. } => {
+                let (x, y) = (take(along), take(height));
+                let count = y.iter().filter(|y| !y.is_nan()).count();
+                let kept = |list: &[f64]| of_nodes(list, &y);
+                let nodes = Nodes::curve(kept(&x), kept(&y), weight.map(|weight| kept(&weight)));
+                (nodes, Layout::Curve, count)
+            }
+        }
+    }
+}
+
+/// The entries of nodes that have a height.
+fn of_nodes(list: &[f64], heights: &[f64]) -> Vec<f64> {
+    list.iter().zip(heights).filter(|(_, height)| !height.is_nan()).map(|(x, _)| *x).collect()
+}
+
+/// The number at the beginning of a tooth's name, which may have a letter for the trace; else the
+/// name.
+fn number_of(tooth: &str) -> &str {
+    let digits = tooth.find(|c: char| !c.is_ascii_digit()).unwrap_or(tooth.len());
+    if digits > 0 { &tooth[..digits] } else { tooth }
+}
+
+fn is_right(flank: &str) -> Result<bool, FileError> {
+    let word = flank.to_lowercase();
+    match word.split_whitespace().next().unwrap_or_default() {
+        "left" | "l" | "links" | "linke" | "lf" => Ok(false),
+        "right" | "r" | "rechts" | "rechte" | "rf" => Ok(true),
+        _ => Err(refused(TableReason::UnknownFlank { found: flank.chars().take(40).collect() })),
+    }
+}
+
+impl Surface {
+    fn scattered(self) -> Result<Nodes, estimation::Faults> {
+        let Surface { u, v, z, weight } = self;
+        let kept = |list: &[f64]| of_nodes(list, &z);
+        Nodes::scattered(kept(&u), kept(&v), kept(&z), weight.map(|weight| kept(&weight)))
+    }
+
+    /// As a grid, where the nodes are on the crossings of a few u and v and none of them twice. A
+    /// crossing that the table leaves out is a missing node.
+    fn grid(&self) -> Option<Result<Nodes, estimation::Faults>> {
+        let (us, vs) = (ascending(&self.u), ascending(&self.v));
+        let crossings = us.len().checked_mul(vs.len())?;
+        if us.len() < 2 || vs.len() < 2 || (self.z.len() as f64) < LEAST_SHARE * crossings as f64 {
+            return None;
+        }
+        let mut z = vec![f64::NAN; crossings];
+        let mut weight = self.weight.as_ref().map(|_| vec![1.0; crossings]);
+        let mut taken = vec![false; crossings];
+        for k in 0..self.z.len() {
+            cancel::every(20, k);
+            let row = us.binary_search_by(|u| u.total_cmp(&self.u[k])).ok()?;
+            let column = vs.binary_search_by(|v| v.total_cmp(&self.v[k])).ok()?;
+            let at = row * vs.len() + column;
+            if std::mem::replace(&mut taken[at], true) {
+                return None;
+            }
+            z[at] = self.z[k];
+            if let (Some(weight), Some(own)) = (&mut weight, &self.weight)
+                && !own[k].is_nan()
+            {
+                weight[at] = own[k];
+            }
+        }
+        Some(Nodes::grid(us, vs, z, None, weight))
+    }
+}
+
+/// The distinct numbers of a list, ascending.
+fn ascending(list: &[f64]) -> Vec<f64> {
+    let mut sorted = list.to_vec();
+    sorted.sort_unstable_by(cancel::comparing(f64::total_cmp));
+    sorted.dedup();
+    sorted
+}

@@ -1,0 +1,82 @@
+//! How a table is written: found from the lines that hold numbers.
+
+use std::borrow::Cow;
+
+use super::{
+    Decimal, Separator,
+    rows::{Row, split, value},
+};
+
+/// Every pair, the likelier one first where both read the same numbers.
+const ALL: [(Separator, Decimal); 8] = [
+    (Separator::Tab, Decimal::Point),
+    (Separator::Semicolon, Decimal::Point),
+    (Separator::Comma, Decimal::Point),
+    (Separator::Spaces, Decimal::Point),
+    (Separator::Tab, Decimal::Comma),
+    (Separator::Semicolon, Decimal::Comma),
+    (Separator::Comma, Decimal::Comma),
+    (Separator::Spaces, Decimal::Comma),
+];
+
+/// The pairs that agree with what is given.
+pub(super) fn candidates(
+    separator: Option<Separator>,
+    decimal: Option<Decimal>,
+) -> impl Iterator<Item = (Separator, Decimal)> {
+    ALL.into_iter().filter(move |(own_separator, own_decimal)| {
+        separator.is_none_or(|given| given == *own_separator) && decimal.is_none_or(|given| given == *own_decimal)
+    })
+}
+
+/// The pair by which the most cells are numbers.
+pub(super) fn detect(
+    sample: &[Row<'_>],
+    separator: Option<Separator>,
+    decimal: Option<Decimal>,
+) -> (Separator, Decimal) {
+    let mut best = None;
+    for (separator, decimal) in candidates(separator, decimal) {
+        let score = score(sample, separator, decimal);
+        if best.is_none_or(|(most, _)| score > most) {
+            best = Some((score, (separator, decimal)));
+        }
+    }
+    best.map_or((Separator::Comma, Decimal::Point), |(_, found)| found)
+}
+
+/// Numbers in lines of several cells; a text counts against the line that holds it.
+fn score(sample: &[Row<'_>], separator: Separator, decimal: Decimal) -> usize {
+    let mut cells: Vec<Cow<'_, str>> = Vec::new();
+    let each = sample.iter().map(|row| {
+        split(row.text, separator, &mut cells);
+        let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
+        let numbers = cells.iter().filter(|cell| value(cell, decimal).is_some()).count();
+        if cells.len() < 2 { 0 } else { numbers.saturating_sub(2 * (filled - numbers)) }
+    });
+    each.sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn separator_and_decimal_sign_are_told_by_the_numbers() {
+        for (lines, separator, decimal) in [
+            (&["1,2,3"][..], Separator::Comma, Decimal::Point),
+            (&["1.5;2;3"], Separator::Semicolon, Decimal::Point),
+            (&["u,v,z", "5,97;0,75;-10,28"], Separator::Semicolon, Decimal::Comma),
+            (&["id;x;y;z", "P1;1,5;-2;0,25"], Separator::Semicolon, Decimal::Comma),
+            (&["1,5\t2\t3"], Separator::Tab, Decimal::Comma),
+            (&[" 1.5   2 3 "], Separator::Spaces, Decimal::Point),
+            (&["1,5 2,5 3"], Separator::Spaces, Decimal::Comma),
+            (&["\"1,5\",\"2,5\""], Separator::Comma, Decimal::Comma),
+            (&["1, 2, 3"], Separator::Comma, Decimal::Point),
+            (&["left,1,lead,0,51.898,8.74,0.0,,"], Separator::Comma, Decimal::Point),
+        ] {
+            let rows: Vec<Row> = lines.iter().enumerate().map(|(k, text)| Row { line: k + 1, text }).collect();
+            assert_eq!(detect(&rows, None, None), (separator, decimal), "{lines:?}");
+        }
+    }
+}

@@ -1,0 +1,104 @@
+//! How a table is written, and what its columns are.
+
+use std::fmt;
+
+use super::words::{Meaning, Unit};
+
+/// What separates cells.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Separator {
+    /// `,`
+    Comma,
+    /// `;`
+    Semicolon,
+    /// A tab.
+    Tab,
+    /// Blanks and tabs, any number of them.
+    Spaces,
+}
+
+impl Separator {
+    /// The character; `None` for blanks.
+    pub fn mark(self) -> Option<char> {
+        match self {
+            Separator::Comma => Some(','),
+            Separator::Semicolon => Some(';'),
+            Separator::Tab => Some('\t'),
+            Separator::Spaces => None,
+        }
+    }
+}
+
+/// The decimal sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Decimal {
+    /// `.`
+    Point,
+    /// `,`
+    Comma,
+}
+
+/// How the nodes of a table lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Layout {
+    /// On the crossings of a few u and v; crossings may be missing.
+    Grid,
+    /// Anywhere on a surface.
+    Scattered,
+    /// Along a curve.
+    Curve,
+    /// Points in space.
+    Points,
+}
+
+/// A column, or of a matrix its first column, its first row or its heights.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct ColumnSpec {
+    /// As the header has it; empty without a header.
+    pub name: String,
+    /// What it holds.
+    pub meaning: Meaning,
+    /// Its unit, where it has one.
+    pub unit: Option<Unit>,
+}
+
+/// What is known of a table; everything else is found from its content.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Mapping {
+    /// What separates cells.
+    pub separator: Option<Separator>,
+    /// The decimal sign.
+    pub decimal: Option<Decimal>,
+    /// Whether a line with names comes before the numbers.
+    pub header: Option<bool>,
+    /// Whether it is a matrix: v in the first row, u in the first column, heights in between.
+    pub matrix: Option<bool>,
+    /// The columns in their order; of a matrix first column, first row and heights.
+    pub columns: Option<Vec<ColumnSpec>>,
+    /// How the nodes lie.
+    pub layout: Option<Layout>,
+}
+
+/// What columns lack to be nodes or points.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Missing {
+    /// None is known.
+    All,
+    /// No column with heights.
+    Height,
+    /// No column with a place.
+    Place,
+    /// Some of i, j and k, but not all.
+    Direction,
+}
+
+impl fmt::Display for Missing {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Missing::All => "what they hold is not known",
+            Missing::Height => "none of them holds heights (`deviation`; `z` beside u and v, `y` beside x)",
+            Missing::Place => "none of them says where on the flank the heights are",
+            Missing::Direction => "of i, j and k there must be all or none",
+        })
+    }
+}

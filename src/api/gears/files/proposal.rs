@@ -1,0 +1,217 @@
+//! What a table of nodes or points is proposed to be.
+
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+use utoipa::ToSchema;
+
+use crate::api::{
+    fits::{nodes_text, spec::nodes::NodesBody},
+    gears::notice::NoticeBody,
+    json::writer,
+    measurand::{axes::AxesBody, side::SideName, units},
+    problem::Problem,
+    tables::{
+        mapping::{ColumnBody, DecimalName, LayoutName, MappingBody, MeaningName, SeparatorName, axis_unit},
+        nodes,
+    },
+};
+use flankfit_engine::{
+    estimation::Nodes,
+    fault::words::rounded,
+    formats::{
+        Table,
+        table::{Layout, Meaning, Unit},
+    },
+};
+
+/// What is answered of a table beside the proposal.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize, ToSchema)]
+#[serde(rename_all = "snake_case")]
+#[schema(as = TableInclude)]
+pub enum TableIncludeName {
+    /// The nodes of the first flank, as a fit takes them.
+    Nodes,
+}
+
+/// What a table is read as. Its first six members are a mapping, which goes with the file to every
+/// import, changed where they are wrong.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = TableProposal, example = json!({
+    "separator": ";", "decimal": ",", "header": true, "matrix": false,
+    "columns": [
+        {"name": "Rollweg [mm]", "meaning": "roll_length", "unit": "mm"},
+        {"name": "Zahnbreite [mm]", "meaning": "face_width", "unit": "mm"},
+        {"name": "Abweichung [µm]", "meaning": "deviation", "unit": "um"}
+    ],
+    "layout": "grid", "nodes": 132, "missing": 3, "flanks": [{"nodes": 132, "missing": 3}],
+    "preview": {
+        "text": "greatest deviation 12 µm, roll length 5.97–11.5 mm, face width 0.75–14.2 mm",
+        "greatest_deviation_um": 11.96,
+        "ranges": [
+            {"column": 0, "meaning": "roll_length", "unit": "mm", "min": 5.9665, "max": 11.5183},
+            {"column": 1, "meaning": "face_width", "unit": "mm", "min": 0.75, "max": 14.25},
+            {"column": 2, "meaning": "deviation", "unit": "um", "min": -11.96, "max": 1.82}
+        ]
+    },
+    "warnings": []
+}))]
+pub struct ProposalBody {
+    /// What separates cells.
+    pub separator: SeparatorName,
+    /// The decimal sign.
+    pub decimal: DecimalName,
+    /// Whether a line with names comes before the numbers.
+    pub header: bool,
+    /// Whether the first row holds v, the first column u and everything else heights.
+    pub matrix: bool,
+    /// Every column in the order of the table; of a matrix the first column, the first row and the
+    /// heights. What is not known is `ignore`.
+    pub columns: Vec<ColumnBody>,
+    /// How the nodes lie; left out where it is not known which columns they are.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub layout: Option<LayoutName>,
+    /// Nodes with a height, or points.
+    pub nodes: usize,
+    /// Rows without a height, and crossings of a grid without a row.
+    pub missing: usize,
+    /// The flanks that the table has nodes of, those with the most first; the first 1,000.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub flanks: Vec<TableFlankBody>,
+    /// What the axes of the nodes mean, as an iteration takes it; left out where the columns are
+    /// none of a flank.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub axes: Option<AxesBody>,
+    /// What the numbers say when the table is read so.
+    pub preview: PreviewBody,
+    /// What was assumed or left out.
+    pub warnings: Vec<NoticeBody>,
+    /// With `include=nodes`: the nodes of the first flank.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub read: Option<NodesBody>,
+}
+
+/// A flank that a table has nodes of.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = TableFlank)]
+pub struct TableFlankBody {
+    /// Left out where the table does not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tooth: Option<String>,
+    /// Left out where the table does not say it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub flank: Option<SideName>,
+    /// Nodes with a height.
+    pub nodes: usize,
+    /// Rows without a height, and crossings of a grid without a row.
+    pub missing: usize,
+}
+
+/// What the numbers of a table say when it is read so.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = TablePreview)]
+pub struct PreviewBody {
+    /// In words.
+    #[schema(example = "greatest deviation 20.8 µm, roll length 5.97–11.52 mm, face width 0.75–14.2 mm")]
+    pub text: String,
+    /// Greatest amount of a deviation; left out where there are none.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub greatest_deviation_um: Option<f64>,
+    /// Of every column with numbers.
+    pub ranges: Vec<TableRangeBody>,
+}
+
+/// The least and the greatest number of a column.
+#[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
+#[schema(as = TableRange)]
+pub struct TableRangeBody {
+    /// Number of the column, from 0.
+    pub column: usize,
+    /// What it holds.
+    pub meaning: MeaningName,
+    /// Left out where the column has none. Of roll angles in radians `deg`, as which they are
+    /// stored.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub unit: Option<String>,
+    /// The least number.
+    pub min: f64,
+    /// The greatest number.
+    pub max: f64,
+}
+
+/// Answers what a table is read as. Processor work.
+pub fn answer(content: &[u8], mapping: Option<&MappingBody>, with_nodes: bool) -> Result<Vec<u8>, Problem> {
+    let table = nodes::table(content, mapping, "/file")?;
+    let layout = table.layout();
+    let sets = table.node_sets().unwrap_or_default();
+    let points = if layout == Some(Layout::Points) { table.points().map_or(0, |points| points.len()) } else { 0 };
+    let mut warnings: Vec<NoticeBody> = table.notes.iter().map(|note| NoticeBody::new(note.code(), note)).collect();
+    if layout.is_none() {
+        let message = "which columns hold places and heights is not known; say it as `columns`";
+        warnings.push(NoticeBody::new("columns_unknown", &message));
+    }
+    let proposal = ProposalBody {
+        separator: table.separator.into(),
+        decimal: table.decimal.into(),
+        header: table.header,
+        matrix: table.matrix,
+        columns: table.columns.iter().map(ColumnBody::from).collect(),
+        layout: layout.map(Into::into),
+        nodes: points + sets.iter().map(|set| set.count).sum::<usize>(),
+        missing: sets.iter().map(|set| set.missing).sum(),
+        flanks: sets
+            .iter()
+            .take(1000)
+            .map(|set| TableFlankBody {
+                tooth: set.tooth.clone(),
+                flank: set.flank.map(Into::into),
+                nodes: set.count,
+                missing: set.missing,
+            })
+            .collect(),
+        axes: layout.and_then(|layout| nodes::axes(&table, layout)),
+        preview: preview(&table),
+        warnings,
+        read: None,
+    };
+    let mut text = writer::whole(&proposal).map_err(Problem::not_finite)?;
+    let nodes: Option<Nodes> = sets.into_iter().next().filter(|_| with_nodes).and_then(|set| set.nodes.ok());
+    if let Some(nodes) = nodes
+        && text.pop_if(|last| *last == b'}').is_some()
+    {
+        // written as they are everywhere, which the body of the contract cannot do by itself
+        text.extend_from_slice(b",\"read\":");
+        text.extend(nodes_text::to_json(Arc::new(nodes)).whole());
+        text.push(b'}');
+    }
+    Ok(text)
+}
+
+fn preview(table: &Table) -> PreviewBody {
+    let mut ranges = Vec::new();
+    let mut words = Vec::new();
+    let mut greatest = None;
+    for (column, spec) in table.columns.iter().enumerate() {
+        let Some(numbers) = table.numbers_at(column) else { continue };
+        let least = numbers.iter().copied().filter(|x| !x.is_nan()).min_by(f64::total_cmp);
+        let most = numbers.iter().copied().filter(|x| !x.is_nan()).max_by(f64::total_cmp);
+        let (Some(min), Some(max)) = (least, most) else { continue };
+        let unit = spec.unit.map(axis_unit);
+        let shown = unit.map_or(String::new(), |unit| format!(" {}", units::sign(unit)));
+        match (spec.meaning, spec.unit.and_then(Unit::millimetres)) {
+            (Meaning::Deviation, Some(mm)) => {
+                let um = unit.and_then(units::micrometres).unwrap_or(1e3 * mm) * min.abs().max(max.abs());
+                greatest = Some(um).filter(|um| um.is_finite());
+                words.insert(0, format!("greatest deviation {} µm", rounded(um, 3)));
+            }
+            (Meaning::RollLength | Meaning::Diameter | Meaning::RollAngle | Meaning::FaceWidth, _) => {
+                let name = spec.meaning.name().replace('_', " ");
+                words.push(format!("{name} {}–{}{shown}", rounded(min, 3), rounded(max, 3)));
+            }
+            (Meaning::Weight | Meaning::I | Meaning::J | Meaning::K, _) => {}
+            _ => words.push(format!("{} {}–{}{shown}", spec.meaning.name(), rounded(min, 3), rounded(max, 3))),
+        }
+        ranges.push(TableRangeBody { column, meaning: spec.meaning.into(), unit: unit.map(str::to_owned), min, max });
+    }
+    PreviewBody { text: words.join(", "), greatest_deviation_um: greatest, ranges }
+}

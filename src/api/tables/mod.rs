@@ -1,0 +1,4 @@
+//! Tables of nodes and points: what is said of one, and the nodes that are made of it.
+
+pub mod mapping;
+pub mod nodes;

@@ -1,0 +1,148 @@
+//! Nodes out of a table, with what the table says of their axes.
+
+use super::mapping::{MappingBody, axis_unit};
+use crate::api::{
+    faults::Faults,
+    json::{
+        error::ReadError,
+        text::{SHORT, ShortText},
+    },
+    measurand::axes::{AxesBody, AxisBody, MeasurandBody, PositiveName, known_axis},
+};
+use flankfit_engine::{
+    estimation::Nodes,
+    fault::words::{counted, listed},
+    formats::{
+        FileError, Table,
+        table::{self, ColumnSpec, Layout, Mapping, Meaning, NodeSet, TableFault, Unit},
+    },
+    gear::Side,
+};
+
+/// Nodes of one flank out of a table.
+pub struct TableNodes {
+    pub nodes: Nodes,
+    /// Rows without a height, and crossings of a grid without a row.
+    pub missing: usize,
+    /// The flank and the tooth, where the table says it, and what the axes mean.
+    pub measurand: MeasurandBody,
+}
+
+/// Reads a table; faults are told at `pointer`.
+pub fn table(bytes: &[u8], mapping: Option<&MappingBody>, pointer: &str) -> Result<Table, ReadError> {
+    let mapping = mapping.map_or_else(Mapping::default, Mapping::from);
+    table::read(bytes, &mapping).map_err(|error| refusal(&error, pointer))
+}
+
+/// The nodes of the only flank of a table.
+pub fn only(table: &Table, pointer: &str) -> Result<TableNodes, ReadError> {
+    let sets = table.node_sets().map_err(|error| refusal(&error, pointer))?;
+    let count = sets.len();
+    match sets.into_iter().next() {
+        Some(set) if count == 1 => of_set(table, set, pointer),
+        _ => {
+            let detail = format!(
+                "the table has nodes of {}; send those of one, or import the file into a job and name `flank` and `tooth`",
+                counted(count, "flank", "flanks")
+            );
+            Err(Faults::one(pointer, detail).into())
+        }
+    }
+}
+
+/// The nodes of the flank that is asked for, or of that with the most of them.
+pub fn chosen(table: &Table, tooth: Option<&str>, side: Option<Side>, pointer: &str) -> Result<TableNodes, ReadError> {
+    let sets = table.node_sets().map_err(|error| refusal(&error, pointer))?;
+    let fits = |set: &NodeSet| {
+        let of_tooth = set.tooth.as_deref().zip(tooth).is_none_or(|(own, asked)| own == asked);
+        of_tooth && set.flank.zip(side).is_none_or(|(own, asked)| own == asked)
+    };
+    let known: Vec<String> = sets.iter().take(10).map(name_of).collect();
+    let Some(set) = sets.into_iter().find(fits) else {
+        let pointer = if tooth.is_some() { "/spec/tooth" } else { "/spec/flank" };
+        return Err(Faults::one(pointer, format!("the table has nodes of {}", listed(known))).into());
+    };
+    let mut of = of_set(table, set, pointer)?;
+    of.measurand.flank = of.measurand.flank.or(side.map(Into::into));
+    of.measurand.tooth = of.measurand.tooth.or(tooth.and_then(ShortText::new));
+    Ok(of)
+}
+
+fn name_of(set: &NodeSet) -> String {
+    let side = set.flank.map_or("flank", |side| if side == Side::Left { "left flank" } else { "right flank" });
+    set.tooth.as_ref().map_or_else(|| format!("the {side}"), |tooth| format!("the {side} of tooth {tooth}"))
+}
+
+/// The nodes of one flank of a table.
+pub fn of_set(table: &Table, set: NodeSet, pointer: &str) -> Result<TableNodes, ReadError> {
+    let NodeSet { tooth, flank, missing, nodes, layout, .. } = set;
+    let nodes = nodes.map_err(|faults| Faults::by(&faults, |_| pointer.to_owned()))?;
+    let tooth = tooth.and_then(|tooth| {
+        let tooth: String = tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
+        ShortText::new(&tooth)
+    });
+    let measurand = MeasurandBody { flank: flank.map(Into::into), tooth, axes: axes(table, layout) };
+    Ok(TableNodes { nodes, missing, measurand })
+}
+
+/// What the axes mean, where the columns are those of a flank.
+pub fn axes(table: &Table, layout: Layout) -> Option<AxesBody> {
+    let find = |meanings: &[Meaning]| {
+        meanings.iter().find_map(|meaning| table.columns.iter().find(|column| column.meaning == *meaning))
+    };
+    let axis = |column: Option<&ColumnSpec>| -> Option<AxisBody> {
+        let ColumnSpec { meaning, unit, .. } = column?;
+        let quantity = match meaning {
+            Meaning::RollAngle => "roll_length",
+            other => other.name(),
+        };
+        let positive = (*meaning == Meaning::Deviation).then_some(PositiveName::MaterialOut);
+        known_axis(quantity, axis_unit((*unit)?), positive)
+    };
+    let along = axis(find(&[Meaning::RollLength, Meaning::Diameter, Meaning::RollAngle]));
+    let across = axis(find(&[Meaning::FaceWidth]));
+    let height = axis(find(&[Meaning::Deviation]));
+    let axes = match layout {
+        Layout::Curve => AxesBody { x: along.or(across), y: height, ..AxesBody::default() },
+        _ => AxesBody { u: along, v: across, z: height, ..AxesBody::default() },
+    };
+    (axes != AxesBody::default()).then_some(axes)
+}
+
+/// Whether a table has deviations in µm over places in mm.
+pub fn is_in_micrometres(table: &Table) -> bool {
+    let in_unit = |meanings: &[Meaning], unit: Unit| {
+        table.columns.iter().any(|column| meanings.contains(&column.meaning) && column.unit == Some(unit))
+    };
+    in_unit(&[Meaning::Deviation], Unit::Micrometre)
+        && in_unit(&[Meaning::RollLength], Unit::Millimetre)
+        && in_unit(&[Meaning::FaceWidth], Unit::Millimetre)
+}
+
+/// What is said of a table that cannot be read: one sentence, then the first places.
+pub fn refusal(error: &FileError, pointer: &str) -> ReadError {
+    let mut faults = Faults::default();
+    match error {
+        FileError::Table(fault) => {
+            let TableFault { reason, places } = &**fault;
+            if let Some(place) = places.iter().find(|place| is_no_number(&place.found)) {
+                let detail = format!(
+                    "Line {}, column {}: NaN and Infinity are no numbers of a table; leave the height empty where a \
+                     node is missing.",
+                    place.line, place.column
+                );
+                return ReadError::Malformed { detail };
+            }
+            faults.push(pointer, reason.to_string());
+            places.iter().for_each(|place| faults.push(pointer, place.to_string()));
+        }
+        other => faults.push(pointer, other.to_string()),
+    }
+    faults.into()
+}
+
+/// Whether a cell is one of the words for what is no number, which JSON has not either.
+fn is_no_number(cell: &str) -> bool {
+    let word = cell.trim_start_matches(['-', '+']);
+    ["nan", "inf", "infinity"].iter().any(|known| word.eq_ignore_ascii_case(known))
+}

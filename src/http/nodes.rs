@@ -1,0 +1,78 @@
+//! `/v1/nodes/read`: what a table of nodes or points is proposed to be.
+
+use axum::{extract::State, response::Response};
+use serde::Serialize;
+use utoipa::ToSchema;
+use utoipa_axum::{router::OpenApiRouter, routes};
+
+use super::{
+    body::Payload,
+    budget::WithPermit,
+    extract::QueryOf,
+    fits::json_held,
+    include::IncludeQuery,
+    multipart::{FileForm, read_any_file},
+    state::AppState,
+};
+use crate::api::{
+    faults::Faults,
+    gears::files::proposal::{self, ProposalBody, TableIncludeName},
+    problem::Problem,
+    tables::mapping::MappingBody,
+};
+
+pub fn group() -> OpenApiRouter<AppState> {
+    OpenApiRouter::new().routes(routes!(read_nodes))
+}
+
+// Declared for the document.
+/// A table, and how it is to be read.
+#[derive(Serialize, ToSchema)]
+#[schema(as = TableForm)]
+struct TableFormBody {
+    /// A table of nodes or points.
+    #[schema(value_type = String, format = Binary)]
+    file: Vec<u8>,
+    /// `application/json`: how it is to be read. What is left out is found from the content.
+    mapping: Option<MappingBody>,
+}
+
+/// Reads a table of nodes or points and answers what it is taken for; stores nothing.
+///
+/// Separators, decimal sign, character set, header and units are found from the content. The
+/// answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping`
+/// that goes with the file to every import, changed where they are wrong. A table that cannot be
+/// read is refused by one sentence and the first five places.
+#[utoipa::path(
+    post, path = "/v1/nodes/read", operation_id = "read_nodes", tag = "fits",
+    params(("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "What is \
+        answered beside the proposal: `nodes`.")),
+    request_body(
+        content(
+            (TableFormBody = "multipart/form-data"), (String = "text/csv"), (String = "text/plain"),
+            (String = "application/octet-stream")
+        ),
+        description = "A file of any name and media type, alone or as the part `file` of a form."
+    ),
+    responses((status = 200, description = "What the table is taken for.", body = ProposalBody))
+)]
+async fn read_nodes(
+    State(state): State<AppState>,
+    QueryOf(query): QueryOf<IncludeQuery>,
+    payload: Payload,
+) -> Result<Response, Problem> {
+    let with_nodes = !query.names::<TableIncludeName>()?.is_empty();
+    let limit = state.settings.body_limit;
+    let work = move || {
+        let (form, permit) = read_any_file(payload, limit)?.into_parts();
+        let FileForm { file, name: _, spec, mapping } = &form;
+        if spec.is_some() {
+            return Err(Problem::invalid(Faults::one(
+                "/spec",
+                "nothing else is to be said of a table than its mapping",
+            )));
+        }
+        Ok(WithPermit::new(proposal::answer(file, mapping.as_ref(), with_nodes)?, permit))
+    };
+    Ok(json_held(state.pool.run(work).await??))
+}

@@ -1,0 +1,199 @@
+//! Tables of nodes and points: what they are proposed to be, and how they become iterations.
+
+use reqwest::multipart::{Form, Part};
+use serde_json::{Value, json};
+
+use crate::harness::{Answer, TestApp, send};
+
+fn example(name: &str) -> Vec<u8> {
+    std::fs::read(format!("{}/examples/files/{name}", env!("CARGO_MANIFEST_DIR"))).unwrap()
+}
+
+fn file(name: &str, bytes: Vec<u8>) -> Form {
+    Form::new().part("file", Part::bytes(bytes).file_name(name.to_owned()))
+}
+
+async fn read(app: &TestApp, query: &str, form: Form) -> Answer {
+    send(app.client.post(app.url(&format!("/v1/nodes/read{query}"))).multipart(form)).await
+}
+
+async fn job(app: &TestApp) -> String {
+    let example: Value =
+        serde_json::from_str(include_str!("../../examples/requests/job.json")).expect("an example of a job");
+    let answer = send(app.post("/v1/jobs", example.to_string())).await;
+    format!("/v1/jobs/{}", answer.json()["id"].as_str().unwrap())
+}
+
+async fn import(app: &TestApp, job: &str, form: Form) -> Answer {
+    send(app.client.post(app.url(&format!("{job}/import"))).multipart(form)).await
+}
+
+#[tokio::test]
+async fn a_table_is_proposed_with_meanings_units_and_words() {
+    let app = TestApp::start().await;
+    let answer = read(&app, "?include=nodes", file("f.csv", example("flank_german.csv"))).await;
+    assert_eq!(answer.status, 200, "{}", answer.text);
+    let body = answer.json();
+    assert_eq!((&body["separator"], &body["decimal"]), (&json!(";"), &json!(",")));
+    assert_eq!((&body["header"], &body["matrix"], &body["layout"]), (&json!(true), &json!(false), &json!("grid")));
+    assert_eq!((&body["nodes"], &body["missing"], &body["warnings"]), (&json!(132), &json!(3), &json!([])));
+    assert_eq!(body["columns"][0], json!({"name": "Rollweg [mm]", "meaning": "roll_length", "unit": "mm"}));
+    assert_eq!(body["columns"][2]["unit"], "um");
+    assert_eq!(body["flanks"], json!([{"nodes": 132, "missing": 3}]));
+    let words = "roll length 5.97–11.5 mm, face width 0.75–14.2 mm";
+    assert!(body["preview"]["text"].as_str().unwrap().contains(words), "{}", body["preview"]);
+    assert_eq!(body["preview"]["greatest_deviation_um"], 11.96);
+    assert_eq!(
+        body["preview"]["ranges"][1],
+        json!({"column": 1, "meaning": "face_width", "unit": "mm",
+        "min": 0.75, "max": 14.25})
+    );
+    let grid: Value = serde_json::from_str(include_str!("../../examples/flank_z52.json")).unwrap();
+    assert_eq!(body["read"]["u"], grid["nodes"]["u"]);
+    assert_eq!(body["read"]["z"][0][1], grid["nodes"]["z"][0][1]);
+    assert_eq!(body["read"]["z"][0][0], Value::Null);
+    // the same table in other forms, alone as a body too
+    for (media, name) in
+        [("text/csv", "flank_grid.csv"), ("application/octet-stream", "flank_matrix.csv"), ("text/plain", "points.txt")]
+    {
+        let request = app.client.post(app.url("/v1/nodes/read")).header("content-type", media).body(example(name));
+        let answer = send(request).await;
+        assert_eq!(answer.status, 200, "{name}: {}", answer.text);
+        let layout = if name == "points.txt" { "points" } else { "grid" };
+        assert_eq!(answer.json()["layout"], layout, "{name}");
+        assert!(answer.json().get("read").is_none());
+    }
+}
+
+/// What is proposed is a mapping, and can be sent as one.
+#[tokio::test]
+async fn a_proposal_is_a_mapping() {
+    let app = TestApp::start().await;
+    for name in ["flank_german.csv", "flank_grid.csv", "flank_matrix.csv", "points.txt"] {
+        let first = read(&app, "", file(name, example(name))).await.json();
+        let mut mapping = json!({});
+        for member in ["separator", "decimal", "header", "matrix", "columns", "layout"] {
+            mapping[member] = first[member].clone();
+        }
+        let again = read(&app, "", file(name, example(name)).text("mapping", mapping.to_string())).await;
+        assert_eq!(again.json(), first, "{name}");
+        mapping["columns"][2]["unit"] = json!("mm");
+        if name != "points.txt" {
+            let other = read(&app, "", file(name, example(name)).text("mapping", mapping.to_string())).await.json();
+            assert_eq!(other["preview"]["greatest_deviation_um"], 11960.0, "{name}");
+        }
+    }
+}
+
+#[tokio::test]
+async fn what_cannot_be_read_is_one_sentence_and_five_places() {
+    let app = TestApp::start().await;
+    let table = format!("u,v,z\n{}", "5,97;0,75;-10,28\n".repeat(135));
+    let mapping = r#"{"separator": ","}"#;
+    let refused = read(&app, "", file("a.csv", table.clone().into_bytes()).text("mapping", mapping)).await;
+    assert_eq!((refused.status.as_u16(), refused.pointers()), (422, vec!["/file".to_owned(); 6]), "{}", refused.text);
+    let sentence = r#"135 rows have 4 cells for 3 columns; with decimal commas they have 3: send `decimal: \",\"`"#;
+    assert!(refused.text.contains(sentence), "{}", refused.text);
+    // without a word about the separator it is read as it is meant
+    let body = read(&app, "", file("a.csv", table.into_bytes())).await.json();
+    assert_eq!((&body["separator"], &body["decimal"], &body["header"]), (&json!(";"), &json!(","), &json!(true)));
+    assert_eq!(read(&app, "", file("a.csv", b"hello".to_vec())).await.pointers(), ["/file"]);
+    assert_eq!(read(&app, "?include=rows", file("a.csv", b"1,2".to_vec())).await.pointers(), ["/include"]);
+    let spec = file("a.csv", b"x,y\n1,2\n".to_vec()).text("spec", "{}");
+    assert_eq!(read(&app, "", spec).await.pointers(), ["/spec"]);
+    assert_eq!(send(app.post("/v1/nodes/read", "{}")).await.pointers(), ["/file"]);
+    let unknown = read(&app, "", file("a.csv", b"rest,roll length,more,even\n1,2,3,4\n".to_vec())).await.json();
+    assert!(unknown.get("layout").is_none());
+    assert_eq!(unknown["warnings"].as_array().unwrap().last().unwrap()["code"], "columns_unknown");
+}
+
+/// A table becomes an iteration with its own units, on its grid, whatever its form.
+#[tokio::test]
+async fn an_import_takes_tables() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let mut sums = Vec::new();
+    for (number, name) in (1..).zip(["flank_grid.csv", "flank_german.csv", "flank_matrix.csv"]) {
+        let spec = json!({"flank": "left", "tooth": "1", "instrument": "P40"}).to_string();
+        let made = import(&app, &job, file(name, example(name)).text("spec", spec)).await;
+        assert_eq!(made.status, 201, "{name}: {}", made.text);
+        let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
+        assert_eq!(
+            (&stored["flank"], &stored["tooth"], &stored["instrument"]),
+            (&json!("left"), &json!("1"), &json!("P40"))
+        );
+        assert_eq!(stored["axes"]["u"], json!({"quantity": "roll_length", "unit": "mm"}), "{name}");
+        assert_eq!(stored["axes"]["z"]["unit"], "um");
+        let nodes = send(app.get(&format!("{job}/iterations/{number}/nodes"))).await.json();
+        assert_eq!((&nodes["type"], nodes["u"].as_array().unwrap().len()), (&json!("grid"), 9), "{name}");
+        assert_eq!(nodes["z"][0][0], Value::Null, "{name}: a hole");
+        sums.push(nodes);
+    }
+    assert!(sums.iter().all(|nodes| *nodes == sums[0]));
+    // heights in mm by a mapping, which goes with the file
+    let columns = json!({"columns": [{"meaning": "roll_length"}, {"meaning": "face_width"},
+        {"meaning": "deviation", "unit": "mm"}]});
+    let made = import(&app, &job, file("a.csv", example("flank_grid.csv")).text("mapping", columns.to_string())).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+    let stored = send(app.get(&format!("{job}/iterations/4"))).await.json();
+    assert_eq!(stored["axes"]["z"]["unit"], "mm");
+    // points are of the job's gear
+    let made = import(&app, &job, file("points.txt", example("points.txt"))).await;
+    assert_eq!(made.status, 201, "{}", made.text);
+}
+
+#[tokio::test]
+async fn of_several_flanks_one_is_imported() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let mut table = "Zahn;Flanke;Rollweg [mm];Breite [mm];Abweichung [µm]\r\n".to_owned();
+    for (tooth, flank, rows) in [(1, "links", 5), (1, "rechts", 4), (2, "links", 4)] {
+        for u in 0..rows {
+            for v in 0..3 {
+                table += &format!("{tooth};{flank};{};{v};{},5\r\n", 6 + u, u * v);
+            }
+        }
+    }
+    let form = |spec: Value| file("t.csv", table.clone().into_bytes()).text("spec", spec.to_string());
+    for (number, spec, tooth, flank) in [
+        (1, json!({}), "1", "left"),
+        (2, json!({"flank": "right"}), "1", "right"),
+        (3, json!({"tooth": "2"}), "2", "left"),
+    ] {
+        let made = import(&app, &job, form(spec)).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
+        assert_eq!((&stored["tooth"], &stored["flank"]), (&json!(tooth), &json!(flank)));
+    }
+    let refused = import(&app, &job, form(json!({"tooth": "7"}))).await;
+    assert_eq!(refused.pointers(), ["/spec/tooth"]);
+    assert!(refused.text.contains("the left flank of tooth 2"), "{}", refused.text);
+    // a fit takes one flank
+    let spec = r#"{"model":{"type":"polynomial","degree":[1,1]}}"#;
+    let fit = send(
+        app.client.post(app.url("/v1/fits")).multipart(Form::new().text("spec", spec).text("nodes", table.clone())),
+    );
+    let refused = fit.await;
+    assert_eq!(refused.pointers(), ["/nodes"]);
+    assert!(refused.text.contains("nodes of 3 flanks"), "{}", refused.text);
+}
+
+/// A form without axes takes those of its table; what the spec says goes before.
+#[tokio::test]
+async fn a_form_takes_the_axes_of_its_table() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let spec = json!({"model": {"type": "polynomial", "degree": [2, 2], "basis": "legendre"}, "flank": "left"});
+    let own = json!({"u": {"quantity": "diameter", "unit": "mm"}});
+    for (number, axes, wanted) in [(1, Value::Null, "roll_length"), (2, own, "diameter")] {
+        let mut spec = spec.clone();
+        spec["axes"] = axes;
+        let form = Form::new()
+            .text("spec", spec.to_string())
+            .part("nodes", Part::bytes(example("flank_german.csv")).file_name("f.csv"));
+        let made = send(app.client.post(app.url(&format!("{job}/iterations"))).multipart(form)).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
+        assert_eq!(stored["axes"]["u"]["quantity"], wanted);
+    }
+}
