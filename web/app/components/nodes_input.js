@@ -4,9 +4,11 @@ import { t as common } from "../i18n/common.js";
 import de from "../i18n/de/fit.js";
 import en from "../i18n/en/fit.js";
 import { texts } from "../i18n/i18n.js";
-import { readNodes } from "../lib/nodes_file.js";
+import { isJson, readNodes, textOfTable } from "../lib/nodes_file.js";
+import { readTable } from "../lib/nodes_table.js";
 import { h, html, useId, useState } from "../../vendor/ui.js";
 import { TextField } from "./form.js";
+import { Failure } from "./states.js";
 
 /** @typedef {import("../lib/nodes_file.js").NodesFile} NodesFile */
 /** @typedef {{ text: string, name: string }} NodesText `name`: of the file, empty where it was pasted */
@@ -22,13 +24,29 @@ export function NodesInput({ onNodes, onRefused }) {
   const [over, setOver] = useState(false);
   const [pasted, setPasted] = useState("");
   const [fault, setFault] = useState(/** @type {{ text: string, name: string } | undefined} */ (undefined));
+  const [refused, setRefused] = useState(/** @type {{ error: unknown, name: string } | undefined} */ (undefined));
   const take = (/** @type {string} */ text, /** @type {string} */ name) => {
     const read = readNodes(text);
     setFault(read.fault && { text: t[read.fault], name });
     if (read.file) onNodes(read.file, name);
     else onRefused();
   };
-  const takeFile = async (/** @type {File | null | undefined} */ file) => file && take(await file.text(), file.name);
+  // a table is read by the server, by its bytes: it may have any character set
+  const takeBytes = async (/** @type {Blob} */ bytes, /** @type {string} */ name) => {
+    setRefused(undefined);
+    const text = await bytes.text();
+    if (isJson(text) || text.trim() === "") return take(text, name);
+    try {
+      const proposal = await readTable(bytes, undefined);
+      if (proposal.read) return take(textOfTable(proposal), name);
+      setFault({ text: t.noNodes, name });
+    } catch (error) {
+      setFault(undefined);
+      setRefused({ error, name });
+    }
+    onRefused();
+  };
+  const takeFile = (/** @type {File | null | undefined} */ file) => file && takeBytes(file, file.name);
   const drop = (/** @type {DragEvent} */ event) => {
     event.preventDefault();
     setOver(false);
@@ -42,7 +60,7 @@ export function NodesInput({ onNodes, onRefused }) {
     <h2 id=${`${id}-nodes`}>${t.nodes}</h2>
     <div class=${`drop${over ? " over" : ""}`} onDragOver=${drag} onDragLeave=${() => setOver(false)} onDrop=${drop}>
       <label for=${`${id}-file`}>${t.drop}</label>
-      <input id=${`${id}-file`} type="file" accept=".json,.csv,.txt" aria-describedby=${`${id}-hint`}
+      <input id=${`${id}-file`} type="file" accept=".json,.csv,.txt,.dat,.tsv" aria-describedby=${`${id}-hint`}
         onChange=${(/** @type {import("../../vendor/ui.js").TargetedEvent<HTMLInputElement>} */ event) => takeFile(event.currentTarget.files?.[0])} />
       <p class="hint" id=${`${id}-hint`}>${t.dropHint}</p>
     </div>
@@ -50,11 +68,13 @@ export function NodesInput({ onNodes, onRefused }) {
       <summary>${t.paste}</summary>
       <div class="pasted">
         ${h(TextField, { label: t.pasted, required: true, value: pasted, onInput: setPasted, lines: 6, hint: t.pasteHint })}
-        <div class="actions"><button type="button" class="button" onClick=${() => take(pasted, "")}>${common.fit}</button></div>
+        <div class="actions"><button type="button" class="button" onClick=${() => takeBytes(new Blob([pasted]), "")}>${common.fit}</button></div>
       </div>
     </details>
     <div aria-live="polite">
       ${fault && html`<p class="fault">${fault.name && html`<span translate="no">${fault.name}</span>`} ${fault.text}</p>`}
+      ${refused?.name && html`<p class="fault" translate="no">${refused.name}</p>`}
+      ${refused && h(Failure, { error: refused.error })}
     </div>
   </section>`;
 }

@@ -136,17 +136,8 @@ function Save({ jobs, find, setFind, file, spec }) {
   </form>`;
 }
 
-/**
- * A request with nodes: JSON as JSON, CSV as a form, so that the server reads the file itself.
- * @param {NodesFile} file @param {Fields} spec
- */
+/** A request with nodes. @param {NodesFile} file @param {Fields} spec */
 export function bodyOf(file, spec) {
-  // both ways are of one type for the client
-  const typed = (/** @type {unknown} */ body) =>
-    /** @type {import("../api/client.js").Schema<"IterationRequest">} */ (body);
-  if (file.kind === "json") return { body: typed({ ...spec, nodes: file.nodes }) };
-  const form = new FormData();
-  form.append("spec", JSON.stringify(spec));
-  form.append("nodes", new Blob([file.text], { type: "text/csv" }), "nodes.csv");
-  return { body: typed(spec), bodySerializer: () => form };
+  const body = /** @type {unknown} */ ({ ...spec, nodes: file.nodes });
+  return { body: /** @type {import("../api/client.js").Schema<"IterationRequest">} */ (body) };
 }

@@ -1,13 +1,10 @@
-// Nodes as a text: JSON (nodes alone, or a request with them) or CSV. Pure. What a number may be is
-// the server's to say; here only as much is read as is drawn and counted.
-
-import { gridOfTable, readNodesCsv } from "./nodes_csv.js";
+// Nodes as a text: JSON (nodes alone, or a request with them). Pure. What a number may be is the server's
+// to say, which also reads tables; here only as much is read as is drawn and counted.
 
 /** @typedef {import("../api/client.js").Schema<"Nodes">} Nodes */
 /** @typedef {Record<string, unknown>} Fields */
 /**
  * @typedef {object} NodesFile
- * @property {"json" | "csv"} kind format in which it is sent; a table that forms a grid is sent as a grid
  * @property {Nodes} nodes missing heights are NaN or null
  * @property {string} text as it was given
  * @property {Fields} spec what a request says of the fit
@@ -15,7 +12,7 @@ import { gridOfTable, readNodesCsv } from "./nodes_csv.js";
  * @property {number} count nodes, missing ones included
  * @property {number} missing
  */
-/** @typedef {"empty" | "json" | "noNodes" | "header"} NodesFault */
+/** @typedef {"empty" | "json" | "noNodes"} NodesFault */
 
 /** Fields of an iteration that a fit does not have. */
 const MEASUREMENT = ["measured_at", "instrument", "operator", "note"];
@@ -25,7 +22,24 @@ const TYPES = ["curve", "grid", "scattered", "matrix"];
 export function readNodes(given) {
   const text = given.replace(/^\uFEFF/, "");
   if (text.trim() === "") return { fault: "empty" };
-  return /^\s*[{[]/.test(text) ? ofJson(text) : ofCsv(text);
+  return ofJson(text);
+}
+
+/** Whether a text is JSON; anything else is a table, which may begin with a block `[A]`. @param {string} text */
+export function isJson(text) {
+  return /^\uFEFF?\s*(\{|\[\s*[[{"\d\-\]])/.test(text);
+}
+
+/** A table that the server has read, as a text of JSON. @param {import("./nodes_table.js").Proposal} proposal */
+export function textOfTable({ read, axes, flanks }) {
+  const [first] = flanks ?? [];
+  const { flank, tooth } = first ?? {};
+  return JSON.stringify({
+    nodes: read,
+    ...(axes ? { axes } : {}),
+    ...(flank ? { flank } : {}),
+    ...(tooth ? { tooth } : {}),
+  });
 }
 
 /** @param {string} text @returns {ReturnType<typeof readNodes>} */
@@ -48,19 +62,7 @@ function ofJson(text) {
     if (MEASUREMENT.includes(name)) measurement[name] = one;
     else spec[name] = one;
   }
-  return { file: { kind: "json", nodes: request.nodes, text, spec, measurement, ...counted(request.nodes) } };
-}
-
-/** @param {string} text @returns {ReturnType<typeof readNodes>} */
-function ofCsv(text) {
-  const table = readNodesCsv(text);
-  if (!table) return { fault: "header" };
-  const grid = table.doubts.length === 0 ? gridOfTable(table) : undefined;
-  if (grid) return { file: { kind: "json", nodes: grid, text, spec: {}, measurement: {}, ...counted(grid) } };
-  const { header, columns, count, missing } = table;
-  const type = header[0] === "u" ? "scattered" : "curve";
-  const nodes = /** @type {Nodes} */ (/** @type {unknown} */ ({ type, ...columns }));
-  return { file: { kind: "csv", nodes, text, spec: {}, measurement: {}, count, missing } };
+  return { file: { nodes: request.nodes, text, spec, measurement, ...counted(request.nodes) } };
 }
 
 /** @param {any} nodes not looked at by anybody yet */

@@ -19,6 +19,7 @@ import { fmt, texts } from "../i18n/i18n.js";
 import { heightUnit } from "../lib/units.js";
 import { hrefIf } from "../router.js";
 import { h, html } from "../../vendor/ui.js";
+import { Columns } from "./columns.js";
 import { OfGears } from "./of_gears.js";
 import { nodeOfPointer } from "./request.js";
 import { ChangedError } from "./send.js";
@@ -42,10 +43,11 @@ const t = texts({ en, de });
 const KINDS = /** @type {const} */ ({ waiting: "plain", sending: "plain", done: "good", failed: "bad" });
 
 /**
- * @param {{ entry: Entry, most: number, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void }} props
+ * @param {{ entry: Entry, most: number, jobId: string, fields: readonly string[], onRemove: () => void, onCancel: () => void,
+ *   onMapping: (mapping: import("../lib/nodes_table.js").Mapping) => void }} props
  *   `most`: bytes that the server takes; `fields`: pointers whose faults stand at fields
  */
-export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
+export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel, onMapping }) {
   const { file, content, state, error, number, gears, progress } = entry;
   const to = number === undefined ? undefined : hrefIf("/jobs/{job_id}/iterations/{number}", { job_id: jobId, number });
   const counts = content && [
@@ -72,6 +74,7 @@ export function QueueEntry({ entry, most, jobId, fields, onRemove, onCancel }) {
     ${content?.fault && html`<p class="fault">${t[/** @type {"fault_json"} */ (`fault_${content.fault}`)]} <span lang="en" translate="no">${content.detail}</span></p>`}
     ${file.size > most && html`<p class="fault">${t.tooLarge(`${fmt.value.count(Math.ceil(most / 1000))} kB`)}</p>`}
     ${content?.kind === "values" && html`<p class="notice warn">${t.valuesOnly}</p>`}
+    ${content?.proposal && state !== "done" && h(Columns, { proposal: content.proposal, name: file.name, onMapping, disabled: state === "sending" })}
     ${gears && h(OfGears, { file: gears, name: file.name })}
     ${content && content.doubts.length > 0 && h(Doubts, { content })}
     ${error instanceof ChangedError ? html`<p class="fault" role="alert">${t.changedOnDisk}</p>` : error !== undefined && h(Failure, { error, except: fields })}
@@ -88,8 +91,7 @@ function Doubts({ content }) {
   const place = (/** @type {string} */ at) => {
     const node = nodeOfPointer(at);
     if (node) return flank.cell(node.row + 1, node.column + 1);
-    const [line, column] = at.split(":");
-    return column ? t.lineColumn(Number(line), Number(column)) : at;
+    return at;
   };
   return html`<div class="fault"><p>${t.doubts(content.doubts.length)}</p>
     <ul>${content.doubts.slice(0, 10).map(({ place: at, found }) => html`<li key=${at}>${place(at)}: <code translate="no">${found || "–"}</code></li>`)}</ul></div>`;
@@ -115,7 +117,9 @@ function Preview({ content, error, name }) {
   if (!surface || !extremes) return null;
   // scattered nodes that span no area have no map
   if (surface.kind === "scattered" && surface.triangles.length === 0) return null;
-  const told = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (content.request?.["axes"]);
+  const told = /** @type {import("../api/client.js").Schema<"Axes"> | undefined} */ (
+    content.proposal?.axes ?? content.request?.["axes"]
+  );
   const [axes, unit, whole] = [mapAxes(told), heightUnit(told), boxOf(surface)];
   const { limit, clipped } = scaleFor(surface);
   const says = (/** @type {import("../flank/surface.js").FlankNode} */ node) =>

@@ -12,11 +12,12 @@ const t = texts({ en, de });
 
 /**
  * @param {{ typed: Typed, change: (change: Partial<Typed>) => void, error: unknown, wrong: Partial<Record<keyof Typed, true>>,
- *   imports: boolean, fits: boolean, fromFile: boolean, said: string | undefined }} props
+ *   imports: boolean, fits: boolean, fromFile: boolean, named: boolean, said: string | undefined }} props
  *   `typed`: with the most likely values filled in; `imports`, `fits`: whether some file is imported, or fitted;
- *   `fromFile`: whether a JSON file contains these fields; `said`: the meaning of the values in words
+ *   `fromFile`: whether a JSON file contains these fields; `named`: whether the columns of a table name the axes; `said`:
+ *   the meaning of the values in words
  */
-export function MeasureFields({ typed, change, error, wrong, imports, fits, fromFile, said }) {
+export function MeasureFields({ typed, change, error, wrong, imports, fits, fromFile, named, said }) {
   const pointer = (/** @type {string} */ name) => (imports && !fits ? `/spec/${name}` : `/${name}`);
   const text = (/** @type {keyof Typed} */ key, /** @type {string} */ label, more = {}) =>
     h(TextField, {
@@ -63,6 +64,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
         ${fits && text("measuredAt", t.measuredAt, { hint: t.measuredAtHint, pointer: "/measured_at", fault: wrong.measuredAt && t.noTime })}
         ${
           fits &&
+          !named &&
           select(
             "axes",
             t.axes,
@@ -76,6 +78,7 @@ export function MeasureFields({ typed, change, error, wrong, imports, fits, from
         }
         ${
           fits &&
+          !named &&
           typed.axes !== "none" &&
           select(
             "unit",

@@ -3,13 +3,14 @@
 import { gridOf } from "../flank/surface.js";
 import { scatteredOf } from "../flank/triangles.js";
 import { digestOf } from "../lib/digest.js";
-import { gridOfTable, headerOf, readNodesCsv } from "../lib/nodes_csv.js";
+import { isJson } from "../lib/nodes_file.js";
 
 /** @typedef {import("../flank/surface.js").FlankSurface} FlankSurface */
 /** @typedef {{ place: string, found: string }} Doubt a cell that is no number: `line 5, column 3` as the file counts */
 /**
  * @typedef {object} Content
- * @property {"json" | "csv" | "import" | "values"} kind how it is sent; `values`: printed values, which are not nodes
+ * @property {"json" | "table" | "import" | "values"} kind how it is sent; `table`: read by the server first; `values`:
+ *   printed values, which are not nodes
  * @property {string} form what it is: grid, scattered, curve, matrix, mka, points, rexs, mew
  * @property {number} nodes
  * @property {number} missing
@@ -17,8 +18,9 @@ import { gridOfTable, headerOf, readNodesCsv } from "../lib/nodes_csv.js";
  * @property {Record<string, unknown> | undefined} request of JSON: all of it
  * @property {Doubt[]} doubts
  * @property {string} digest of the file
- * @property {string | undefined} fault why it cannot be read: `json`, `empty`, `header`, `nodes`; with what the reader says
+ * @property {string | undefined} fault why it cannot be read: `json`, `empty`, `columns`, `nodes`; with what the reader says
  * @property {string | undefined} detail
+ * @property {import("../lib/nodes_table.js").Proposal | undefined} proposal of a table: what it is taken for
  */
 
 /** @param {Partial<Content>} [given] @returns {Content} */
@@ -33,6 +35,7 @@ const content = (given) => ({
   digest: "",
   fault: undefined,
   detail: undefined,
+  proposal: undefined,
   ...given,
 });
 
@@ -51,15 +54,22 @@ function contentOf(name, bytes) {
   if (end === "mew" || /KS\.MW\.FILE/.test(begin)) return content({ kind: "values", form: "mew" });
   if (end === "mka" || /KS\.MK\.FILE/.test(begin)) return content({ form: "mka" });
   if (/^\s*</.test(begin)) return content({ form: "rexs" });
-  if (/^\s*[{[]/.test(begin)) return ofJson(text);
-  const header = headerOf(begin);
-  if (/^id,x,y,z/i.test(header)) return content({ form: "points", nodes: lines(text) - 1 });
-  const table = readNodesCsv(text);
-  return table ? ofTable(table) : content({ kind: "csv", fault: "header", detail: header.slice(0, 80) });
+  if (isJson(begin)) return ofJson(text);
+  return content({ kind: "table" });
 }
 
-/** @param {string} text */
-const lines = (text) => text.split(/\r?\n/).filter((line) => line.trim() !== "").length;
+/**
+ * A table with what the server takes it for.
+ * @param {Content} table @param {import("../lib/nodes_table.js").Proposal} proposal @returns {Content}
+ */
+export function proposed(table, proposal) {
+  const { layout, nodes, missing, read } = proposal;
+  const counts = { nodes: nodes + missing, missing, proposal, request: undefined, surface: undefined };
+  if (!layout) return { ...table, ...counts, kind: "table", form: "", fault: "columns" };
+  if (layout === "points") return { ...table, ...counts, kind: "import", form: "points", fault: undefined };
+  const { surface } = ofNodes(read);
+  return { ...table, ...counts, kind: "table", form: layout, surface, fault: undefined };
+}
 
 /** @param {string} text */
 function ofJson(text) {
@@ -108,15 +118,4 @@ function count(values) {
   let missing = 0;
   for (const value of values) if (Number.isNaN(value)) missing += 1;
   return missing;
-}
-
-/** A table that forms a grid is sent as a grid; a faulty one is sent unchanged, so that the server can name the lines. @param {import("../lib/nodes_csv.js").NodesTable} table */
-function ofTable(table) {
-  const { columns, count: nodes, missing, doubts: found } = table;
-  const { u, v, z } = columns;
-  const grid = gridOfTable(table);
-  const doubts = found.map(({ line, column, found: cell }) => ({ place: `${line}:${column}`, found: cell }));
-  if (grid && doubts.length === 0) return content({ kind: "json", request: { nodes: grid }, ...ofNodes(grid) });
-  const surface = grid ? gridOf(grid.u, grid.v, grid.z) : u && v && z ? scatteredOf(u, v, z) : undefined;
-  return content({ kind: "csv", form: surface ? surface.kind : "curve", nodes, missing, surface, doubts });
 }

@@ -1,6 +1,7 @@
 // What is typed beside the files, and the request that becomes of it. Pure.
 
 import { parseNumber } from "../lib/format.js";
+import { namesAxes } from "../lib/nodes_table.js";
 import { likelyAlong, likelyFlank, likelyUnit } from "./likely.js";
 
 /** @typedef {import("../api/client.js").Schemas} Schemas */
@@ -36,6 +37,8 @@ export const EMPTY = {
  */
 export function answered(typed, content, { name, gear }) {
   if (content.kind === "import") return typed;
+  // columns that are named say what the axes are
+  if (namesAxes(content.proposal)) return { ...typed, flank: typed.flank || likelyFlank(name), axes: "", unit: "" };
   const own = content.request?.["flank"] !== undefined;
   return {
     ...typed,

@@ -2,6 +2,7 @@
 
 import { api } from "../api/client.js";
 import { answerLater } from "../api/later.js";
+import { mappingOf } from "../lib/nodes_table.js";
 import { importSpecOf, specOf } from "./request.js";
 
 /** @typedef {import("./read.js").Content} Content */
@@ -22,13 +23,15 @@ export async function send(jobId, file, content, typed, attempt, watch) {
     .catch((cause) => {
       throw new ChangedError(file.name, { cause });
     });
-  const named = [file.name, content.digest];
+  const mapping = content.proposal && mappingOf(content.proposal);
+  const named = [file.name, content.digest, mapping];
   const path = { job_id: jobId };
   if (content.kind === "import") {
     const spec = importSpecOf(typed);
     const form = new FormData();
     form.append("file", file, file.name);
     if (Object.keys(spec).length > 0) form.append("spec", json(spec));
+    if (mapping) form.append("mapping", json(mapping));
     const key = attempt.headers([...named, spec]);
     return answerLater(
       ({ header, signal }) =>
@@ -54,10 +57,11 @@ export async function send(jobId, file, content, typed, attempt, watch) {
         }),
       watch,
     );
-  if (content.kind === "csv") {
+  if (content.kind === "table") {
     const form = new FormData();
     form.append("spec", json(spec));
-    form.append("nodes", new Blob([file], { type: "text/csv" }), "nodes.csv");
+    form.append("nodes", file, file.name);
+    if (mapping) form.append("mapping", json(mapping));
     return post({ body: {}, bodySerializer: () => form });
   }
   return post({ body: { ...spec, nodes: content.request?.["nodes"] } });

@@ -14,8 +14,11 @@ import en from "../i18n/en/measure.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { QueueEntry } from "../measure/entry.js";
 import { MeasureFields } from "../measure/fields.js";
+import { proposed } from "../measure/read.js";
 import { contentOf, started } from "../measure/reader.js";
 import { inWords } from "../measure/likely.js";
+import { isJson } from "../lib/nodes_file.js";
+import { namesAxes, readTable } from "../lib/nodes_table.js";
 import { EMPTY, answered, wrongNumbers } from "../measure/request.js";
 import { ChangedError, send } from "../measure/send.js";
 import { navigate } from "../navigation.js";
@@ -92,8 +95,7 @@ function Measure({ jobId, gear, reread }) {
   };
   const paste = () => {
     if (typed.text.trim() === "") return;
-    const json = /^\s*[{[]/.test(typed.text);
-    add([new File([typed.text], json ? t.pastedJson : t.pastedCsv, { lastModified: 0 })]);
+    add([new File([typed.text], isJson(typed.text) ? t.pastedJson : t.pastedCsv, { lastModified: 0 })]);
   };
   const waiting = entries.filter(
     ({ file, state, content }) => state !== "done" && state !== "sending" && file.size <= most && sendable(content),
@@ -158,6 +160,7 @@ function Measure({ jobId, gear, reread }) {
   };
   const next = waiting.find(({ content }) => content?.kind !== "import") ?? entries.at(-1);
   const likely = next?.content ? answered(typed, next.content, { name: next.file.name, gear }) : typed;
+  const named = namesAxes(next?.content?.proposal);
   const kinds = entries.map(({ content }) => content?.kind);
   const failed = entries.find(({ state }) => state === "failed");
   return html`<form class="measure" onSubmit=${submit}>
@@ -198,6 +201,11 @@ function Measure({ jobId, gear, reread }) {
             fields: FIELDS,
             onRemove: () => setEntries((all) => all.filter(({ id }) => id !== entry.id)),
             onCancel: () => underway.current?.abort(),
+            onMapping: (mapping) => {
+              const { content, file } = entry;
+              if (content)
+                table(file, content, mapping).then((found) => update(entry.id, { error: undefined, ...found }));
+            },
           }),
         )}
       </ul>`
@@ -205,7 +213,9 @@ function Measure({ jobId, gear, reread }) {
     <section class="panel">
       ${h(MeasureFields, {
         typed: likely,
-        said: likely.axes === "none" || kinds.includes("json") ? undefined : said(next?.content?.surface, likely),
+        said:
+          likely.axes === "none" || named || kinds.includes("json") ? undefined : said(next?.content?.surface, likely),
+        named,
         change,
         error: failed?.error,
         wrong,
@@ -230,6 +240,7 @@ async function look(file) {
   } catch (error) {
     return { state: "failed", error };
   }
+  if (content.kind === "table") return table(file, content, undefined);
   if (content.fault !== undefined || !["rexs", "mka", "mew"].includes(content.form)) return { content };
   const form = new FormData();
   form.append("file", file, file.name);
@@ -238,6 +249,19 @@ async function look(file) {
     ({ data }) => ({ content, gears: data }),
     (/** @type {unknown} */ error) => ({ content, error }),
   );
+}
+
+/**
+ * A table with what the server takes it for.
+ * @param {File} file @param {import("../measure/read.js").Content} content
+ * @param {import("../lib/nodes_table.js").Mapping | undefined} mapping @returns {Promise<Partial<Entry>>}
+ */
+async function table(file, content, mapping) {
+  try {
+    return { content: proposed(content, await readTable(file, mapping)) };
+  } catch (error) {
+    return { content: content.proposal ? content : { ...content, fault: "table" }, error };
+  }
 }
 
 /** The meaning of the chosen values, in words. @param {import("../flank/surface.js").FlankSurface | undefined} surface @param {Typed} chosen */

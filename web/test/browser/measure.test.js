@@ -80,6 +80,33 @@ browserTest(
   },
 );
 
+browserTest(
+  "a German table is read with its units, which can be changed, and becomes an iteration",
+  {},
+  async ({ page, open, job, call }) => {
+    const { id } = await job();
+    await open(`/jobs/${id}/measure`);
+    await page.setInputFiles(picker, file("links.csv", await example("files/flank_german.csv")));
+    const entry = page.locator(".queue-entry");
+    await entry.getByText("Semicolons, decimal commas, with a header").waitFor();
+    const words = entry.locator("[data-preview=table]");
+    await words.getByText("Greatest deviation 12.0 µm, roll length 5.97–11.5 mm, face width 0.750–14.3 mm.").waitFor();
+    const unit = entry.getByLabel("Unit of Abweichung [µm]");
+    await unit.selectOption("mm");
+    await words.getByText(/^Greatest deviation 12,?000 µm/).waitFor();
+    await unit.selectOption("um");
+    await words.getByText(/^Greatest deviation 12.0 µm/).waitFor();
+    await page.getByRole("button", { name: "Store as iteration" }).click();
+    await page.waitForURL(`**/jobs/${id}/iterations/1`);
+    const stored = await call("GET", `/v1/jobs/${id}/iterations/1`);
+    assert.deepEqual(
+      [stored.flank, stored.axes.u.quantity, stored.axes.z.unit, stored.node_count],
+      ["left", "roll_length", "um", 135],
+    );
+    assert.equal((await call("GET", `/v1/jobs/${id}/iterations/1/nodes`)).type, "grid");
+  },
+);
+
 browserTest("a lost answer is no second iteration", { offline: true }, async ({ page, open, job, call }) => {
   const { id } = await job();
   await open(`/jobs/${id}/measure`);
@@ -113,7 +140,7 @@ browserTest(
     assert.ok(await page.getByRole("button", { name: "Store as iteration" }).isDisabled());
     await page.getByRole("button", { name: "Remove" }).click();
     await page.getByText("Paste text instead").click();
-    await page.getByLabel("JSON or CSV").fill(await example("flank_z52.json"));
+    await page.getByLabel("JSON or a table").fill(await example("flank_z52.json"));
     await page.getByRole("button", { name: "Take this text" }).click();
     await page.locator(".queue-entry canvas").waitFor();
     await page.route("**/v1/jobs/*/iterations", () => {});

@@ -1,6 +1,6 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
-import { readNodes, specOf } from "../../app/lib/nodes_file.js";
+import { isJson, readNodes, specOf, textOfTable } from "../../app/lib/nodes_file.js";
 
 /** @param {string} text */
 const read = (text) => {
@@ -9,19 +9,18 @@ const read = (text) => {
   return file;
 };
 
-test("CSV: places, heights, weights, missing heights", () => {
-  const file = read('\uFEFF"u","v",z,weight\r\n1,2,3.5,1\r\n2,2,,1\r\n\r\n3,1,-4e-1,0\r\n');
-  assert.equal(file.kind, "csv");
-  assert.deepEqual(file.nodes, {
-    type: "scattered",
-    u: [1, 2, 3],
-    v: [2, 2, 1],
-    z: [3.5, Number.NaN, -0.4],
-    weight: [1, 1, 0],
+test("a table that the server has read is a request with its axes", () => {
+  const axes = { z: { quantity: "deviation", unit: "um" } };
+  const nodes = { type: "curve", x: [0, 1], y: [1, 2] };
+  const proposal = /** @type {any} */ ({
+    read: nodes,
+    axes,
+    flanks: [{ flank: "left", tooth: "1", nodes: 2, missing: 0 }],
   });
-  assert.deepEqual([file.count, file.missing], [3, 1]);
-  const curve = read("x,y\n0,1\n1,2\n");
-  assert.deepEqual([curve.nodes.type, curve.count], ["curve", 2]);
+  const file = read(textOfTable(proposal));
+  assert.deepEqual(file.spec, { axes, flank: "left", tooth: "1" });
+  assert.deepEqual([file.nodes, file.count], [nodes, 2]);
+  assert.deepEqual(["\uFEFF {", "[1]", "u,v", "[A]\n1;2"].map(isJson), [true, true, false, false]);
 });
 
 test("JSON: nodes alone, and a request of an iteration", () => {
@@ -51,7 +50,6 @@ test("what is none of these is told", () => {
   assert.equal(fault("{"), "json");
   assert.equal(fault("[1, 2]"), "noNodes");
   assert.equal(fault('{"nodes": {"type": "cloud"}}'), "noNodes");
-  assert.equal(fault("a;b\n1;2"), "header");
 });
 
 test("the file's spec stands unless something else is chosen", () => {
@@ -62,7 +60,7 @@ test("the file's spec stands unless something else is chosen", () => {
   const chosen = specOf(file, { degree: "1", by: "gcv" });
   assert.deepEqual(chosen["model"], { type: "polynomial", degree: [1, 1], basis: "legendre" });
   assert.deepEqual(chosen["regularization"], { ...regularization, lambda_star: { criterion: "gcv" } });
-  assert.deepEqual(specOf(read("x,y\n0,1"), { by: "none" }), {
+  assert.deepEqual(specOf(read('{"type":"curve","x":[0],"y":[1]}'), { by: "none" }), {
     model: { type: "polynomial", degree: 2, basis: "legendre" },
     regularization: { type: "none" },
     include: ["residuals", "fitted", "intervals"],

@@ -10,6 +10,7 @@ import { counted } from "../../app/lib/warnings.js";
 
 const SOURCES = [
   "estimation/result/warning_codes.rs",
+  "formats/table/fault.rs",
   "gear/evaluation/warning/mod.rs",
   "gear/evaluation/warning/samples.rs",
   "gear/flank_grid/warning.rs",

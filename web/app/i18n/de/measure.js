@@ -2,10 +2,10 @@
 export default {
   drop: "Dateien einer Messung hierher ziehen",
   kinds:
-    "JSON der Schnittstelle, CSV (u,v,z[,weight] oder x,y[,weight]), Kurven eines Messgeräts (.mka), Punkte (id,x,y,z), REXS mit Topografien. Aus mehreren Dateien werden mehrere Iterationen.",
+    "JSON der Schnittstelle, Tabellen von Messpunkten oder Punkten im Raum (CSV, TXT, DAT), Kurven eines Messgeräts (.mka), REXS mit Topografien. Aus mehreren Dateien werden mehrere Iterationen.",
   pick: "Dateien wählen",
   paste: "Stattdessen Text einfügen",
-  pasteHere: "JSON oder CSV",
+  pasteHere: "JSON oder eine Tabelle",
   take: "Diesen Text nehmen",
   pastedJson: "eingefuegt.json",
   pastedCsv: "eingefuegt.csv",
@@ -36,7 +36,8 @@ export default {
   reading: "Wird gelesen …",
   fault_json: "Das ist kein JSON:",
   fault_empty: "Die Datei ist leer.",
-  fault_header: "Die erste Zeile nennt keine bekannten Spalten:",
+  fault_columns: "Welche Spalten Orte und Höhen sind, ist nicht bekannt.",
+  fault_table: "Die Tabelle kann nicht gelesen werden.",
   fault_nodes: "Es sind keine Messpunkte darin.",
   tooLarge: (most) => `Der Server nimmt höchstens ${most} auf einmal an.`,
   valuesOnly:
@@ -136,7 +137,6 @@ export default {
   send: (/** @type {number} */ count) => (count > 1 ? `${count} Iterationen speichern` : "Als Iteration speichern"),
   stored: (/** @type {number} */ number) => `Gespeichert als Iteration ${number}.`,
   previewOf: (/** @type {string} */ name) => `Vorschau von ${name}`,
-  lineColumn: (/** @type {number} */ line, /** @type {number} */ column) => `Zeile ${line}, Spalte ${column}`,
   doubts: (/** @type {number} */ count) =>
     count === 1 ? "Eine Zelle ist keine Zahl:" : `${count} Zellen sind keine Zahlen:`,
   huber: "M-Schätzer nach Huber",

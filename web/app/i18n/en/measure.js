@@ -1,10 +1,10 @@
 export default {
   drop: "Drop files of a measurement here",
   kinds:
-    "JSON of the interface, CSV (u,v,z[,weight] or x,y[,weight]), curves of a tester (.mka), points (id,x,y,z), REXS with topographies. Several files become several iterations.",
+    "JSON of the interface, tables of nodes or points (CSV, TXT, DAT), curves of a tester (.mka), REXS with topographies. Several files become several iterations.",
   pick: "Choose files",
   paste: "Paste text instead",
-  pasteHere: "JSON or CSV",
+  pasteHere: "JSON or a table",
   take: "Take this text",
   pastedJson: "pasted.json",
   pastedCsv: "pasted.csv",
@@ -34,7 +34,8 @@ export default {
   reading: "Being read …",
   fault_json: "This is no JSON:",
   fault_empty: "The file is empty.",
-  fault_header: "The first line names no columns that are known:",
+  fault_columns: "Which columns are places and heights is not known.",
+  fault_table: "The table cannot be read.",
   fault_nodes: "There are no nodes in it.",
   tooLarge: (/** @type {string} */ most) => `The server takes at most ${most} at once.`,
   valuesOnly:
@@ -134,7 +135,6 @@ export default {
   send: (/** @type {number} */ count) => (count > 1 ? `Store ${count} iterations` : "Store as iteration"),
   stored: (/** @type {number} */ number) => `Stored as iteration ${number}.`,
   previewOf: (/** @type {string} */ name) => `Preview of ${name}`,
-  lineColumn: (/** @type {number} */ line, /** @type {number} */ column) => `line ${line}, column ${column}`,
   doubts: (/** @type {number} */ count) => (count === 1 ? "One cell is no number:" : `${count} cells are no numbers:`),
   huber: "M-estimator of Huber",
   tukey: "M-estimator of Tukey",
