@@ -8,7 +8,10 @@ use super::{
     scatter::Scatter,
 };
 use crate::{
-    estimation::{FitSpec, spec::Model},
+    estimation::{
+        self, FitSpec, Nodes,
+        spec::{Degree, Model, PolynomialBasis, Regularization, Terms},
+    },
     gear::{
         Gear, Modifications, ProfileAxis, Side,
         evaluation::{
@@ -27,6 +30,9 @@ use crate::{
     },
     numerics::cancel::Asking,
 };
+
+/// Degrees of freedom from which on the noise that is left over is well enough known.
+pub const LEAST_FREEDOM: usize = 10;
 
 /// A flank that the nodes lie on.
 #[derive(Clone, Debug, PartialEq)]
@@ -122,6 +128,30 @@ impl Flank {
             spec: FitSpec::new(Model::Linear),
         };
         estimated_figures(&self.gear, &nodes, &settings)
+    }
+
+    /// Returns the standard deviation of a deviation of weight 1, µm, from what a surface of second
+    /// order leaves. Unlike the residuals of the settings it holds no shape that a setting is not
+    /// changed for. `None` with fewer than [`LEAST_FREEDOM`] degrees of freedom, and where every
+    /// trace has a zero of its own.
+    pub fn noise(&self, deviation: &[f64], weight: Option<&[f64]>) -> Option<f64> {
+        if self.traces.is_some() {
+            return None;
+        }
+        let counts = |k: &usize| deviation[*k].is_finite() && weight.is_none_or(|weight| weight[*k] > 0.0);
+        let counted: Vec<usize> = (0..deviation.len()).filter(counts).collect();
+        let of = |value: &dyn Fn(usize) -> f64| counted.iter().map(|&k| value(k)).collect::<Vec<f64>>();
+        let nodes = Nodes::scattered(
+            of(&|k| self.places[k].roll_length),
+            of(&|k| self.places[k].z),
+            of(&|k| deviation[k]),
+            weight.map(|weight| of(&|k| weight[k])),
+        );
+        let model =
+            Model::Polynomial { degree: Degree::Both(2), basis: PolynomialBasis::Legendre, terms: Terms::Total };
+        let spec = FitSpec { regularization: Regularization::None, ..FitSpec::new(model) };
+        let left = estimation::fit(&nodes.ok()?, &spec).ok()?.residuals;
+        left.sigma.filter(|sigma| *sigma > 0.0 && left.degrees_of_freedom >= LEAST_FREEDOM)
     }
 
     /// Returns the lengths that the slopes of profile and helix refer to, mm.
