@@ -74,7 +74,8 @@ request! {
         /// correction. Default 0.7.
         #[schema(minimum = 0, maximum = 1)]
         optional keep_within: f64,
-        /// Standard deviation of a measured deviation. By default from the residuals.
+        /// Standard deviation of a measured deviation. By default that of the residuals of the
+        /// flank's surface of second order, or else of the settings.
         #[schema(exclusive_minimum = 0)]
         optional noise_sigma_um: f64,
         /// Standard uncertainty of an entry of the sensitivity matrix, relative to it. Default
@@ -258,6 +259,7 @@ pub fn read(
     // of a measured deviation; a mean has less
     let noise_sigma =
         noise_sigma.map(|sigma| if of_means { sigma / (nodes.most_teeth() as f64).sqrt() } else { sigma });
+    let noise_sigma = noise_sigma.or_else(|| noise_of(&parts));
     let mut spec = CorrectionSpec {
         weight: weight.clone(),
         target: aim.deviation_um,
@@ -341,6 +343,13 @@ fn parts<'a>(blocks: &'a [Block], weight: Option<&[f64]>, fits: bool, job: Job<'
         }
     });
     each.collect()
+}
+
+/// Returns the noise that second-order surfaces of the flanks leave, if every flank has one.
+fn noise_of(parts: &[Part<'_>]) -> Option<f64> {
+    let each = parts.iter().map(|part| part.flank?.noise(part.deviation, part.weight.as_deref()));
+    let squares: Vec<f64> = each.map(|sigma| sigma.map(|sigma| sigma * sigma)).collect::<Option<_>>()?;
+    (!squares.is_empty()).then(|| (squares.iter().sum::<f64>() / squares.len() as f64).sqrt())
 }
 
 /// What a job requires of the figures of a flank.
