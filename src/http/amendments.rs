@@ -8,6 +8,7 @@ use super::{caller_state::CallerState, prior, stored};
 use crate::{
     api::{
         faults::Faults,
+        fits::reader,
         gears::fit_figures::{FitFiguresBody, MISSING, OfFlank, may_be_told},
         jobs::{
             acceptance::{self, Kept},
@@ -23,6 +24,7 @@ use crate::{
         RecordKind, RefitDraft,
     },
 };
+use flankfit_engine::estimation::Nodes;
 
 /// Applies a patch of an iteration, all of it or nothing.
 pub async fn update(
@@ -105,6 +107,21 @@ pub async fn refuse_implausible(state: &CallerState, job: Uuid, number: u32) -> 
         Some(why) => Err(Problem::new(ProblemCode::ImplausibleUnit, format!("{why}."))),
         None => Ok(()),
     }
+}
+
+/// Returns the nodes of an iteration without those that its chosen fit excludes.
+pub async fn counted(state: &CallerState, job: Uuid, number: u32, nodes: Nodes) -> Result<Nodes, Problem> {
+    let iteration = state.jobs.iteration(job, number).await?;
+    let chosen = standing(state, &iteration).await?.id;
+    let spec = state.jobs.fit(job, number, chosen).await?.spec;
+    if !spec.contains("\"exclude\"") {
+        return Ok(nodes);
+    }
+    let work = move || {
+        let spec = reader::read_stored(&spec).map_err(Problem::internal)?;
+        nodes.without(&spec.exclude).map_err(|_| Problem::internal("a stored fit excludes nodes that there are not"))
+    };
+    state.pool.run(work).await?
 }
 
 /// Returns the chosen fit of an iteration.

@@ -21,8 +21,8 @@ pub async fn newest<'a>(
     Ok(Some((made, state.jobs.record(job, made.number, made.id).await?)))
 }
 
-/// The nodes of an iteration with what they are of; where it is asked, why their units are
-/// implausible.
+/// Returns the nodes of an iteration, without those that its chosen fit excludes, with what they
+/// are of; where it is asked, why their units are implausible.
 pub async fn measured(
     state: &CallerState,
     job: Uuid,
@@ -32,6 +32,7 @@ pub async fn measured(
     let measurand = state.jobs.measurand(job, number).await?;
     let implausible = if units { amendments::implausible(state, job, number).await? } else { None };
     let (nodes, permit) = stored::nodes(state, job, number).await?.into_parts();
+    let nodes = amendments::counted(state, job, number, nodes).await?;
     Ok(WithPermit::new(Measured { number, nodes, measurand, implausible }, permit))
 }
 

@@ -93,6 +93,20 @@ async fn a_node_that_is_off_is_named_and_left_out() {
     // the nodes are those that were measured
     let nodes = send(app.get(&format!("{at}/1/nodes")).header("accept", "application/json")).await.json();
     assert!(number(&nodes["z"][6][4]) > 70.0);
+
+    // once this fit is chosen, corrections leave the node out as well
+    let correction = json!({"sensitivity": {"machine": "form_grinding"}, "target": "nominal"}).to_string();
+    let before = async || {
+        let made = send(app.post(&format!("{at}/1/correction"), correction.clone())).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        number(&made.json()["figures"]["right"]["profile_crowning_um"]["before"])
+    };
+    let with = before().await;
+    let choice = app.client.put(app.url(&format!("{at}/1/chosen_fit"))).json(&json!({"fit_id": id}));
+    assert_eq!(send(choice).await.status, 200);
+    let without = before().await;
+    assert!((without - number(&crowning["without"])).abs() < 0.1, "{without} {crowning}");
+    assert!((with - without).abs() > 0.5, "{with} {without}");
 }
 
 /// Returns u of a row.

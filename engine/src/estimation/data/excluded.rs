@@ -8,6 +8,14 @@ use crate::estimation::{
     spec::NodeAt,
 };
 
+impl Nodes {
+    /// Returns the nodes with those listed in `exclude` marked as missing, or of weight 0 where
+    /// nodes cannot be missing; all keep their indices. Refuses entries as a fit does.
+    pub fn without(&self, exclude: &[NodeAt]) -> Result<Nodes, Faults> {
+        without(self, exclude)
+    }
+}
+
 /// Returns the nodes without those listed in `exclude`; refuses entries for nodes that do not
 /// exist, do not count or are already listed.
 pub(crate) fn without(nodes: &Nodes, exclude: &[NodeAt]) -> Result<Nodes, Faults> {
