@@ -185,12 +185,17 @@ fn sound(answer: &Answer, findings: &mut Vec<Finding>) {
     }
 }
 
-/// Where a field of an object is `null`. (Entries of lists keep the places of those beside them.)
+/// Returns where a field of an object is `null`. Entries of lists keep the places of their
+/// neighbours, and the `request` of a record is as it was sent.
 fn null(value: &Value, at: String) -> Option<String> {
     match value {
         Value::Object(fields) => fields.iter().find_map(|(name, value)| {
             let at = format!("{at}/{name}");
-            if value.is_null() { Some(at) } else { null(value, at) }
+            match value {
+                Value::Null => Some(at),
+                _ if name == "request" => None,
+                value => null(value, at),
+            }
         }),
         Value::Array(items) => items.iter().enumerate().find_map(|(k, value)| null(value, format!("{at}/{k}"))),
         _ => None,
