@@ -926,8 +926,8 @@ export interface paths {
          *     normal), those of the evaluation range, fitted by a second-order surface or what they tell of
          *     it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
          *     together with what they are of and the file's digest. Of points and of a model's topographies
-         *     the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid where
-         *     it is one. A file of another gear than the job's is refused.
+         *     the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid
+         *     where it is one. A file of another gear than the job's is refused.
          */
         post: operations["import_iteration"];
         delete?: never;
@@ -947,10 +947,10 @@ export interface paths {
         put?: never;
         /**
          * Reads a table of nodes or points and answers what it is taken for; stores nothing.
-         * @description Separators, decimal sign, character set, header and units are found from the content. The answer's
-         *     `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping` that goes with
-         *     the file to every import, changed where they are wrong. A table that cannot be read is refused by
-         *     one sentence and the first five places.
+         * @description Separators, decimal sign, character set, header and units are found from the content. The
+         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping`
+         *     that goes with the file to every import, changed where they are wrong. A table that cannot be
+         *     read is refused by one sentence and the first five places.
          */
         post: operations["read_nodes"];
         delete?: never;
@@ -3955,6 +3955,12 @@ export interface components {
              */
             traces_share_zero?: boolean;
             /**
+             * @description Whether deviations far below or above those of any gear are given in µm all the same. Until
+             *     then `implausible_unit` warns of them, and they have no class and are held against no
+             *     limits. Default false.
+             */
+            accept_units?: boolean;
+            /**
              * Format: double
              * @description Level of confidence intervals, above 0.5 and below 1. Default 0.95.
              */
@@ -4238,8 +4244,8 @@ export interface components {
             /**
              * Format: binary
              * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of flank,
-             *     tooth and axes is taken where `spec` does not give them.
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
+             *     flank, tooth and axes is taken where `spec` does not give them.
              */
             nodes: string;
             /** @description How the table is to be read. */
@@ -4642,9 +4648,10 @@ export interface components {
             z_range_mm?: number[];
         };
         /**
-         * @description How the flanks are meant to deviate from the involute, in µm along the normal: figures in
-         *     the signs in which they are measured, and further modifications. All of them refer to one
-         *     range. `{}` is the unmodified flank. Corrections aim at it.
+         * @description How the flanks are meant to deviate from the involute, in µm: figures in the signs in which
+         *     they are measured and along the `direction` of the requirements, and further modifications
+         *     along the normal. All of them refer to one range. `{}` is the unmodified flank. Corrections
+         *     aim at it.
          */
         FlankDesign: {
             /**
@@ -6205,8 +6212,8 @@ export interface components {
             /**
              * Format: binary
              * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of flank,
-             *     tooth and axes is taken where `spec` does not give them.
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
+             *     flank, tooth and axes is taken where `spec` does not give them.
              */
             nodes: string;
             /** @description How the table is to be read. */
@@ -10286,7 +10293,10 @@ export interface components {
             /** @description Whether all of them lie within their limits; absent where none has some. */
             within?: boolean;
         };
-        /** @description How one flank is meant to deviate from the involute, in µm along the normal. */
+        /**
+         * @description How one flank is meant to deviate from the involute, in µm along the `direction` of the
+         *     requirements.
+         */
         SideDesign: {
             /**
              * Format: double
@@ -11088,8 +11098,9 @@ export interface components {
             /** @description What it holds. */
             meaning: components["schemas"]["TableMeaning"];
             /**
-             * @description Its unit: `nm`, `um`, `mm` or `in`, of roll angles `deg`, `arcmin` or `rad`; `µm` is read too.
-             *     Left out it is µm for deviations, deg for roll angles and mm for other places on a flank.
+             * @description Its unit: `nm`, `um`, `mm` or `in`, of roll angles `deg`, `arcmin` or `rad`; `µm` is read
+             *     too. Left out it is µm for deviations, deg for roll angles and mm for other places on a
+             *     flank.
              */
             unit?: components["schemas"]["TableUnit"];
         };
@@ -11130,8 +11141,8 @@ export interface components {
          */
         TableLayout: "grid" | "scattered" | "curve" | "points";
         /**
-         * @description How a table of nodes or points is to be read: as `POST /v1/nodes/read` proposes it, with whatever
-         *     is to be otherwise. What is left out is found from the content.
+         * @description How a table of nodes or points is to be read: as `POST /v1/nodes/read` proposes it, with
+         *     whatever is to be otherwise. What is left out is found from the content.
          * @example {
          *       "decimal": ",",
          *       "separator": ";"
@@ -11152,8 +11163,8 @@ export interface components {
              */
             columns?: components["schemas"]["TableColumn"][];
             /**
-             * @description How the nodes lie. `scattered` takes nodes that are on a grid as scattered ones; anything else
-             *     is compared with what the table holds.
+             * @description How the nodes lie. `scattered` takes nodes that are on a grid as scattered ones; anything
+             *     else is compared with what the table holds.
              */
             layout?: components["schemas"]["TableLayout"];
         };
@@ -11166,7 +11177,7 @@ export interface components {
         TablePreview: {
             /**
              * @description In words.
-             * @example greatest deviation 20.8 µm, roll length 5.97–11.52 mm, face width 0.75–14.3 mm
+             * @example greatest deviation 20.8 µm, roll length 5.97–11.52 mm, face width 0.75–14.2 mm
              */
             text: string;
             /**
@@ -11235,7 +11246,7 @@ export interface components {
          *             "unit": "um"
          *           }
          *         ],
-         *         "text": "greatest deviation 12 µm, roll length 5.97–11.5 mm, face width 0.75–14.3 mm"
+         *         "text": "greatest deviation 12 µm, roll length 5.97–11.5 mm, face width 0.75–14.2 mm"
          *       },
          *       "separator": ";",
          *       "warnings": []
@@ -11264,8 +11275,8 @@ export interface components {
             /** @description The flanks that the table has nodes of, those with the most first; the first 1,000. */
             flanks?: components["schemas"]["TableFlank"][];
             /**
-             * @description What the axes of the nodes mean, as an iteration takes it; left out where the columns are none
-             *     of a flank.
+             * @description What the axes of the nodes mean, as an iteration takes it; left out where the columns are
+             *     none of a flank.
              */
             axes?: components["schemas"]["Axes"];
             /** @description What the numbers say when the table is read so. */
@@ -11281,7 +11292,10 @@ export interface components {
             column: number;
             /** @description What it holds. */
             meaning: components["schemas"]["TableMeaning"];
-            /** @description Left out where the column has none. Of roll angles in radians `deg`, as which they are stored. */
+            /**
+             * @description Left out where the column has none. Of roll angles in radians `deg`, as which they are
+             *     stored.
+             */
             unit?: string;
             /**
              * Format: double
