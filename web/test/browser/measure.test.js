@@ -93,7 +93,7 @@ browserTest(
     await words.getByText("Greatest deviation 12.0 µm, roll length 5.97–11.5 mm, face width 0.750–14.3 mm.").waitFor();
     const unit = entry.getByLabel("Unit of Abweichung [µm]");
     await unit.selectOption("mm");
-    await words.getByText(/^Greatest deviation 12,?000 µm/).waitFor();
+    await words.getByText(/^Greatest deviation 1\.20·10⁴ µm/).waitFor();
     await unit.selectOption("um");
     await words.getByText(/^Greatest deviation 12.0 µm/).waitFor();
     await page.getByRole("button", { name: "Store as iteration" }).click();
