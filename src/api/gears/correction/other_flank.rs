@@ -73,13 +73,16 @@ pub(super) fn of(
     Ok(Some(OtherFlankBody { iteration: Some(measured.number), figures, not_predicted: why, ..body }))
 }
 
-/// The figures of the other flank as the settings move them, and the changes of these settings.
+/// Figures as settings move them, and the changes of these settings.
+type Moved = (Vec<HeldFigure>, Vec<f64>);
+
+/// The figures of the other flank and what changes them.
 fn held(
     text: &[u8],
     subject: &Subject<'_>,
     solution: &Solution,
     faults: &mut Faults,
-) -> Result<Option<(Vec<HeldFigure>, Vec<f64>)>, ReadError> {
+) -> Result<Option<Moved>, ReadError> {
     // faults of the request would have been found before
     let members: CorrectionMembers<'_> = of_request(text, &mut Faults::default())?;
     let (Some(slice), Some(measured)) = (members.sensitivity.required_text(faults), subject.other) else {
