@@ -43,8 +43,8 @@ pub(super) fn settled(
     let (m, edge) = (residuals.len(), rounding(largest));
     let on = residuals.iter().filter(|r| r.abs() <= edge).count();
     let is_rounding = |spread: Option<f64>| spread.is_some_and(|s| s <= EXACT * largest);
-    // Most nodes that the coefficients leave free lie on the surface. A scale need not show it: that
-    // of a likelihood is a mean over all nodes, which outliers alone can determine.
+    // Most nodes that the coefficients leave free lie on the surface. A scale need not show it:
+    // that of a likelihood is a mean over all nodes, which outliers alone can determine.
     let most = 2 * on > m + n;
     if on == m || most || is_rounding(scale) || is_rounding(dispersion) {
         warnings.push(warning(on, m));
