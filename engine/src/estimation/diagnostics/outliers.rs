@@ -2,14 +2,14 @@
 //! Student's t.
 //!
 //! Nodes are deleted one after the other, the one with the greatest studentised residual first, as
-//! long as one exceeds a bound derived from the mean absolute residual, at most a tenth of the nodes
-//! and 200. Of many nodes all with at least half of the greatest residual are deleted in one pass,
-//! so that a surface that the model does not fit is not searched node by node. All nodes deleted up
-//! to the last one that is significant at 0.001 among the m nodes then left are suspected: the
-//! generalised test of Rosner (Technometrics 25, 1983). Stopping at the first node that is not
-//! significant would let gross errors mask each other: three of 30 σ among 45 nodes were then found
-//! in 0.31 of the cases, and are now found in 0.999. A suspected node that the fit of the others
-//! explains after all is no longer suspected.
+//! long as one exceeds a bound derived from the mean absolute residual, at most a tenth of the
+//! nodes and 200. Of many nodes all with at least half of the greatest residual are deleted in one
+//! pass, so that a surface that the model does not fit is not searched node by node. All nodes
+//! deleted up to the last one that is significant at 0.001 among the m nodes then left are
+//! suspected: the generalised test of Rosner (Technometrics 25, 1983). Stopping at the first node
+//! that is not significant would let gross errors mask each other: three of 30 σ among 45 nodes
+//! were then found in 0.31 of the cases, and are now found in 0.999. A suspected node that the fit
+//! of the others explains after all is no longer suspected.
 //!
 //! In Q's coordinates node k is the row qₖ and least squares the vector b. Deleting a node with
 //! residual ρ and leverage h moves b by −q ρ/(1 − h), and q ← (I − qqᵀ)^(−1/2) q makes the rows of
