@@ -3160,7 +3160,8 @@ export interface components {
             keep_within?: number;
             /**
              * Format: double
-             * @description Standard deviation of a measured deviation. By default from the residuals.
+             * @description Standard deviation of a measured deviation. By default that of the residuals of the
+             *     flank's surface of second order, or else of the settings.
              */
             noise_sigma_um?: number;
             /**
