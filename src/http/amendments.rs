@@ -17,7 +17,7 @@ use crate::{
             problem::of_measured,
         },
         json::writer::text_of,
-        problem::{Problem, ProblemCode},
+        problem::Problem,
     },
     jobs::{
         AmendmentDraft, Computed, Cursor, Decision, DecisionDraft, FitSummary, Iteration, PageRequest, Precondition,
@@ -99,14 +99,6 @@ pub async fn implausible(state: &CallerState, job: Uuid, number: u32) -> Result<
     let iteration = state.jobs.iteration(job, number).await?;
     let figures = standing(state, &iteration).await?.flank;
     Ok(figures.as_deref().and_then(FitFiguresBody::implausible).filter(|_| !iteration.measurand.units_accepted))
-}
-
-/// Refuses an iteration whose units are implausible.
-pub async fn refuse_implausible(state: &CallerState, job: Uuid, number: u32) -> Result<(), Problem> {
-    match implausible(state, job, number).await? {
-        Some(why) => Err(Problem::new(ProblemCode::ImplausibleUnit, format!("{why}."))),
-        None => Ok(()),
-    }
 }
 
 /// Returns the nodes of an iteration without those that its chosen fit excludes.

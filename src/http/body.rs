@@ -170,7 +170,7 @@ pub fn add(digest: &mut Sha256, bytes: &[u8]) {
 
 /// What a number takes while something is computed with it: its value, its weight, its place in the
 /// matrix's rows, its residual.
-const NUMBER: usize = 4 * size_of::<f64>();
+pub const NUMBER: usize = 4 * size_of::<f64>();
 
 /// How many numbers are in a text, roughly: one begins after each comma.
 fn numbers(text: &[u8]) -> usize {
@@ -179,7 +179,7 @@ fn numbers(text: &[u8]) -> usize {
 
 /// How many cells are in a text that may be a table, roughly: one begins behind each separator, and
 /// behind each run of blanks.
-fn cells(text: &[u8]) -> usize {
+pub fn cells(text: &[u8]) -> usize {
     let mut before = b' ';
     let mut count = 0;
     for byte in text {

@@ -81,7 +81,8 @@ async fn create_gear_correction(request: JobRecordRequest) -> Result<Response, P
         let iterations = measured_of(&state, job, &numbers, true).await?;
         Ok((last, GearContext { job: of, iterations }))
     };
-    let build = |text: &[u8], context: &GearContext, _: Room| {
+    let build = |text: &[u8], context: &GearContext, room: Room| {
+        room(aligned(&context.iterations))?;
         let gear = of_job(&context.job)?;
         let required = RequirementsBody::of(&context.job);
         let subject = Subject {
@@ -158,11 +159,19 @@ async fn get_gear_correction(
     let before = if later.is_empty() { Vec::new() } else { measured_of(&state, job, &iterations, false).await? };
     let after = measured_of(&state, job, &later, false).await?;
     let today = of_job(&of)?;
+    let _aligned = state.budget.take(aligned(&before) + aligned(&after))?;
     let write = move || {
         let round = Round { before: list(&before), after: list(&after) };
         round::write(&record, applied, &round, today.as_ref(), include)
     };
     Ok(format.response(state.pool.run(write).await??))
+}
+
+/// Returns the bytes that a mean over teeth takes: deviations and residuals of each tooth at the
+/// nodes of the one with most of them.
+fn aligned(iterations: &Iterations) -> usize {
+    let most = iterations.iter().map(|one| one.nodes.posted()).max().unwrap_or(0);
+    2 * size_of::<f64>() * most * iterations.len()
 }
 
 fn list(iterations: &Iterations) -> Vec<&Measured> {

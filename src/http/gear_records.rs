@@ -6,7 +6,7 @@ use uuid::Uuid;
 
 use super::{
     accept::Format,
-    amendments, applied,
+    applied,
     budget::WithPermit,
     caller_state::CallerState,
     extract::{PathOf, QueryOf},
@@ -169,9 +169,8 @@ async fn create_iteration_pitch(headers: HeaderMap, request: RecordRequest) -> R
     )
 )]
 async fn create_iteration_correction(request: RecordRequest) -> Result<Response, Problem> {
-    amendments::refuse_implausible(&request.state, request.job, request.number).await?;
     let context = async |state: CallerState, job, number| {
-        let own = measured(&state, job, number, false).await?;
+        let own = measured(&state, job, number, true).await?;
         let rounds = state.jobs.rounds(job).await?;
         let newest = rounds.newest_beside(&own.measurand).map(|one| one.number);
         let other = match newest {

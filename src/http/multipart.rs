@@ -5,7 +5,7 @@ use axum::body::Bytes;
 use sha2::{Digest, Sha256};
 
 use super::{
-    body::{Media, Payload, UNKNOWN, add, foreign, unsupported},
+    body::{Media, NUMBER, Payload, UNKNOWN, add, cells, foreign, unsupported},
     budget::WithPermit,
     form::{self, Part},
     media_type::{essence, foreign_charset},
@@ -92,7 +92,8 @@ pub fn read_any_file(payload: Payload, limit: usize) -> Result<WithPermit<FileFo
         Media::Multipart(_) => read_file(payload, limit),
         // a file of no known type counts as JSON elsewhere
         Media::Json | Media::Other(_) => {
-            let (file, permit) = payload.into_bytes(limit)?.into_parts();
+            let (file, mut permit) = payload.into_bytes(limit)?.into_parts();
+            permit.grow(cells(&file) * NUMBER)?;
             Ok(WithPermit::new(FileForm { file, name: None, spec: None, mapping: None }, permit))
         }
     }

@@ -142,6 +142,9 @@ impl Test<'_> {
             let (least, before) = (least.max(self.floor), deleted.len());
             let (mut rss, mut freedom) = (left.rss, left.freedom);
             for k in self.beyond(&left, &deleted, least).into_iter().take(most - before) {
+                if freedom < 2.0 {
+                    break;
+                }
                 let Some((size, next)) = self.without(k, left.residuals[k], &deleted, before) else { continue };
                 if size <= least {
                     continue;

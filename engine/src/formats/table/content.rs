@@ -16,6 +16,8 @@ use crate::{
 /// A grid has at least this share of its crossings in rows of the table: in scattered nodes hardly
 /// two have a u or a v in common.
 const LEAST_SHARE: f64 = 0.8;
+/// Most flanks that a table has nodes of: both of a gear with a thousand teeth.
+const MOST_FLANKS: usize = 2000;
 
 /// Nodes of one flank of one tooth, or of whatever a table without such columns is of.
 #[derive(Clone, Debug, PartialEq)]
@@ -137,6 +139,9 @@ impl Table {
             let tooth = teeth.as_ref().map(|tooth| number_of(tooth(row)));
             let right = flanks.as_ref().map(|flank| is_right(flank(row))).transpose()?;
             groups.entry((tooth.filter(|tooth| !tooth.is_empty()), right)).or_default().push(row);
+            if groups.len() > MOST_FLANKS {
+                return Err(refused(TableReason::TooManyFlanks { most: MOST_FLANKS }));
+            }
         }
         if groups.is_empty() {
             groups.insert((None, None), Vec::new());

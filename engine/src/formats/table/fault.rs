@@ -52,6 +52,16 @@ pub enum TableReason {
         /// The most that are read.
         most: usize,
     },
+    /// There are more cells than are read.
+    TooManyCells {
+        /// The most that are read.
+        most: usize,
+    },
+    /// There are more flanks than are read.
+    TooManyFlanks {
+        /// The most that are read.
+        most: usize,
+    },
     /// Rows have another number of cells than there are columns.
     Cells {
         /// How many rows have the same wrong number of cells.
@@ -139,6 +149,10 @@ impl fmt::Display for TableReason {
         match self {
             TableReason::NoNumbers => write!(f, "no line of the table has two numbers"),
             TableReason::TooManyColumns { most } => write!(f, "a line has more than {most} cells"),
+            TableReason::TooManyCells { most } => write!(f, "the table has more than {most} cells: send parts of it"),
+            TableReason::TooManyFlanks { most } => {
+                write!(f, "the table has nodes of more than {most} flanks: send parts of it, or map fewer columns")
+            }
             TableReason::Cells { rows, cells, columns, otherwise } => {
                 let have = if *rows == 1 { "has" } else { "have" };
                 write!(

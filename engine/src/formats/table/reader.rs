@@ -53,6 +53,9 @@ pub(super) enum Cells {
     Ignored,
 }
 
+/// Most cells that are read: two million nodes of a list, six of a matrix.
+const MOST_CELLS: usize = 6_000_000;
+
 /// Reads a table.
 ///
 /// ```
@@ -120,9 +123,19 @@ struct Faulty {
     row_places: Vec<TablePlace>,
     numbers: usize,
     number_places: Vec<TablePlace>,
+    /// Cells so far, and whether they are more than are read.
+    cells: usize,
+    too_many: bool,
 }
 
 impl Faulty {
+    /// Counts cells; returns false where there are too many.
+    fn count(&mut self, cells: usize) -> bool {
+        self.cells += cells;
+        self.too_many = self.cells > MOST_CELLS;
+        !self.too_many
+    }
+
     fn row(&mut self, row: Row<'_>, cells: &[Cow<'_, str>], width: usize) {
         *self.rows.entry(cells.len()).or_default() += 1;
         let column = cells.len().min(width).max(1);
@@ -136,6 +149,9 @@ impl Faulty {
     }
 
     fn into_result(self, head: &Head<'_>, columns: &[ColumnSpec]) -> Result<(), TableFault> {
+        if self.too_many {
+            return Err(TableFault { reason: TableReason::TooManyCells { most: MOST_CELLS }, places: Vec::new() });
+        }
         let most = self.rows.iter().max_by_key(|(_, rows)| **rows).map(|(cells, rows)| (*cells, *rows));
         let (reason, places) = match most {
             Some((cells, rows)) => {
@@ -184,8 +200,11 @@ impl Table {
             if row.line < head.first_line || head.is_header(row.text) {
                 continue;
             }
-            cancel::every(10, self.lines.len());
+            cancel::every(10, row.line);
             split(row.text, head.separator, &mut cells);
+            if !faults.count(cells.len()) {
+                break;
+            }
             if !head.fit(&mut cells) {
                 faults.row(row, &cells, head.width);
                 continue;
@@ -240,8 +259,11 @@ impl Table {
             if row.line < head.first_line {
                 continue;
             }
-            cancel::every(10, self.lines.len());
+            cancel::every(10, row.line);
             split(row.text, head.separator, &mut cells);
+            if !faults.count(cells.len()) {
+                break;
+            }
             if row.line == head.first_line && cells.len() + 1 == head.width {
                 // without a corner
                 cells.insert(0, Cow::Borrowed(""));

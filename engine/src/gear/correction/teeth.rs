@@ -14,6 +14,8 @@
 //! Standard errors of settings and figures are the greater of those by noise and those by scatter.
 //! Where places are not known, as with a matrix, the covariance is the empirical one of the teeth.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector};
 
 use super::{machine::FlankNode, scatter::Scatter};
@@ -106,7 +108,7 @@ impl TeethMean {
         let (mut deviation, mut weight) = (vec![f64::NAN; nodes.count], vec![0.0; nodes.count]);
         let mut residuals = vec![vec![0.0; nodes.count]; teeth.len()];
         let (mut variance, mut spread_nodes) = (0.0, 0usize);
-        for k in 0..nodes.count {
+        for k in (0..nodes.count).asking(teeth.len()) {
             let defined: Vec<&Aligned> = aligned.iter().filter(|one| !one.values[k].is_nan()).collect();
             if defined.is_empty() {
                 continue;
@@ -202,19 +204,21 @@ fn is_same(a: &[FlankNode], b: &[FlankNode]) -> bool {
 /// have.
 fn centre(teeth: &mut [Aligned], nodes: MeanNodes<'_>) {
     let group = |k: usize| nodes.traces.map_or(0, |traces| traces[k]);
-    let common: Vec<usize> = (0..nodes.count).filter(|&k| teeth.iter().all(|one| !one.values[k].is_nan())).collect();
-    let mut groups: Vec<usize> = common.iter().map(|&k| group(k)).collect();
-    groups.sort_unstable();
-    groups.dedup();
-    for number in groups {
-        let own: Vec<usize> = common.iter().copied().filter(|&k| group(k) == number).collect();
-        let mean = |one: &Aligned| own.iter().map(|&k| one.values[k]).sum::<f64>() / own.len() as f64;
+    let mut groups: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+    for k in (0..nodes.count).asking(teeth.len()) {
+        groups.entry(group(k)).or_default().push(k);
+    }
+    for own in groups.values().asking(teeth.len()) {
+        let common: Vec<usize> =
+            own.iter().copied().filter(|&k| teeth.iter().all(|one| !one.values[k].is_nan())).collect();
+        if common.is_empty() {
+            continue;
+        }
+        let mean = |one: &Aligned| common.iter().map(|&k| one.values[k]).sum::<f64>() / common.len() as f64;
         let means: Vec<f64> = teeth.iter().map(mean).collect();
         let whole = means.iter().sum::<f64>() / means.len() as f64;
         for (one, mean) in teeth.iter_mut().zip(means) {
-            for (_, value) in one.values.iter_mut().enumerate().filter(|(k, _)| group(*k) == number) {
-                *value -= mean - whole;
-            }
+            own.iter().for_each(|&k| one.values[k] -= mean - whole);
         }
     }
 }
