@@ -57,7 +57,7 @@ fn a_criterion_without_a_minimum_is_said() {
             let mut spec = polynomial(Degree::Both(3), PolynomialBasis::Legendre);
             spec.regularization = tikhonov(2, &[1.0], Parameter::Criterion(criterion));
             let result = fit(&nodes, &spec);
-            // PRESS has no minimum in between for these nodes: it falls towards one end or the other
+            // PRESS has no minimum in between for these nodes: it falls towards either end
             let limit = limit || criterion == Criterion::Press;
             assert_eq!(warned(&result, "lambda_at_limit"), limit, "{}, {cube}", criterion.name());
             let spec = FitSpec { regularization: tikhonov(2, &[1.0], Parameter::Fixed(1.0)), ..spec };
