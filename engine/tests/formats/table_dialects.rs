@@ -181,7 +181,10 @@ fn example(name: &str) -> Vec<u8> {
     std::fs::read(path).expect("an example file")
 }
 
-fn grid_of(bytes: &[u8]) -> (Vec<f64>, Vec<f64>, Vec<Option<f64>>, Vec<Option<Unit>>) {
+/// u, v, heights row by row and the units of the columns.
+type ReadGrid = (Vec<f64>, Vec<f64>, Vec<Option<f64>>, Vec<Option<Unit>>);
+
+fn grid_of(bytes: &[u8]) -> ReadGrid {
     let Ok(GearFile::Table(table)) = gear_file::read(bytes, None, None) else { panic!("no table") };
     let units = table.columns.iter().map(|column| column.unit).collect();
     let sets = table.node_sets().expect("nodes");
