@@ -2,7 +2,7 @@
 //!
 //! - JSON: a fit request, or a `nodes` object alone.
 //! - a table of nodes, as `POST /v1/nodes/read` reads it; an empty height is a missing node. One
-//!   with traces of a gear tester: see [`super::traces`].
+//!   with traces of a gear tester: see `super::traces`.
 //! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of
 //!   each flank the tooth with the most nodes.
 
