@@ -198,19 +198,20 @@ async fn nodes_come_back_as_json_and_as_csv() {
     let other = send(app.request(Method::GET, &format!("{place}/nodes")).header("accept", "image/png")).await;
     other.problem(406, "not_acceptable");
 
-    // And the table goes in as a form: the missing node stays missing.
+    // And the table goes in as a form: it is a grid again, in which the missing node stays missing.
     let mut spec = iteration();
     spec.as_object_mut().unwrap().remove("nodes");
     let form = Form::new()
         .part("spec", Part::text(spec.to_string()).mime_str("application/json").unwrap())
         .part("nodes", Part::text(table.text).mime_str("text/csv").unwrap());
     let added = send(app.request(Method::POST, &format!("{job}/iterations")).multipart(form)).await.expect(201).json();
-    assert_eq!((&added["number"], &added["node_count"]), (&json!(2), &json!(44)));
+    assert_eq!((&added["number"], &added["node_count"]), (&json!(2), &json!(45)));
     assert_eq!(added["operator"], "J. Doe");
-    let (grid, scattered) = (app.get(&place).await.json(), added);
+    assert_eq!(app.get(&format!("{job}/iterations/2/nodes")).await.expect(200).json(), nodes());
+    let (grid, again) = (app.get(&place).await.json(), added);
     let value = |fit: &Value| fit["result"]["coefficients"][0]["value"].as_f64().unwrap();
     let grid = app.get(&format!("{place}/fits/{}", grid["fits"][0]["id"].as_str().unwrap())).await.expect(200).json();
-    assert!((value(&grid) / value(&scattered["fits"][0]) - 1.0).abs() < 1e-6);
+    assert!((value(&grid) / value(&again["fits"][0]) - 1.0).abs() < 1e-6);
     app.stop().await;
 }
 
