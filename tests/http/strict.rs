@@ -112,7 +112,13 @@ async fn a_field_that_is_null_is_absent() {
 
 /// Objects whose member names are not fields of the interface: the caller's own names, or a
 /// machine's settings.
-const MAPS: [&str; 3] = ["job/tags", "iteration_correction/limits", "applied_changes/settings"];
+const MAPS: [&str; 5] = [
+    "job/tags",
+    "iteration_correction/limits",
+    "applied_changes/settings",
+    "gear_correction/limits",
+    "gear_applied_changes/settings",
+];
 
 #[tokio::test]
 async fn every_field_that_is_not_known_is_refused() {
