@@ -20,8 +20,13 @@ impl Places {
         let job = send(app.post("/v1/jobs", example("job"))).await.header("location").to_owned();
         let iterations = format!("{job}/iterations");
         assert_eq!(send(app.post(&iterations, example("iteration"))).await.status, 201);
-        let correction = send(app.post(&format!("{iterations}/1/correction"), example("iteration_correction"))).await;
-        assert_eq!(correction.status, 201, "{}", correction.text);
+        for (place, name) in [
+            (format!("{iterations}/1/correction"), "iteration_correction"),
+            (format!("{job}/correction"), "gear_correction"),
+        ] {
+            let correction = send(app.post(&place, example(name))).await;
+            assert_eq!(correction.status, 201, "{}", correction.text);
+        }
         let stream = send(app.post(&format!("{job}/streams"), example("stream"))).await;
         assert_eq!(stream.status, 201, "{}", stream.text);
         let id = |place: &str| place.rsplit('/').next().unwrap().to_owned();
