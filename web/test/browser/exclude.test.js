@@ -37,5 +37,8 @@ browserTest("a suspected node is named, marked, left out and taken back in", {},
   await page.getByRole("button", { name: "Accept", exact: true }).click();
   const dialog = page.getByRole("dialog");
   await dialog.getByText("Single nodes are suspected to be gross errors.").waitFor();
-  assert.equal(await dialog.getByLabel("Reason").evaluate((field) => /** @type {HTMLTextAreaElement} */ (field).required), true);
+  assert.equal(
+    await dialog.getByLabel("Reason").evaluate((field) => /** @type {HTMLTextAreaElement} */ (field).required),
+    true,
+  );
 });
