@@ -3,12 +3,13 @@
 import { Strip, StripLegend } from "../charts/strip.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
+import { t as conformity } from "../i18n/requirements.js";
 import { unitSign } from "../lib/units.js";
 import { ABSENT } from "../lib/format.js";
 import { stripDomain } from "../lib/strip.js";
 import { h, html } from "../../vendor/ui.js";
 import { Badge, Facts, WithError } from "./figure.js";
-import { Conforms, limitText } from "./flank_figures.js";
+import { limitText } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
@@ -256,8 +257,13 @@ export function outsideOf({ figures }) {
 
 /** @typedef {TargetFigure["conformity_before"]} Decision */
 
-/** A value with its conformity decision. @param {Children} value @param {Decision} decision */
-const decided = (value, decision) => (decision ? html`${value} ${h(Conforms, { decision })}` : value);
+const SIGNS = /** @type {const} */ ({ conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" });
+
+/** A value with its conformity decision, by a sign: words would not leave room for the columns. @param {Children} value @param {Decision} decision */
+const decided = (value, decision) =>
+  decision
+    ? html`${value} <b class=${decision === "does_not_conform" ? "within not" : "within"}><span aria-hidden="true" translate="no">${SIGNS[decision]}</span><span class="visually-hidden">${conformity[decision]}</span></b>`
+    : value;
 
 /** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: as above */
 export function Figures({ kept, csvName, of }) {
@@ -294,6 +300,7 @@ export function Figures({ kept, csvName, of }) {
       header: t.wantedFigure,
       unit: um,
       numeric: true,
+      minor: Boolean(kept.answer),
       cell: ({ wanted, before }) => data(value.deviation(wanted?.target, um, before?.std_error_um)),
       csv: ({ wanted }) => wanted?.target,
     },
@@ -310,15 +317,20 @@ export function Figures({ kept, csvName, of }) {
   ];
   const rows = figureRows(kept);
   if (kept.answer) {
-    columns.push(column("measured", t.measured), column("change", t.changed), column("beyond", t.beyond), {
-      key: "interval",
-      header: t.beyondInterval,
-      unit: um,
-      numeric: true,
-      minor: true,
-      cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
-      csv: ({ beyond }) => beyond?.interval_um,
-    });
+    columns.push(
+      column("measured", t.measured),
+      { ...column("change", t.changed), minor: true, screen: true },
+      column("beyond", t.beyond),
+      {
+        key: "interval",
+        header: t.beyondInterval,
+        unit: um,
+        numeric: true,
+        minor: true,
+        cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
+        csv: ({ beyond }) => beyond?.interval_um,
+      },
+    );
   }
   if (rows.some(({ wanted }) => wanted?.limits))
     columns.push({

@@ -94,12 +94,13 @@ browserTest("reasons, corrections and edits outlive a reload", {}, async ({ page
   assert.equal(await page.getByRole("dialog").getByLabel("Reason").inputValue(), "burnt at the tip");
   await page.keyboard.press("Escape");
   await open(`/jobs/${id}/iterations/1/correction`);
-  await page.getByLabel("Target").fill("1 2 3");
+  await page.getByLabel("Target").selectOption("given");
+  await page.getByLabel("Wanted deviations").fill("1 2 3");
   await open(`/jobs/${id}`);
   await page.getByRole("button", { name: "Edit" }).click();
   await page.getByRole("dialog").getByLabel("Machine").fill("another");
   await open(`/jobs/${id}/iterations/1/correction`);
-  assert.equal(await page.getByLabel("Target").inputValue(), "1 2 3");
+  assert.equal(await page.getByLabel("Wanted deviations").inputValue(), "1 2 3");
   await open(`/jobs/${id}`);
   await page.getByRole("button", { name: "Edit" }).click();
   assert.equal(await page.getByRole("dialog").getByLabel("Machine").inputValue(), "another");
