@@ -327,6 +327,7 @@ export function Figures({ kept, csvName, of }) {
         unit: um,
         numeric: true,
         minor: true,
+        screen: true,
         cell: ({ beyond }) => data(value.interval(beyond?.interval_um, beyond?.std_error_um)),
         csv: ({ beyond }) => beyond?.interval_um,
       },
