@@ -29,9 +29,10 @@ CREATE TABLE flanks (
     flank  text   NOT NULL CHECK (flank IN ('', 'left', 'right')),
     tooth  text   NOT NULL,
     number bigint NOT NULL,
-    rank   bigint NOT NULL CHECK (rank BETWEEN 1 AND 4),
-    PRIMARY KEY (job, flank, tooth)
+    rank   bigint NOT NULL CHECK (rank BETWEEN 1 AND 4)
 );
+-- by digests, since an index takes no text of any length
+CREATE UNIQUE INDEX flanks_by_tooth ON flanks (job, flank, md5(tooth));
 
 CREATE FUNCTION rank_of(decision text) RETURNS bigint LANGUAGE sql IMMUTABLE AS $$
     SELECT CASE decision WHEN 'reject' THEN 1 WHEN 'remachine' THEN 2 WHEN 'accept' THEN 4 ELSE 3 END
@@ -70,7 +71,7 @@ BEGIN
     WHERE id = NEW.job AND (iteration_count < NEW.number OR changed_at < NEW.created_at);
     INSERT INTO flanks (job, flank, tooth, number, rank)
     VALUES (NEW.job, coalesce(NEW.flank, ''), coalesce(NEW.tooth, ''), NEW.number, 3)
-    ON CONFLICT (job, flank, tooth) DO UPDATE SET number = excluded.number, rank = 3;
+    ON CONFLICT (job, flank, md5(tooth)) DO UPDATE SET number = excluded.number, rank = 3;
     RETURN NULL;
 END
 $$;

@@ -116,9 +116,7 @@ pub async fn texts_of_any_letters_and_length_come_back(pair: &mut Pair) {
 
         let new = NewIteration::clone(&place.iteration(job.id));
         let details = MeasurementDetails { instrument: some(), operator: some(), note: some(), ..new.details };
-        // an index has the tooth; the interface takes 200 letters
-        let tooth = Some(text.chars().take(200).collect());
-        let measurand = Measurand { tooth, axes: Some(document.clone()), flank: None, units_accepted: false };
+        let measurand = Measurand { tooth: some(), axes: Some(document.clone()), flank: None, units_accepted: false };
         let mut fit = new.fit;
         (fit.computed.spec, fit.computed.result) = (document.clone(), document.clone().into());
         (fit.event.reason, fit.event.by) = (some(), some().map(Into::into));

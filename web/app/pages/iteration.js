@@ -1,8 +1,8 @@
 // The flank map of an iteration: its layers, sections, figures, and what is decided.
 
 import { answer, api } from "../api/client.js";
+import { may } from "../api/key.js";
 import { useResource } from "../api/resource.js";
-import { Allowed } from "../components/allowed.js";
 import { Decision } from "../components/decision.js";
 import { EditMeasurand, mayBeFlank } from "../components/edit_measurand.js";
 import { FigureTiles } from "../components/figure_tiles.js";
@@ -173,13 +173,10 @@ function Measured({ iteration, etag, put }) {
     <h2 id="measured">${t.measurement}</h2>${h(Facts, { items, columns: true })}
     ${
       mayBeFlank(iteration.axes) &&
-      h(Allowed, {
-        scope: "judge",
-        short: true,
-        children: () => html`<div class="actions">
-          <button type="button" class="button small" onClick=${() => setEditing(true)}>${t.editMeasurand}</button>
-        </div>`,
-      })
+      may("judge") &&
+      html`<div class="actions">
+        <button type="button" class="button small" onClick=${() => setEditing(true)}>${t.editMeasurand}</button>
+      </div>`
     }
     ${editing && h(EditMeasurand, { iteration, etag, put, onClose: () => setEditing(false) })}
   </section>`;

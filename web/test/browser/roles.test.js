@@ -57,14 +57,14 @@ browserTest(
     await page.getByRole("navigation", { name: "Views of this job" }).getByRole("link", { name: "Measure" }).waitFor();
     assert.equal(await page.getByRole("button", { name: "Edit" }).count(), 0);
     await open(`/jobs/${id}/iterations/1`);
-    await page.getByText("A key with the role “operator” may not decide, or change jobs and fits.").first().waitFor();
+    await page.getByText("A key with the role “operator” may not decide, or change jobs and fits.").waitFor();
     for (const name of ["Accept", "Machine again", "Reject"])
       assert.equal(await page.getByRole("button", { name, exact: true }).count(), 0);
     await open(`/jobs/${id}/iterations/1/lambda`);
     await page.getByRole("slider", { name: /by hand/ }).waitFor();
     assert.equal(await page.getByRole("button", { name: "Keep", exact: true }).count(), 0);
     await open(`/jobs/${id}/iterations/1/correction`);
-    await page.getByText("may not decide").first().waitFor();
+    await page.getByText("may not decide").waitFor();
     assert.equal(await page.getByRole("button", { name: "Compute the correction" }).count(), 0);
     await stands();
   },
