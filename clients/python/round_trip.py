@@ -52,7 +52,7 @@ def main(url, examples):
         iterations = flankfit.IterationsApi(client)
 
         names = sorted(path.stem for path in pathlib.Path(examples).glob("fit_*.json"))
-        assert len(names) >= 44, names
+        assert len(names) >= 42, names
         for name in names:
             try:
                 held(fits.create_fit_with_http_info(example(flankfit.FitRequest, name)))

@@ -158,9 +158,18 @@ export function Changes({ result, csvName, tools, of }) {
   });
 }
 
+/** How a correction came to be. @param {KeptCorrection} kept */
+export function factsOf({ method, result, created_at }) {
+  const known = method === "form_grinding" || method === "generating_grinding" || method === "matrix";
+  return [
+    { name: t.madeBy, value: known ? t[/** @type {"matrix"} */ (method)] : data(method) },
+    { name: t.aim, value: t[`aim_${result.target.kind}`] },
+    { name: t.madeAt, value: data(fmt.value.time(created_at)) },
+  ];
+}
+
 /** What cannot be told apart. @param {{ result: KeptCorrection["result"] }} props */
 export function Apart({ result }) {
-  if (result.indistinguishable.length === 0) return html`<p>${t.allApart}</p>`;
   return html`<ul class="sentences">
     ${result.indistinguishable.map(({ names, condition_index }) => {
       const all = names.map(settingName);
@@ -220,6 +229,21 @@ function figureRows({ result, answer }) {
   ];
 }
 
+/**
+ * One flank of a correction, as a correction of that flank.
+ * @param {KeptCorrection} kept @param {"left" | "right"} side @param {import("../api/client.js").Schema<"CorrectionTargetFigures">} own its figures
+ * @param {MachineAnswer["figure_changes"]} [changes] of them, once they were measured again
+ * @returns {KeptCorrection}
+ */
+export function ofFlank({ answer: measured, result, ...kept }, side, own, changes) {
+  const { figures: _, ...predicted } = result.predicted;
+  return {
+    ...kept,
+    ...(measured && changes ? { answer: { ...measured, figure_changes: changes } } : {}),
+    result: { ...result, predicted, figures: { [side]: own } },
+  };
+}
+
 /** Without what is undefined. @param {{ [Key in keyof FigureRow]: FigureRow[Key] | undefined }} row */
 function given(row) {
   return /** @type {FigureRow} */ (Object.fromEntries(Object.entries(row).filter(([, value]) => value !== undefined)));
@@ -265,7 +289,7 @@ const decided = (value, decision) =>
     ? html`${value} <b class=${decision === "does_not_conform" ? "within not" : "within"}><span aria-hidden="true" translate="no">${SIGNS[decision]}</span><span class="visually-hidden">${conformity[decision]}</span></b>`
     : value;
 
-/** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: as above */
+/** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: the flank, where there are several */
 export function Figures({ kept, csvName, of }) {
   const { value } = fmt;
   const um = "µm";
@@ -315,7 +339,8 @@ export function Figures({ kept, csvName, of }) {
       csv: ({ predicted }) => predicted,
     },
   ];
-  const rows = figureRows(kept);
+  // RMS and greatest deviation are of all that was corrected, not of one flank of it
+  const rows = figureRows(kept).filter(({ symbol }) => symbol || !of);
   if (kept.answer) {
     columns.push(
       column("measured", t.measured),

@@ -8,7 +8,9 @@ import { fmt } from "../i18n/i18n.js";
 import { h, html, useState } from "../../vendor/ui.js";
 import { Allowed } from "./allowed.js";
 import { Applied } from "./applied.js";
-import { Answer, Changes, Figures } from "./correction_result.js";
+import { ControlCsv } from "./control_csv.js";
+import { Answer, Apart, Changes, Figures, factsOf, ofFlank } from "./correction_result.js";
+import { Facts } from "./figure.js";
 import { SelectField } from "./form.js";
 import { Failure, loaded } from "./states.js";
 import { notify } from "./toast.js";
@@ -103,36 +105,31 @@ function NewCorrection({ job, last, onDone }) {
 function Kept({ job, kept, onApplied }) {
   const { result, answer: measured, not_compared: refused } = kept;
   const { value } = fmt;
+  const um = (/** @type {number | null | undefined} */ number) => value.um(number);
   const teeth = SIDES.flatMap((side) => {
     const own = result.teeth?.[side];
     if (!own) return [];
-    const spread = own.spread_um == null ? undefined : `${value.um(own.spread_um)}\u202fµm`;
-    return [{ side, text: t.gearTeeth(t[side], own.iterations.length, spread) }];
+    const spread = own.spread_um == null ? undefined : `${um(own.spread_um)}\u202fµm`;
+    return [{ name: t[`flank_${side}`], value: t.gearTeeth(own.iterations.length, spread) }];
   });
+  const { rms_before_um: before, rms_um: after } = result.predicted;
+  const rms = html`<span translate="no">${um(before)} → ${um(after)}\u202fµm</span>`;
+  const items = [...factsOf(kept), ...teeth, { name: t.rms, value: rms }];
+  const tools = h(ControlCsv, { owner: encodeURIComponent(job.id), name: `${job.name} ${t.gearTitle}`, result });
   return html`
-    <p>${t.madeAt} <span translate="no">${value.time(kept.created_at)}</span></p>
-    <ul>${teeth.map(({ side, text }) => html`<li key=${side}>${text}</li>`)}</ul>
-    ${h(Changes, { result, csvName: `${job.name} ${t.gearTitle}`, tools: null, of: t.gearTitle })}
-    ${SIDES.filter((side) => result.figures?.[side]).map(
-      (side) => html`<h3 key=${side}>${t.figures}, ${t[side]}</h3>
-        ${h(Figures, { kept: ofSide(kept, side), of: t[side] })}`,
-    )}
+    ${h(Facts, { items })}
+    ${h(Changes, { result, csvName: `${job.name} ${t.gearTitle}`, tools, of: t.gearTitle })}
+    ${result.warnings.length > 0 && h(WarningList, { warnings: result.warnings })}
+    ${result.indistinguishable.length > 0 && h(Apart, { result })}
+    ${SIDES.map((side) => {
+      const own = result.figures?.[side];
+      if (!own) return null;
+      const of = t[`flank_${side}`];
+      return html`<h3 key=${side}>${measured ? t.figures : t.figuresBefore}: ${of}</h3>
+        ${h(Figures, { kept: ofFlank(kept, side, own, measured?.flanks?.[side]), of })}`;
+    })}
     <h3>${t.enteredTitle}</h3>
     ${h(Applied, { jobId: job.id, number: undefined, kept, onDone: onApplied })}
     ${measured && html`<h3>${t.answered}</h3>${h(Answer, { answer: measured, entered: Boolean(kept.applied) })}`}
-    ${!measured && refused && html`<p>${t.notCompared} <span lang="en">${refused}</span></p>`}
-    ${result.warnings.length > 0 && h(WarningList, { warnings: result.warnings })}`;
-}
-
-/** One flank of it, as a correction of that flank. @param {KeptCorrection} kept @param {"left" | "right"} side @returns {KeptCorrection} */
-function ofSide(kept, side) {
-  const { figures = {}, ...result } = kept.result;
-  const own = figures?.[side];
-  const { answer: measured, ...rest } = kept;
-  const changes = measured?.flanks?.[side];
-  return {
-    ...rest,
-    ...(measured ? { answer: { ...measured, ...(changes ? { figure_changes: changes } : {}) } } : {}),
-    result: { ...result, figures: own ? { [side]: own } : {} },
-  };
+    ${!measured && refused && html`<p>${t.notCompared} <span lang="en">${refused}</span></p>`}`;
 }

@@ -1,21 +1,19 @@
 // The correction of an iteration: what to change at the machine, and what the next iteration says of it.
 
-import { answer, api, transport } from "../api/client.js";
+import { answer, api } from "../api/client.js";
 import { useRecords } from "../api/records.js";
 import { useResource } from "../api/resource.js";
 import { Allowed } from "../components/allowed.js";
 import { Applied } from "../components/applied.js";
 import { CorrectionForm } from "../components/correction_form.js";
 import { CorrectionMaps } from "../components/correction_maps.js";
-import { Answer, Apart, Changes, Figures, outsideOf } from "../components/correction_result.js";
+import { ControlCsv } from "../components/control_csv.js";
+import { Answer, Apart, Changes, Figures, factsOf } from "../components/correction_result.js";
 import { Facts } from "../components/figure.js";
 import { JobPage, useNews } from "../components/job_page.js";
 import { Empty, loaded } from "../components/states.js";
-import { notify } from "../components/toast.js";
-import { t as common } from "../i18n/common.js";
+import { OtherFlank } from "../components/other_flank.js";
 import { t } from "../i18n/correction.js";
-import { fmt } from "../i18n/i18n.js";
-import { download } from "../lib/csv.js";
 import { toMeasure } from "../router.js";
 import { WarningList } from "../components/warnings.js";
 import { h, html } from "../../vendor/ui.js";
@@ -101,19 +99,28 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
     return { data: /** @type {import("../api/client.js").Schema<"Nodes">} */ (data) };
   });
   const measure = toMeasure(job.id);
-  const tools = html`<button type="button" class="button small" onClick=${() => saveForMachine(job.id, iteration.number, name, result)}>${t.csvForMachine}</button>`;
+  const owner = `${encodeURIComponent(job.id)}/iterations/${iteration.number}`;
   return html`
     <section class="panel" aria-labelledby="changes">
       <header><h2 id="changes">${t.changes}</h2></header>
-      ${h(Facts, { items: factsOf(kept, iteration) })}
+      ${h(Facts, {
+        items: [
+          ...factsOf(kept),
+          ...(iteration.tooth ? [{ name: t.tooth, value: data(iteration.tooth) }] : []),
+          ...(iteration.flank ? [{ name: t.flank, value: t[iteration.flank] }] : []),
+        ],
+      })}
       <p class="quiet">${t.changesAbout} ${t.errorAbout}${earlier > 0 && html` ${t.earlier(earlier)}`}</p>
-      ${h(Changes, { result, csvName: `${name} ${t.changes}`, tools })}
+      ${h(Changes, { result, csvName: `${name} ${t.changes}`, tools: h(ControlCsv, { owner, name, result }) })}
     </section>
     <section class="panel" aria-labelledby="entered">
       <h2 id="entered">${t.enteredTitle}</h2>
       ${h(Applied, { jobId: job.id, number: iteration.number, kept, onDone: onApplied })}
     </section>
-    <section class="panel" aria-labelledby="apart"><h2 id="apart">${t.apart}</h2>${h(Apart, { result })}</section>
+    ${
+      result.indistinguishable.length > 0 &&
+      html`<section class="panel" aria-labelledby="apart"><h2 id="apart">${t.apart}</h2>${h(Apart, { result })}</section>`
+    }
     <section class="panel" aria-labelledby="answered">
       <header>
         <h2 id="answered">${t.answered}</h2>
@@ -133,6 +140,7 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
       <p class="quiet">${result.predicted.figures ? t.figuresAbout : t.noFigures}</p>
       ${h(Figures, { kept, csvName: `${name} ${t.figures}` })}
     </section>
+    ${result.other_flank && h(OtherFlank, { kept, other: result.other_flank })}
     <section class="panel" aria-labelledby="maps">
       <h2 id="maps">${t.maps}</h2>
       <p class="quiet">${t.mapsAbout}</p>
@@ -145,33 +153,6 @@ function Kept({ job, iteration, kept, earlier, onApplied }) {
         ${h(WarningList, { warnings: result.warnings })}
       </section>`
     }`;
-}
-
-/** @param {KeptCorrection} kept @param {Iteration} iteration */
-function factsOf(kept, iteration) {
-  const known = kept.method === "form_grinding" || kept.method === "generating_grinding" || kept.method === "matrix";
-  return [
-    { name: t.madeBy, value: known ? t[/** @type {"matrix"} */ (kept.method)] : data(kept.method) },
-    { name: t.aim, value: t[`aim_${kept.result.target.kind}`] },
-    { name: t.madeAt, value: data(fmt.value.time(kept.created_at)) },
-    ...(iteration.tooth ? [{ name: t.tooth, value: data(iteration.tooth) }] : []),
-    ...(iteration.flank ? [{ name: t.flank, value: t[iteration.flank] }] : []),
-  ];
-}
-
-/** Saves the CSV for the control, as the interface writes it. @param {string} jobId @param {number} number @param {string} name @param {KeptCorrection["result"]} result */
-async function saveForMachine(jobId, number, name, result) {
-  const outside = outsideOf(result);
-  if (outside.length > 0 && !confirm(t.outsideLimits(outside.join(", ")))) return;
-  const query = outside.length > 0 ? "?outside_limits=allowed" : "";
-  const place = `/v1/jobs/${encodeURIComponent(jobId)}/iterations/${number}/correction${query}`;
-  try {
-    const response = await transport(new Request(place, { headers: { accept: "text/csv" } }));
-    if (!response.ok) throw new Error(`HTTP ${response.status}`);
-    download(`${name} ${t.title}.csv`, await response.text());
-  } catch (error) {
-    notify(`${common.pageFailed}: ${error instanceof Error ? error.message : error}`, "failed");
-  }
 }
 
 /** @param {string} text */

@@ -36,7 +36,7 @@ import { h, html, useState } from "../../vendor/ui.js";
 
 const t = texts({ en, de });
 
-export const styles = ["job"];
+export const styles = ["job", "correction"];
 
 /** @param {{ params: Record<string, string> }} props */
 export default function JobOverview({ params }) {

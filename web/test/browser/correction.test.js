@@ -225,6 +225,40 @@ browserTest("what was entered is kept, and the next measurement is compared with
   assert.equal(await entered.getByLabel("Helix crowning").inputValue(), "-0.5");
 });
 
+browserTest("the other flank is predicted once it was measured", {}, async (world) => {
+  const { page, open, stands, job, iteration, call } = world;
+  const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+  const { id } = await job({ requirements });
+  await iteration(id);
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await open(pathOf(id));
+  const other = page.getByRole("region", { name: "The right flank", exact: true });
+  await other.getByText("This flank has not been measured.").waitFor();
+  assert.equal(await other.getByRole("table").count(), 0);
+
+  await iteration(id, "flank_z52_right.json");
+  await call("POST", `/v1/jobs/${id}/iterations/1/correction`, await request());
+  await page.reload();
+  await other.getByText("Predicted from iteration 2").waitFor();
+  await stands();
+  const { figures } = (await call("GET", `/v1/jobs/${id}/iterations/1/correction`)).result.other_flank;
+  const rows = other.getByRole("table", { name: "Figures before and predicted, The right flank" }).locator("tbody tr");
+  const names = ["profile_slope", "helix_slope", "profile_crowning", "helix_crowning", "twist"];
+  assert.equal(await rows.count(), names.length);
+  const signs = { conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" };
+  for (const [i, name] of names.entries()) {
+    const told = figures[`${name}_um`];
+    const cells = rows.nth(i).locator("td .cell");
+    agrees(await cells.nth(0).textContent(), told.before);
+    const predicted = await cells.nth(2).textContent();
+    agrees(predicted, told.predicted);
+    assert.ok(
+      predicted?.includes(signs[/** @type {"conforms"} */ (told.conformity_predicted)]),
+      `${name}: ${predicted}`,
+    );
+  }
+});
+
 browserTest("axe finds nothing in an open form", {}, async (world) => {
   const { page, open, job, iteration, call, accessible } = world;
   const { id } = await job();

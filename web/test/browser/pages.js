@@ -32,6 +32,19 @@ export async function closes({ page }) {
   await page.locator("dialog[open]").waitFor({ state: "detached" });
 }
 
+/**
+ * A job with both flanks measured, corrected by settings for both and for each.
+ * @param {Pick<World, "job" | "iteration" | "call">} world
+ */
+export async function gearCorrected({ job, iteration, call }) {
+  const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+  const { id } = await job({ name: "Pump gear, both flanks", requirements });
+  await iteration(id);
+  await iteration(id, "flank_z52_right.json");
+  await call("POST", `/v1/jobs/${id}/correction`, await example("requests/gear_correction.json"));
+  return id;
+}
+
 /** @param {World} world @returns {Promise<Listed[]>} */
 export async function pageList({ job, iteration, call }) {
   const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
@@ -56,6 +69,7 @@ export async function pageList({ job, iteration, call }) {
     const grid = { ...teeth.grid, tooth, flank };
     await call("POST", `/v1/jobs/${round.id}/iterations/1/deviations`, { ...teeth, grid });
   }
+  const both = await gearCorrected({ job, iteration, call });
   const empty = await job({ name: "Sun gear, hobbed", gear: undefined, tags: {} });
   const stream = await call("POST", `/v1/jobs/${id}/streams`, await example("requests/stream.json"));
   await call("POST", `/v1/streams/${stream.id}/nodes`, await example("requests/stream_block.json"));
@@ -64,6 +78,15 @@ export async function pageList({ job, iteration, call }) {
   const loss = { type: "m_estimator", loss: "huber" };
   await call("POST", `/v1/jobs/${weights.id}/iterations`, { ...flank, estimator: loss });
   const file = { name: "flank.json", mimeType: "application/json", buffer: Buffer.from(JSON.stringify(flank)) };
+  const comma = (/** @type {number | null} */ number) => String(number ?? "").replace(".", ",");
+  const table = [
+    "Wälzlänge [mm];Zahnbreite [mm];Abweichung [µm]",
+    ...flank.nodes.u.flatMap((/** @type {number} */ u, /** @type {number} */ i) =>
+      flank.nodes.v.map((/** @type {number} */ v, /** @type {number} */ j) =>
+        [u, v, flank.nodes.z[i][j]].map(comma).join(";"),
+      ),
+    ),
+  ].join("\n");
   const first = `/jobs/${id}/iterations/1`;
   const edit = ".page-head .actions .button";
   return [
@@ -75,6 +98,7 @@ export async function pageList({ job, iteration, call }) {
       path: `/jobs/${empty.id}`,
       dialogs: [{ name: "delete-job", open: `${edit}:nth-of-type(2)` }],
     },
+    { name: "job-gear", path: `/jobs/${both}` },
     {
       name: "iteration",
       path: `${first}?contours=1&lines=1&at=8.742%2C7.5`,
@@ -88,6 +112,18 @@ export async function pageList({ job, iteration, call }) {
       path: `/jobs/${id}/measure`,
       fill: async ({ page }) => {
         await page.setInputFiles("#measure-files", file);
+        await page.locator(".queue-entry canvas").waitFor();
+      },
+    },
+    {
+      name: "measure-table",
+      path: `/jobs/${id}/measure`,
+      fill: async ({ page }) => {
+        await page.setInputFiles("#measure-files", {
+          name: "flank.csv",
+          mimeType: "text/csv",
+          buffer: Buffer.from(table),
+        });
         await page.locator(".queue-entry canvas").waitFor();
       },
     },

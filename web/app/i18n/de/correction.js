@@ -37,7 +37,7 @@ export default {
   form_grinding: "Profilschleifen",
   generating_grinding: "Wälzschleifen",
   matrix: "Empfindlichkeitsmatrix",
-  madeBy: "Nach",
+  madeBy: "Maschine",
   madeAt: "Bestimmt",
   flank: "Flanke",
   left: "links",
@@ -50,11 +50,10 @@ export default {
   apartSentence: (names, index) =>
     `Die Wirkungen von ${names} heben sich an diesen Messpunkten fast auf${index ? ` (Konditionsindex ${index})` : ""}: Die Messung bestimmt ihre Summe, nicht jede für sich.`,
   and: "und",
-  allApart: "Alle Einstellungen, die geändert werden dürfen, lassen sich unterscheiden.",
   figures: "Kenngrößen vorher, vorhergesagt und gemessen",
   figuresBefore: "Kenngrößen vorher und vorhergesagt",
   figuresAbout:
-    "Der Fläche zweiter Ordnung über den Bereichen der Maschine, längs der Normalen. Quadratisches Mittel und größte Abweichung lassen den Mittelwert von Abweichungen ohne Nullpunkt beiseite.",
+    "Aus der Fläche zweiter Ordnung über den Bereichen der Maschine; Winkelabweichungen sind auf ihre Bezugslängen umgerechnet. Quadratisches Mittel und größte Abweichung lassen den Mittelwert von Abweichungen ohne Nullpunkt beiseite.",
   figure: "Kenngröße",
   before: "Vorher",
   predicted: "Vorher\u00adgesagt",
@@ -124,8 +123,17 @@ export default {
   gearAbout:
     "Nach dem Mittel über alle Zähne beider Flanken, die seit der letzten Korrektur gemessen wurden, mit denselben Einstellungen für beide Flanken.",
   gearMake: "Korrektur berechnen",
-  gearTeeth: (/** @type {string} */ flank, /** @type {number} */ count, /** @type {string | undefined} */ spread) =>
-    `${flank}: ${count === 1 ? "ein Zahn" : `${count} Zähne`}${spread ? `, Standardabweichung zwischen den Zähnen ${spread}` : ""}`,
+  flank_left: "Linke Flanke",
+  flank_right: "Rechte Flanke",
+  other_left: "Die linke Flanke",
+  other_right: "Die rechte Flanke",
+  otherAbout: (iteration) =>
+    `Vorhergesagt aus Iteration ${iteration}: Einstellungen, die beide Flanken gemeinsam haben, ändern auch diese Flanke.`,
+  otherNotMeasured:
+    "Diese Flanke ist nicht gemessen worden. Einstellungen, die beide Flanken gemeinsam haben, ändern auch sie; das Ergebnis ist nicht bekannt.",
+  otherNotPredicted: "Ihre Kenngrößen lassen sich nicht vorhersagen:",
+  gearTeeth: (count, spread) =>
+    `${count === 1 ? "ein Zahn" : `${count} Zähne`}${spread ? `, Standardabweichung zwischen den Zähnen ${spread}` : ""}`,
   another: "Weitere Korrektur",
   first: "Neue Korrektur",
   by: "Was die Einstellungen bewirken",

@@ -36,7 +36,7 @@ export default {
   form_grinding: "Form grinding",
   generating_grinding: "Generating grinding",
   matrix: "Sensitivity matrix",
-  madeBy: "By",
+  madeBy: "Machine",
   madeAt: "Made",
   flank: "Flank",
   left: "left",
@@ -49,7 +49,6 @@ export default {
   apartSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>
     `The effects of ${names} nearly cancel on these nodes${index ? ` (condition index ${index})` : ""}: the measurement tells their sum, not each of them.`,
   and: "and",
-  allApart: "All settings that may be changed can be told apart.",
   figures: "Figures before, predicted and measured",
   figuresBefore: "Figures before and predicted",
   figuresAbout:
@@ -123,8 +122,17 @@ export default {
   gearAbout:
     "By the mean over all teeth of both flanks that were measured since the last correction, with the same settings for both flanks.",
   gearMake: "Compute the correction",
-  gearTeeth: (/** @type {string} */ flank, /** @type {number} */ count, /** @type {string | undefined} */ spread) =>
-    `${flank}: ${count === 1 ? "one tooth" : `${count} teeth`}${spread ? `, standard deviation between teeth ${spread}` : ""}`,
+  flank_left: "Left flank",
+  flank_right: "Right flank",
+  other_left: "The left flank",
+  other_right: "The right flank",
+  otherAbout: (/** @type {number} */ iteration) =>
+    `Predicted from iteration ${iteration}: settings that both flanks share change this flank, too.`,
+  otherNotMeasured:
+    "This flank has not been measured. Settings that both flanks share change it, too; the result is not known.",
+  otherNotPredicted: "Its figures cannot be predicted:",
+  gearTeeth: (/** @type {number} */ count, /** @type {string | undefined} */ spread) =>
+    `${count === 1 ? "one tooth" : `${count} teeth`}${spread ? `, standard deviation between teeth ${spread}` : ""}`,
   another: "Another correction",
   first: "New correction",
   by: "What the settings do",
