@@ -31,9 +31,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Keeps the changes that were entered on the machine after the iteration's correction.
 ///
-/// They belong to its newest correction, whose comparison with the next measurement then takes them
-/// in place of the proposed changes. Settings that are not named were changed as proposed. Nothing
-/// is overwritten: the newest entry counts, and earlier ones stay in the trace.
+/// The changes belong to the iteration's newest correction; the next measurement is then compared
+/// with them instead of the proposed changes. A setting that is not named counts as changed as
+/// proposed. Nothing is overwritten: the newest entry counts, and earlier ones stay in the trace.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/correction/applied", operation_id = "create_applied_changes",
     tag = "iterations",
@@ -66,9 +66,9 @@ async fn create_applied_changes(request: RecordRequest) -> Result<Response, Prob
 
 /// Keeps the changes that were entered on the machine after the correction of the gear.
 ///
-/// They belong to its newest correction, whose comparison with the next round then takes them in
-/// place of the proposed changes. Settings that are not named were changed as proposed. The newest
-/// entry counts, and earlier ones stay in the trace.
+/// The changes belong to the gear's newest correction; the next round is then compared with them
+/// instead of the proposed changes. A setting that is not named counts as changed as proposed. The
+/// newest entry counts, and earlier ones stay in the trace.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/correction/applied", operation_id = "create_gear_applied_changes", tag = "jobs",
     params(

@@ -28,9 +28,9 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Every change of a job, oldest first.
 ///
-/// Each entry has the digest of the one before it, so that none can be changed or left out
-/// unnoticed. A job that was deleted has still got its entries. One that is older than they are
-/// begins with a digest of what was found at its first change.
+/// Each entry has the digest of the one before it, so a changed or missing entry is detected. The
+/// entries of a deleted job are kept. A job that is older than the audit begins with a digest of
+/// its state at its first change.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/audit", operation_id = "list_job_audit", tag = "audit",
     params(("job_id" = Uuid, Path), PageQuery),
@@ -44,14 +44,14 @@ async fn list_job_audit(
     Ok(Json(state.jobs.audit(Chain::Job(job), query.check(List::Audit)?).await?.into()))
 }
 
-/// Whether a job's entries, and all that they tell of, are as they were written.
+/// Verifies the audit entries of a job and the rows they have digests of.
 ///
-/// Reads the whole job: every entry is digested again, and so is every row that it has a digest of.
-/// The first entry at fault is told.
+/// Reads the whole job and computes the digest of every entry and every row again. The answer names
+/// the first entry at fault.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/audit/verify", operation_id = "verify_job_audit", tag = "audit",
     params(("job_id" = Uuid, Path)),
-    responses((status = 200, description = "Whether anything was changed, and where.", body = VerdictBody))
+    responses((status = 200, description = "The result of the verification.", body = VerdictBody))
 )]
 async fn verify_job_audit(state: CallerState, PathOf(job): PathOf<Uuid>) -> Result<Json<VerdictBody>, Problem> {
     Ok(Json(state.jobs.verify_audit(Chain::Job(job)).await?.into()))
@@ -59,8 +59,8 @@ async fn verify_job_audit(state: CallerState, PathOf(job): PathOf<Uuid>) -> Resu
 
 /// Changes of the tenant that are of no job, oldest first.
 ///
-/// The chain of a tenant tells of its keys and of itself; changes of jobs are in the chains of
-/// these.
+/// The chain of a tenant has the changes of its keys and of the tenant itself; changes of jobs are
+/// in the chains of the jobs.
 #[utoipa::path(
     get, path = "/v1/audit", operation_id = "list_audit", tag = "audit",
     params(PageQuery),
@@ -72,8 +72,9 @@ async fn list_audit(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> R
 
 /// The tenant's seals, oldest first.
 ///
-/// About once a minute a server seals what the chains that grew meanwhile end with. Keep seals
-/// where nobody who owns the database can change them: they convict whoever writes a chain anew.
+/// About once a minute a server seals the last entries of the chains that have grown since the seal
+/// before. Keep copies of the seals where no administrator of the database can change them: they
+/// reveal a rewritten chain.
 #[utoipa::path(
     get, path = "/v1/audit/seals", operation_id = "list_audit_seals", tag = "audit",
     params(PageQuery),

@@ -15,7 +15,7 @@ use crate::{
 pub struct CallerState {
     pub app: AppState,
     pub jobs: Jobs,
-    /// Who asks.
+    /// The caller.
     pub principal: Principal,
     /// The task whose request it is, where it is answered later.
     pub lease: Option<Lease>,

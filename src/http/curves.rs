@@ -43,10 +43,11 @@ async fn create_curve(State(state): State<AppState>, payload: Payload) -> Result
 
 /// Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
 ///
-/// Of whatever curve was answered or written down. Parameters must lie within the curve's domain.
+/// The curve is one from an earlier answer or one written by hand. Parameters must lie within its
+/// domain.
 #[utoipa::path(
     post, path = "/v1/curves/evaluate", operation_id = "evaluate_curve", tag = "curves",
-    request_body(content = EvaluateCurveBody, description = "A curve and where."),
+    request_body(content = EvaluateCurveBody, description = "A curve and its parameters."),
     responses((status = 200, description = "Values in the order of `at`.", body = CurveValuesBody))
 )]
 async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -55,7 +56,8 @@ async fn evaluate_curve(State(state): State<AppState>, payload: Payload) -> Resu
 
 /// Finds the point of a curve that is closest to each given point.
 ///
-/// With distances, for a plane curve signed ones, and the parameters of the points found.
+/// Returns the parameters of the closest points and the distances, which are signed for a plane
+/// curve.
 #[utoipa::path(
     post, path = "/v1/curves/closest-points", operation_id = "closest_points_of_curve", tag = "curves",
     request_body(content = ClosestOnCurveBody, description = "A curve and points."),

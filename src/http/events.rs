@@ -81,23 +81,23 @@ impl Given {
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 struct EventsQuery {
-    /// As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
-    /// happens from now on.
+    /// Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
+    /// events only.
     last_event_id: Option<String>,
 }
 
-/// Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
-/// `job` (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
+/// Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
+/// `job` (its own data), `purged`; from the first event, or after `Last-Event-ID`.
 ///
-/// As server-sent events; the connection stays open, and a comment line is sent now and then to
-/// keep it so. The id of each event is its number within the job, from which a client that lost its
-/// connection goes on.
+/// As server-sent events; the connection stays open, and comment lines keep it alive. The id of
+/// each event is its number within the job; after a lost connection a client continues from the
+/// last one.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/events", operation_id = "get_job_events", tag = "jobs",
     params(
         ("job_id" = Uuid, Path),
-        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after \
-            it.", pattern = "^(latest|[0-9]{1,18})?$"),
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event received; sending continues \
+            after it.", pattern = "^(latest|[0-9]{1,18})?$"),
         EventsQuery
     ),
     responses(
@@ -128,7 +128,7 @@ async fn get_job_events(
     Listener::answer(state, Subject::Job { job, after }, changes)
 }
 
-/// Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
+/// Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`.
 ///
 /// The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
 /// those of a job; the id of an event is its place among all. After an id that is older than seven
@@ -137,8 +137,8 @@ async fn get_job_events(
 #[utoipa::path(
     get, path = "/v1/events", operation_id = "get_events", tag = "jobs",
     params(
-        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event seen: sending goes on after \
-            it.", pattern = "^(latest|[0-9]{1,19}-[0-9]{1,19})?$"),
+        ("Last-Event-ID" = Option<String>, Header, description = "The id of the last event received; sending continues \
+            after it.", pattern = "^(latest|[0-9]{1,19}-[0-9]{1,19})?$"),
         EventsQuery
     ),
     responses(

@@ -59,7 +59,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Tolerances of ISO 1328-1:2013 for a class.
 ///
-/// Of all nine characteristics, unrounded and as the tables of the standard print them. What lies
+/// For all nine characteristics, unrounded and rounded as in the tables of the standard. A gear
 /// outside the scope of the standard is refused.
 #[utoipa::path(
     post, path = "/v1/gears/tolerances", operation_id = "gear_tolerances", tag = "gears",
@@ -97,12 +97,12 @@ async fn evaluate_gear(
     Ok(format.response(read_json(&state, payload, work).await?))
 }
 
-/// Deviations of measured points from the nominal flanks, if asked after the part has been laid
-/// into the nominal one.
+/// Computes deviations of measured points from the nominal flanks, optionally after a registration
+/// of the part.
 ///
-/// Along the normal of the nominal or modified flank. With a registration, the motions of the part
-/// are estimated first, with standard errors, and those that the points do not tell apart are
-/// named.
+/// Deviations are along the normal of the nominal or modified flank. With a registration, the
+/// motions of the part are estimated first, with standard errors; motions that the points cannot
+/// separate are listed.
 #[utoipa::path(
     post, path = "/v1/gears/deviations", operation_id = "gear_deviations", tag = "gears",
     request_body(content = DeviationsRequestBody, description = "A gear and points, or deviations on a grid."),
@@ -152,11 +152,11 @@ async fn gear_flank_surface(State(state): State<AppState>, payload: Payload) -> 
 /// or a pointed tip.
 ///
 /// By ISO 21771, for external and internal spur and helical gears, with span measurement and
-/// dimension over balls where they are asked for.
+/// dimension over balls on request.
 #[utoipa::path(
     post, path = "/v1/gears/geometry", operation_id = "gear_geometry", tag = "gears",
     request_body(content = GeometryRequestBody, description = "A gear."),
-    responses((status = 200, description = "What follows from its data.", body = GeometryBody))
+    responses((status = 200, description = "The derived quantities.", body = GeometryBody))
 )]
 async fn gear_geometry(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
     Ok(json(read_json(&state, payload, geometry::answer).await?))
@@ -196,16 +196,16 @@ struct FileFormBody {
     file: Vec<u8>,
 }
 
-/// Reads the gears that a file describes, as a job or any other request takes them.
+/// Reads the gears in a file, in the form that jobs and other requests take.
 ///
-/// Takes a REXS model, or curves or values of a gear tester. Gears for which the file does not say
-/// enough are named with what is missing. Beside them stands what the file holds: traces and tables
-/// of pitches, which an import takes, and printed values.
+/// The file is a REXS model, or curves or values of a gear tester. For a gear with missing data the
+/// answer lists the missing data. It also has the contents of the file: traces and pitch tables,
+/// which an import takes, and printed values.
 #[utoipa::path(
     post, path = "/v1/gears/read", operation_id = "read_gears", tag = "gears",
     request_body(content = FileFormBody, content_type = "multipart/form-data", description = "A REXS model, or a file \
         of a gear tester."),
-    responses((status = 200, description = "The gears and what they lack, traces and values.",
+    responses((status = 200, description = "The gears with their missing data, the traces and the values.",
         body = GearsOfFileBody))
 )]
 async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -223,11 +223,11 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
     Ok(json(state.pool.run(work).await??))
 }
 
-/// Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole
-/// gear.
+/// Returns the transverse section of a tooth with its fillets as a closed polygon, and of the whole
+/// gear on request.
 ///
-/// As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the
-/// gear's tool generates.
+/// The polygon consists of the tip arc, involutes, fillets and the root arc; the fillets are those
+/// that the gear's tool generates.
 #[utoipa::path(
     post, path = "/v1/gears/profile", operation_id = "gear_profile", tag = "gears",
     request_body(content = ProfileRequestBody, description = "A gear, and how finely."),
@@ -254,8 +254,8 @@ async fn gear_solid_mesh(State(state): State<AppState>, payload: Payload) -> Res
 
 /// Envelops the profile of any tool numerically.
 ///
-/// Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is
-/// the part of the gear's tooth space that the tool leaves, between two radii.
+/// The tool is a rack or a pinion that rolls with the gear, given by points of its profile. The
+/// answer is the flank of the tooth that the tool generates, between two radii.
 #[utoipa::path(
     post, path = "/v1/gears/envelope", operation_id = "gear_envelope", tag = "gears",
     request_body(content = EnvelopeRequestBody, description = "A tool's profile and its motion."),

@@ -35,7 +35,7 @@ const LONGEST: usize = 255;
 #[derive(IntoParams)]
 #[into_params(names("Idempotency-Key"), parameter_in = Header)]
 pub struct IdempotencyKey(
-    /// The same key and body answers the first response again.
+    /// Repeating the request with the same key and body returns the first answer.
     #[param(min_length = 1, max_length = 255, pattern = "^[!-~]+$")]
     Option<String>,
 );

@@ -45,21 +45,22 @@ struct ImportFormBody {
 
 /// Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
 ///
-/// The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
-/// normal), those of the evaluation range, fitted by a second-order surface or what they tell of
-/// it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
-/// together with what they are of and the file's digest. Of points and of a model's topographies
-/// the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid
-/// where it is one. A file of another gear than the job's is refused.
+/// The traces of a tooth flank become its nodes (u = roll length in mm, v = z in mm, heights in µm
+/// along the normal). Nodes within the evaluation range are fitted by a second-order surface, or by
+/// the terms of it that they determine. All traces and pitch tables are evaluated, and the
+/// evaluations are stored with the iteration, with their data and the digest of the file. For
+/// points and for the topographies of a model the deviations are stored. Nodes of a table are
+/// stored in the units of its columns, as a grid where they form one. A file of another gear than
+/// the job's is refused.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/import", operation_id = "import_iteration", tag = "iterations",
     params(("job_id" = Uuid, Path), IdempotencyKey),
-    request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file, and what is \
-        said of it."),
+    request_body(content = ImportFormBody, content_type = "multipart/form-data", description = "The file and its \
+        description."),
     responses(
         (status = 201, description = "The iteration. `GET …/records` has the evaluation.", body = NewIterationBody,
             headers(
-            ("Location" = String, description = "Where the iteration is."),
+            ("Location" = String, description = "Address of the iteration."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
         (status = 409, description = "The first request with this idempotency key is still running, or the gear of the \

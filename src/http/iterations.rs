@@ -54,7 +54,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Fits nodes and keeps both, in one transaction, as the job's next iteration.
 ///
-/// The fit is answered at once and stands until another one is chosen. A request that is repeated
+/// The fit is the iteration's chosen fit until another one is chosen. A request that is repeated
 /// with the same `Idempotency-Key` gets the first answer and stores nothing.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations", operation_id = "create_iteration", tag = "iterations",
@@ -64,12 +64,12 @@ pub fn group() -> OpenApiRouter<AppState> {
     ),
     request_body(
         content((IterationRequest = "application/json"), (IterationForm = "multipart/form-data")),
-        description = "Nodes, what to fit to them, and what is known of the measurement."
+        description = "Nodes, the model to fit, and details of the measurement."
     ),
     responses(
         (status = 201, description = "The iteration with its first fit, which is chosen until another one is.",
             body = NewIterationBody, headers(
-            ("Location" = String, description = "Where the iteration is."),
+            ("Location" = String, description = "Address of the iteration."),
             ("ETag" = String, description = "Version of the iteration.")
         ))
     )
@@ -168,10 +168,10 @@ pub fn created(iteration: &NewIteration, stored: Stored) -> Answer {
     }
 }
 
-/// Lists the iterations of a job with the fit that stands of each.
+/// Lists the iterations of a job, each with its chosen fit.
 ///
-/// By number, in pages: the figures of the fit, and where its nodes are told to be on a flank of
-/// the job's gear the slopes, crownings and twist.
+/// By number, in pages, with the figures of the chosen fit. Slopes, crownings and twist are
+/// included where the axes place the nodes on a flank of the job's gear.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations", operation_id = "list_iterations", tag = "iterations",
     params(("job_id" = Uuid, Path), PageQuery),
@@ -201,11 +201,11 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
     Ok(present(&state.jobs.iteration(job, number).await?))
 }
 
-/// Decides what is done with the gear, or says what its nodes are of. The trace keeps all of it.
+/// Records a decision on the gear, or changes flank, tooth, axes or units of the nodes.
 ///
-/// The job's trace has every decision with its reason, and every change of flank, tooth, axes and
-/// accepted units with what was before. Where such a change gives the chosen fit other figures, the
-/// fit is stored once more with them and chosen.
+/// The job's trace keeps every decision with its reason, and every change with the values before
+/// it. Where a change gives the chosen fit other figures, the fit is stored again with these
+/// figures and chosen.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}/iterations/{number}", operation_id = "update_iteration", tag = "iterations",
     params(
@@ -213,8 +213,7 @@ async fn get_iteration(state: CallerState, PathOf((job, number)): PathOf<(Uuid, 
         ("number" = u32, Path),
         ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
     ),
-    request_body(content = IterationPatchBody, description = "The decision, or what is known of the \
-        nodes."),
+    request_body(content = IterationPatchBody, description = "The decision, or the changes of the nodes' description."),
     responses(
         (status = 200, description = "The iteration as it is from now on.", body = IterationBody,
             headers(("ETag" = String, description = "Version of the iteration."))),

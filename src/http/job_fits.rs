@@ -51,9 +51,9 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(replay_fit))
 }
 
-/// Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
+/// Fits the stored nodes with another λ* or model. The fit is not used until it is chosen.
 ///
-/// The iteration's first fit and all others are kept; comparing them is what the trace is for.
+/// All fits of the iteration are kept for comparison.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "create_iteration_fit",
     tag = "iterations",
@@ -65,7 +65,7 @@ pub fn group() -> OpenApiRouter<AppState> {
     request_body(content = RefitRequest, description = "A fit request without nodes."),
     responses(
         (status = 201, description = "The fit.", body = IterationFitBody, headers(
-            ("Location" = String, description = "Where the fit is."),
+            ("Location" = String, description = "Address of the fit."),
             ("ETag" = String, description = "Version of the iteration.")
         ))
     )
@@ -123,7 +123,7 @@ fn created(place: &str, fit: &NewFit, stored: Stored) -> Answer {
 
 /// Lists the fits of an iteration by their figures.
 ///
-/// They come in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
+/// In the order in which they were made; `GET …/fits/{fit_id}` returns each in full.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits", operation_id = "list_iteration_fits", tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), PageQuery),
@@ -141,8 +141,8 @@ async fn list_iteration_fits(
 
 /// A fit in full, as it was answered when it was made.
 ///
-/// What is included beside is computed from the stored nodes and added; what is stored stays as it
-/// is, byte for byte. `spec` can be sent back, changed, as a refit.
+/// The parts that `include` names are computed from the stored nodes and added; the stored answer
+/// itself is returned byte for byte. `spec` can be changed and sent back as a refit.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}", operation_id = "get_iteration_fit",
     tag = "iterations",
@@ -156,8 +156,8 @@ async fn list_iteration_fits(
     responses(
         (status = 200, description = "The fit. But for `chosen` it never changes.", body = IterationFitBody,
             headers(("ETag" = String,
-                description = "Changes when the fit is chosen and when another one is; nothing else of it does. With \
-                    `include` there is none."))),
+                description = "Changes only when this fit is chosen or another one is chosen instead. Absent with \
+                    `include`."))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem,
             content_type = "application/problem+json")
     )
@@ -189,9 +189,9 @@ async fn get_iteration_fit(
     Ok(json(body))
 }
 
-/// From now on this fit of the iteration stands. Choices before it stay in the trace.
+/// Chooses a fit of the iteration. Earlier choices stay in the trace.
 ///
-/// A change of mind is a new row in the trace; no fit is overwritten or deleted.
+/// Each choice is a new row in the trace; no fit is overwritten or deleted.
 #[utoipa::path(
     put, path = "/v1/jobs/{job_id}/iterations/{number}/chosen_fit", operation_id = "choose_fit", tag = "iterations",
     params(
@@ -199,7 +199,7 @@ async fn get_iteration_fit(
         ("number" = u32, Path),
         ("If-Match" = Option<String>, Header, description = "Only if the iteration is still at this ETag.")
     ),
-    request_body(content = ChosenFitBody, description = "The fit that stands."),
+    request_body(content = ChosenFitBody, description = "The chosen fit."),
     responses(
         (status = 200, description = "The iteration with its new choice.", body = IterationBody,
             headers(("ETag" = String, description = "Version of the iteration."))),
@@ -221,13 +221,13 @@ async fn choose_fit(
 /// Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
 /// nothing.
 ///
-/// It shows that an answer can be reproduced, with this or a later version of the program. There is
-/// nothing to be said: a body is empty or `{}`.
+/// Shows that an answer can be reproduced, with this or a later version of the program. The body is
+/// empty or `{}`.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/fits/{fit_id}/replay", operation_id = "replay_fit",
     tag = "iterations",
     params(("job_id" = Uuid, Path), ("number" = u32, Path), ("fit_id" = Uuid, Path)),
-    responses((status = 200, description = "Whether the answers are identical.", body = ReplayBody))
+    responses((status = 200, description = "The comparison of the two answers.", body = ReplayBody))
 )]
 async fn replay_fit(
     state: CallerState,

@@ -25,11 +25,11 @@ use crate::{
 #[serde(deny_unknown_fields)]
 #[into_params(parameter_in = Query)]
 pub struct JobsQuery {
-    /// Stands in name, part number, serial number, machine or a tag (as `name:value`), in upper or
-    /// lower case.
+    /// Text that occurs in name, part number, serial number, machine or a tag (as `name:value`), in
+    /// upper or lower case.
     #[param(min_length = 1, max_length = 200)]
     q: Option<String>,
-    /// How far the job has come.
+    /// Status of the job.
     #[param(inline, value_type = Option<JobStatusName>)]
     status: Option<String>,
     /// The whole name of the machine.
@@ -38,7 +38,7 @@ pub struct JobsQuery {
     /// The whole part number.
     #[param(min_length = 1, max_length = 200)]
     part_number: Option<String>,
-    /// The class that the evaluation found that was kept last.
+    /// Class of ISO 1328-1 in the job's latest evaluation.
     #[param(value_type = Option<u8>, minimum = 1, maximum = 11)]
     class: Option<String>,
     /// The name of a tag, whatever its value, or `name:value`.
@@ -50,8 +50,8 @@ pub struct JobsQuery {
     /// Changed before this time, which is later than `from`.
     #[param(value_type = Option<String>, format = DateTime)]
     to: Option<String>,
-    /// `changed`, last changed first (default); `name`, in alphabetical order whatever the letters'
-    /// case; `created`, newest first.
+    /// `changed`, last changed first (default); `name`, in alphabetical order ignoring case;
+    /// `created`, newest first.
     #[param(inline, value_type = Option<JobSortName>)]
     sort: Option<String>,
     /// Most items on a page.

@@ -43,10 +43,10 @@ pub fn group() -> OpenApiRouter<AppState> {
 #[utoipa::path(
     post, path = "/v1/jobs", operation_id = "create_job", tag = "jobs",
     params(IdempotencyKey),
-    request_body(content = NewJobBody, description = "What is known of the gear."),
+    request_body(content = NewJobBody, description = "Name, machine, gear and requirements of the job."),
     responses(
         (status = 201, description = "The job.", body = JobBody, headers(
-            ("Location" = String, description = "Where the job is."),
+            ("Location" = String, description = "Address of the job."),
             ("ETag" = String, description = "Version of the job.")
         ))
     )
@@ -72,7 +72,7 @@ fn created(job: &Job, stored: Stored) -> Answer {
     }
 }
 
-/// Lists jobs with what became of their last iterations, last changed first.
+/// Lists jobs with the status of their last iterations, last changed first.
 ///
 /// In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
 /// page repeats a job; one that is changed while the list is read by `changed` goes to its first
@@ -94,7 +94,7 @@ async fn list_jobs(state: CallerState, QueryOf(query): QueryOf<JobsQuery>) -> Re
 /// Weeks are those of ISO 8601 in UTC.
 #[utoipa::path(
     get, path = "/v1/jobs/summary", operation_id = "summarize_jobs", tag = "jobs",
-    responses((status = 200, description = "How many jobs there are.", body = JobSummaryBody))
+    responses((status = 200, description = "Numbers of jobs.", body = JobSummaryBody))
 )]
 async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummaryBody>, Problem> {
     Ok(axum::Json(state.jobs.summary().await?.into()))
@@ -102,7 +102,7 @@ async fn summarize_jobs(state: CallerState) -> Result<axum::Json<JobSummaryBody>
 
 /// A job.
 ///
-/// With its version as `ETag`, for a conditional `PATCH` or `DELETE`.
+/// The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}", operation_id = "get_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
@@ -113,18 +113,17 @@ async fn get_job(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Respons
     Ok(present(state.jobs.job(id).await?))
 }
 
-/// Changes a job. What is left out stays.
+/// Changes a job. Fields that are left out stay unchanged.
 ///
-/// Fields that are named in `clear` are taken away; `gear`, `requirements` and `tags` are replaced
-/// as a whole. A
-/// gear without a tooth that the job's iterations are of is refused.
+/// Fields that `clear` names are removed; `gear`, `requirements` and `tags` are replaced as a
+/// whole. The new gear must have every tooth that the job has an iteration of.
 #[utoipa::path(
     patch, path = "/v1/jobs/{job_id}", operation_id = "update_job", tag = "jobs",
     params(
         ("job_id" = Uuid, Path),
         ("If-Match" = Option<String>, Header, description = "Only if the job is still at this ETag.")
     ),
-    request_body(content = JobPatchBody, description = "What is to be changed."),
+    request_body(content = JobPatchBody, description = "The fields to change."),
     responses(
         (status = 200, description = "The job after the change.", body = JobBody,
             headers(("ETag" = String, description = "Version of the job."))),
@@ -145,7 +144,7 @@ async fn update_job(
 
 /// Deletes a job that has no iterations.
 ///
-/// A job with iterations is kept for good, since its trace is the record of what was decided on a
+/// A job with iterations cannot be deleted, since its trace is the record of every decision on the
 /// gear.
 #[utoipa::path(
     delete, path = "/v1/jobs/{job_id}", operation_id = "delete_job", tag = "jobs",

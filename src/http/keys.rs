@@ -41,20 +41,20 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Makes a key of the caller's tenant.
 ///
-/// It allows no more than the key that asks for it, except that one of the role `admin` makes keys
-/// of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
-/// certificate with its name need no other key.
+/// Its scopes must be among those of the caller's key, except that a key with the role `admin`
+/// makes keys of every role of its tenant. A key of the kind `certificate` has no secret: clients
+/// with a certificate of its name need no other key.
 ///
-/// A server that asks for no key yet takes a secret of the role `admin` first. Restarted with
-/// `--auth auto`, it asks for a key with every request; the answer's `warnings` say so.
+/// A server that asks for no key yet must get a secret of the role `admin` first. Restarted with
+/// `--auth auto`, it asks for a key with every request, as the answer's `warnings` say.
 #[utoipa::path(
     post, path = "/v1/keys", operation_id = "create_key", tag = "keys",
     params(IdempotencyKey),
-    request_body(content = NewKeyBody, description = "Who holds the key, and what it allows."),
+    request_body(content = NewKeyBody, description = "Name, kind, scopes and lifetime of the key."),
     responses(
-        (status = 201, description = "The key, whose secret stands in `key` this once: when this answer is given again, \
-            it is without.", body = KeyBody, headers(
-            ("Location" = String, description = "Where the key is."),
+        (status = 201, description = "The key with its secret in `key`. A repeated answer to the same \
+            `Idempotency-Key` has no secret.", body = KeyBody, headers(
+            ("Location" = String, description = "Address of the key."),
             ("ETag" = String, description = "Version of the key.")
         )),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the new key would allow.",
@@ -135,7 +135,7 @@ async fn list_keys(state: CallerState, QueryOf(query): QueryOf<PageQuery>) -> Re
 
 /// A key, without its secret.
 ///
-/// With its version as `ETag`, for a conditional `PATCH`.
+/// The header `ETag` has its version, for a conditional `PATCH`.
 #[utoipa::path(
     get, path = "/v1/keys/{key_id}", operation_id = "get_key", tag = "keys",
     params(("key_id" = String, Path)),
@@ -146,17 +146,17 @@ async fn get_key(state: CallerState, PathOf(id): PathOf<String>) -> Result<Respo
     Ok(present(&state.tenant_keys().key(key_id(&id)?).await?))
 }
 
-/// Changes the name or the end of a key. What is left out stays.
+/// Changes the name or the expiry of a key. Fields that are left out stay unchanged.
 ///
-/// What a key allows is not changed: make another one. A key that has ended is not changed, either,
-/// and does not come back.
+/// The scopes of a key cannot be changed: make another key. An expired key cannot be changed or
+/// renewed.
 #[utoipa::path(
     patch, path = "/v1/keys/{key_id}", operation_id = "update_key", tag = "keys",
     params(
         ("key_id" = String, Path),
         ("If-Match" = Option<String>, Header, description = "Only if the key is still at this ETag.")
     ),
-    request_body(content = KeyPatchBody, description = "What is to be changed."),
+    request_body(content = KeyPatchBody, description = "The fields to change."),
     responses(
         (status = 200, description = "The key after the change.", body = KeyBody,
             headers(("ETag" = String, description = "Version of the key."))),
@@ -182,8 +182,8 @@ async fn update_key(
 
 /// Ends a key for good.
 ///
-/// It lets nobody in any more, at any server within five seconds, and connections that it opened
-/// end within thirty. It is kept as revoked.
+/// Every server refuses it within five seconds, and connections opened with it end within thirty.
+/// It is kept as revoked.
 #[utoipa::path(
     delete, path = "/v1/keys/{key_id}", operation_id = "revoke_key", tag = "keys",
     params(("key_id" = String, Path)),
@@ -225,17 +225,17 @@ async fn has_another_admin(keys: &TenantKeys, id: KeyId) -> Result<bool, Problem
 
 /// Gives the holder of a key another secret.
 ///
-/// The new key has an id of its own, the same name and scopes, and lives as long as the one before
-/// was made to live. That one goes on for `overlap_seconds`, and is not rotated again: who lost the
-/// new key rotates that one, whose id is `replaced_by` of the old one.
+/// The new key has an id of its own, the same name and scopes, and the same lifetime. The old key
+/// stays valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate
+/// the new key; its id is `replaced_by` of the old one.
 #[utoipa::path(
     post, path = "/v1/keys/{key_id}/rotate", operation_id = "rotate_key", tag = "keys",
     params(("key_id" = String, Path), IdempotencyKey),
-    request_body(content = RotationBody, description = "How long the key before goes on."),
+    request_body(content = RotationBody, description = "How long the old key stays valid."),
     responses(
-        (status = 201, description = "The new key, whose secret stands in `key` this once: when this answer is given \
-            again, it is without.", body = KeyBody, headers(
-            ("Location" = String, description = "Where the new key is."),
+        (status = 201, description = "The new key with its secret in `key`. A repeated answer to the same \
+            `Idempotency-Key` has no secret.", body = KeyBody, headers(
+            ("Location" = String, description = "Address of the new key."),
             ("ETag" = String, description = "Version of the new key.")
         )),
         (status = 403, description = "The caller lacks a scope: `admin`, or one that the key allows.",
@@ -265,12 +265,12 @@ async fn rotate_key(
     .await
 }
 
-/// Who asks: tenant, actor and scopes.
+/// The caller: tenant, actor and scopes.
 ///
-/// For programs that show what their key allows, and for people who wonder whose key they hold.
+/// For programs that show the scopes of their key, and to find out whose key this is.
 #[utoipa::path(
     get, path = "/v1/whoami", operation_id = "whoami", tag = "keys",
-    responses((status = 200, description = "Who asks.", body = WhoamiBody))
+    responses((status = 200, description = "The caller.", body = WhoamiBody))
 )]
 async fn whoami(state: CallerState) -> axum::Json<WhoamiBody> {
     let Principal { caller, scopes, role, proof } = &state.principal;

@@ -49,17 +49,16 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
 /// audit.
 ///
-/// JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
-/// them. The same bytes for as long as nothing changes. Nothing is stored. One that takes long is
-/// sent as it is written, without `archive-sha256` and length; a file that ends before its last
-/// line was cut off.
+/// JSON lines, compressed by zstd, in the format of `flankfit export` and `flankfit import`. The
+/// bytes are the same until the job changes. Nothing is stored. A large archive is sent while it is
+/// written, without `archive-sha256` and length; a file without its last line is incomplete.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/archive", operation_id = "archive_job", tag = "jobs",
     params(("job_id" = Uuid, Path)),
     responses(
         (status = 200, description = "The archive, to be saved.", content((String = "application/zstd")),
-            headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits; not of \
-                one that takes long."))),
+            headers(("archive-sha256" = String, description = "SHA-256 of the file, in 64 hexadecimal digits; absent \
+                for a large archive."))),
         (status = 403, description = "The caller lacks a scope: `admin` or `read`.", body = Problem,
             content_type = "application/problem+json")
     )
@@ -108,16 +107,17 @@ impl From<io::Error> for Unwritten {
 
 /// Takes nodes, results, texts and names of a job away, for good.
 ///
-/// For people's names, and for space. The job's row, its numbers, times and figures, and its audit
-/// stay; whatever needs the rest is 410 from then on, and the job takes nothing more. It takes the
-/// digest of the job's archive as it stands now (`POST …/archive`): keep that file, nothing else
-/// has what is taken away. The audit of the job and that of the tenant tell of it.
+/// Removes personal names and frees space. The job's row, its numbers, times and figures, and its
+/// audit are kept; requests for anything else are answered 410, and the job cannot be changed any
+/// more. The request must contain the digest of the job's current archive (`POST …/archive`): keep
+/// that file, it is the only copy of the removed data. The purge is recorded in the audits of the
+/// job and of the tenant.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/purge", operation_id = "purge_job", tag = "jobs",
     params(("job_id" = Uuid, Path), IdempotencyKey),
     request_body(content = PurgeRequestBody, description = "Why, and which archive is kept."),
     responses(
-        (status = 200, description = "What was purged.", body = PurgeBody),
+        (status = 200, description = "The purge.", body = PurgeBody),
         (status = 409, description = "An operation of the job has not ended, or its audit is broken.", body = Problem,
             content_type = "application/problem+json"),
         (status = 410, description = "The job is purged already.", body = Problem,

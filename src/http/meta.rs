@@ -81,10 +81,10 @@ impl Health {
     }
 }
 
-/// Whether the process is up.
+/// Reports that the process is up.
 ///
-/// For a supervisor that starts the process anew when it does not answer, and for a client that
-/// wants to know what it may send. The store is not asked.
+/// For a supervisor that restarts the process when it does not answer, and for clients that look up
+/// the limits of requests. The store is not checked.
 #[utoipa::path(
     get, path = "/healthz", operation_id = "get_health", tag = "operation",
     responses((status = 200, description = "The process is up.", body = Health))
@@ -97,32 +97,31 @@ async fn get_health(State(state): State<AppState>) -> axum::Json<Health> {
 #[derive(Debug, Deserialize, IntoParams)]
 #[into_params(parameter_in = Query)]
 struct ReadinessQuery {
-    /// `compute`: for what is computed and not stored, so whether the process is about to end is
-    /// all that counts; without it for everything.
+    /// `compute`: for requests that compute and store nothing; only a shutdown counts then. Without
+    /// it, everything is checked.
     #[serde(rename = "for")]
     #[param(value_type = Option<Purpose>, inline)]
     purpose: Option<String>,
 }
 
-/// What some requests need.
+/// Kind of requests the server must be ready for.
 #[derive(Debug, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 enum Purpose {
     Compute,
 }
 
-/// Whether requests can be answered: the process is not about to end, the database answers within a
-/// second, and its disk takes what is written.
+/// Reports whether the server can answer requests: the process is not shutting down, the database
+/// answers within a second, and its disk accepts writes.
 ///
-/// For a load balancer that sends no requests to a process that cannot answer them. The database is
-/// asked at most once a second.
+/// For a load balancer. The database is checked at most once a second.
 #[utoipa::path(
     get, path = "/readyz", operation_id = "get_readiness", tag = "operation", params(ReadinessQuery),
     responses(
         (status = 200, description = "Requests can be answered.", body = Health),
-        (status = 503, description = "The process is about to end, or nothing can be stored; `detail` says why: the store does \
-            not answer or takes no writes, its schema is missing or of another version, it is a standby, or the clocks \
-            are too far apart.", body = Problem,
+        (status = 503, description = "The process is shutting down, or nothing can be stored; `detail` gives the \
+            reason: the store does not answer or accepts no writes, its schema is missing or of another version, it is \
+            a standby, or the clocks are too far apart.", body = Problem,
             content_type = "application/problem+json")
     )
 )]
@@ -153,9 +152,8 @@ async fn get_readiness(
 
 /// Metrics in the Prometheus text format.
 ///
-/// Requests, fits, queues, streams and the store, for a Prometheus server. Whether the store
-/// answers is asked as for `/readyz`, with it at most once a second, and waited for a second at
-/// most.
+/// Metrics of requests, fits, queues, streams and the store, for a Prometheus server. As for
+/// `/readyz`, the store is checked at most once a second, for at most a second.
 #[utoipa::path(
     get, path = "/metrics", operation_id = "get_metrics", tag = "operation",
     responses((status = 200, description = "Metrics in the Prometheus text format.", body = String,

@@ -37,16 +37,16 @@ struct TableFormBody {
     mapping: Option<MappingBody>,
 }
 
-/// Reads a table of nodes or points and answers what it is taken for; stores nothing.
+/// Reads a table of nodes or points and returns how it was read; stores nothing.
 ///
 /// Separators, decimal sign, character set, header and units are found from the content. The
-/// answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping`
-/// that goes with the file to every import, changed where they are wrong. A table that cannot be
-/// read is refused by one sentence and the first five places.
+/// answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
+/// to send with the file to an import; correct it where it is wrong. A table that cannot be read is
+/// refused with one sentence and the first five places.
 #[utoipa::path(
     post, path = "/v1/nodes/read", operation_id = "read_nodes", tag = "fits",
-    params(("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "What is \
-        answered beside the proposal: `nodes`.")),
+    params(("include" = Option<Vec<TableIncludeName>>, Query, style = Form, explode = false, description = "Additional \
+        parts of the answer: `nodes`.")),
     request_body(
         content(
             (TableFormBody = "multipart/form-data"), (String = "text/csv"), (String = "text/plain"),
@@ -54,7 +54,7 @@ struct TableFormBody {
         ),
         description = "A file of any name and media type, alone or as the part `file` of a form."
     ),
-    responses((status = 200, description = "What the table is taken for.", body = ProposalBody))
+    responses((status = 200, description = "The proposed mapping and a preview.", body = ProposalBody))
 )]
 async fn read_nodes(
     State(state): State<AppState>,

@@ -21,8 +21,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Fits the stored nodes with another λ* or model, and stores nothing.
 ///
-/// The answer is that of `POST /v1/fits` for the same nodes. To keep such a fit, and to let it
-/// stand, post it to `…/fits`.
+/// The answer is that of `POST /v1/fits` for the same nodes. To store such a fit, post it to
+/// `…/fits`.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/preview", operation_id = "preview_iteration_fit",
     tag = "iterations",

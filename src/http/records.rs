@@ -240,7 +240,7 @@ fn created(iteration: &str, record: &Record, body: Vec<u8>) -> Answer {
     Answer { status: 201, location: Some(format!("{iteration}/records/{}", record.id)), etag: Some(etag(1)), body }
 }
 
-/// Lists what is kept with an iteration beside its fits, oldest first.
+/// Lists the records of an iteration (everything stored with it except its fits), oldest first.
 ///
 /// In pages, without the requests and results themselves.
 #[utoipa::path(
@@ -260,11 +260,11 @@ async fn list_iteration_records(
     Ok(axum::Json(page.into()))
 }
 
-/// What is kept with an iteration: what was asked and what was answered.
+/// A record of an iteration: the request and the result.
 ///
-/// The text of the result is that which was answered when it was made. Of an evaluation or of
-/// pitches `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the
-/// job's part number and machine as they are now.
+/// The result is the text of the original answer. For an evaluation or for pitches, `Accept:
+/// application/x-q-das-dfq` returns a file for statistical process control, with the job's current
+/// part number and machine.
 #[utoipa::path(
     get, path = "/v1/jobs/{job_id}/iterations/{number}/records/{record_id}", operation_id = "get_iteration_record",
     tag = "iterations",
@@ -272,11 +272,12 @@ async fn list_iteration_records(
         ("job_id" = Uuid, Path),
         ("number" = u32, Path),
         ("record_id" = Uuid, Path),
-        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "Of a \
-            correction, what is answered beside: names with commas between them.")
+        ("include" = Option<Vec<StoredIncludeName>>, Query, style = Form, explode = false, description = "For a \
+            correction, additional parts of the answer: names separated by commas.")
     ),
     responses(
-        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a characteristic for \
+        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a \
+            characteristic for \
             each figure, in µm.", content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem,
             content_type = "application/problem+json")

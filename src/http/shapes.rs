@@ -25,7 +25,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Builds a curve, by default of the iteration's own nodes, and keeps it with the iteration.
 ///
-/// As `POST /v1/curves`; the answer stays with the iteration as a record.
+/// As `POST /v1/curves`; the answer is stored with the iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/curves", operation_id = "create_iteration_curve",
     tag = "iterations",
@@ -34,11 +34,12 @@ pub fn group() -> OpenApiRouter<AppState> {
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = IterationCurveRequest, description = "A method, and points where the iteration's own are not \
+    request_body(content = IterationCurveRequest, description = "A method, and points where the iteration's own are \
+        not \
         meant."),
     responses(
         (status = 201, description = "The curve, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the curve is.")))
+            headers(("Location" = String, description = "Address of the curve.")))
     )
 )]
 async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Problem> {
@@ -50,7 +51,7 @@ async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Prob
 
 /// Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
 ///
-/// As `POST /v1/surfaces`; the answer stays with the iteration as a record.
+/// As `POST /v1/surfaces`; the answer is stored with the iteration as a record.
 #[utoipa::path(
     post, path = "/v1/jobs/{job_id}/iterations/{number}/surfaces", operation_id = "create_iteration_surface",
     tag = "iterations",
@@ -63,7 +64,7 @@ async fn create_iteration_curve(request: RecordRequest) -> Result<Response, Prob
         description = "A method, and nodes where the iteration's own are not meant."),
     responses(
         (status = 201, description = "The surface, kept.", body = RecordBody,
-            headers(("Location" = String, description = "Where the surface is.")))
+            headers(("Location" = String, description = "Address of the surface.")))
     )
 )]
 async fn create_iteration_surface(request: RecordRequest) -> Result<Response, Problem> {

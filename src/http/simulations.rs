@@ -31,18 +31,18 @@ pub fn group() -> OpenApiRouter<AppState> {
     OpenApiRouter::new().routes(routes!(simulate_closed_loop))
 }
 
-/// Simulates a machine whose settings are off: measured, corrected and machined again, by several
-/// ways to correct.
+/// Simulates a machine with wrong settings: parts are measured, the machine is corrected and the
+/// parts are machined again, with several correction methods.
 ///
-/// With `store` each way is kept as a job, all of them or none. The same seed gives the same
-/// answer.
+/// With `store` the run of each method is stored as a job, all of them or none. The same seed gives
+/// the same answer.
 #[utoipa::path(
     post, path = "/v1/simulations/closed-loop", operation_id = "simulate_closed_loop", tag = "simulations",
     params(IdempotencyKey),
     request_body(content = ClosedLoopBody, description = "The machine, the probe and the ways to correct; everything \
         has a default."),
     responses(
-        (status = 200, description = "Round by round what was measured and changed, and the jobs that keep it.",
+        (status = 200, description = "Deviations and changes of each round, and the stored jobs.",
             body = ClosedLoopResultBody)
     )
 )]

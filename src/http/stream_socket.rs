@@ -47,8 +47,8 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
 ///
-/// Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes
-/// as a JSON message with its `code`, and the connection goes on.
+/// Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem is
+/// sent as a JSON message with its `code`, and the connection stays open.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/ws", operation_id = "connect_stream", tag = "streams",
     params(("stream_id" = Uuid, Path)),

@@ -46,7 +46,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(finish_stream))
 }
 
-/// Opens a stream: what is fitted to nodes that are still to come.
+/// Opens a stream: a model that is fitted to nodes as they arrive.
 ///
 /// The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
 /// the stream becomes an iteration.
@@ -60,7 +60,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         remembered."),
     responses(
         (status = 201, description = "The stream, before its first block.", body = StreamBody, headers(
-            ("Location" = String, description = "Where the stream is."),
+            ("Location" = String, description = "Address of the stream."),
             ("ETag" = String, description = "Version of the stream.")
         ))
     )
@@ -123,9 +123,9 @@ const BLOCKS_IN_MEMORY: usize = 64 << 20;
 
 /// The nodes that were posted to an open stream, block by block after the one numbered `after`.
 ///
-/// As many as a few megabytes hold, at least one where there is one. `sequence` is that of the last
-/// block of the stream: ask again after the last item until it is reached. Blocks of a stream that
-/// has become an iteration are its nodes.
+/// A page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
+/// number of the stream's last block: request the next page until it is reached. The blocks of a
+/// finished stream are the nodes of its iteration.
 #[utoipa::path(
     get, path = "/v1/streams/{stream_id}/nodes", operation_id = "get_stream_nodes", tag = "streams",
     params(("stream_id" = Uuid, Path), BlocksQuery),
@@ -180,7 +180,7 @@ async fn get_stream(state: CallerState, PathOf(id): PathOf<Uuid>) -> Result<Resp
             again. (Blocks are known by their number and nodes without it.)", min_length = 1, max_length = 255,
             pattern = "^[!-~]+$")
     ),
-    request_body(content = BlockBody, description = "The block that comes next, or one that was sent before."),
+    request_body(content = BlockBody, description = "The next block, or one that was sent before."),
     responses(
         (status = 200, description = "The estimate after this block. A block sent again gets its first answer again.",
             body = EstimateBody, headers(
@@ -227,12 +227,12 @@ pub async fn add_block(
         ("stream_id" = Uuid, Path),
         IdempotencyKey
     ),
-    request_body(content = Option<MeasurementDetailsBody>, description = "What is known of the measurement; an empty body says \
-        nothing."),
+    request_body(content = Option<MeasurementDetailsBody>, description = "Details of the measurement; the body may be \
+        empty."),
     responses(
         (status = 201, description = "The iteration, as if its nodes had been posted together.",
             body = NewIterationBody, headers(
-            ("Location" = String, description = "Where the iteration is."),
+            ("Location" = String, description = "Address of the iteration."),
             ("ETag" = String, description = "Version of the iteration.")
         )),
         (status = 409, description = "The stream is finished already, has no nodes, or the first request with this \
@@ -259,7 +259,7 @@ async fn finish_stream(
     .await
 }
 
-/// Deletes a stream with its nodes. An iteration that it has become stays.
+/// Deletes a stream with its nodes. The iteration of a finished stream is kept.
 ///
 /// An open stream loses its nodes.
 #[utoipa::path(

@@ -24,7 +24,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// number of threads.
 #[utoipa::path(
     post, path = "/v1/studies/randomization", operation_id = "study_randomization", tag = "studies",
-    request_body(content = RandomizationRequest, description = "What is randomised, and how."),
+    request_body(content = RandomizationRequest, description = "The matrix to randomise, and the levels."),
     responses((status = 200, description = "Medians and quartiles by level, and the references.",
         body = RandomizationResult))
 )]

@@ -42,7 +42,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// operations of surfaces.
 #[utoipa::path(
     post, path = "/v1/surfaces", operation_id = "create_surface", tag = "surfaces",
-    request_body(content = SurfaceRequest, description = "What the surface is made of, and how."),
+    request_body(content = SurfaceRequest, description = "The data of the surface and the method."),
     responses((status = 200, description = "The surface, everything needed to build it again, and a report.",
         body = BuiltSurfaceBody))
 )]
@@ -55,11 +55,11 @@ async fn create_surface(State(state): State<AppState>, payload: Payload) -> Resu
 /// Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
 /// curvatures, area.
 ///
-/// Of whatever surface was answered or written down, at single parameters or on a grid of them.
-/// Parameters must lie within the surface's domain.
+/// The surface is one from an earlier answer or one written by hand, evaluated at single parameters
+/// or on a grid. Parameters must lie within its domain.
 #[utoipa::path(
     post, path = "/v1/surfaces/evaluate", operation_id = "evaluate_surface", tag = "surfaces",
-    request_body(content = EvaluateSurfaceBody, description = "A surface and where."),
+    request_body(content = EvaluateSurfaceBody, description = "A surface and its parameters."),
     responses((status = 200, description = "Values in the order of `at`.", body = SurfaceValuesBody))
 )]
 async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Result<Response, Problem> {
@@ -68,8 +68,8 @@ async fn evaluate_surface(State(state): State<AppState>, payload: Payload) -> Re
 
 /// Finds the point of a surface that is closest to each given point.
 ///
-/// With distances, signed by the side that the normal points to, and the parameters of the points
-/// found.
+/// Returns the parameters of the closest points and the distances, positive on the side the normal
+/// points to.
 #[utoipa::path(
     post, path = "/v1/surfaces/closest-points", operation_id = "closest_points_of_surface", tag = "surfaces",
     request_body(content = ClosestOnSurfaceBody, description = "A surface and points."),
@@ -82,10 +82,9 @@ async fn closest_points_of_surface(State(state): State<AppState>, payload: Paylo
 /// Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
 /// families of planes make.
 ///
-/// Curves are cubic B-splines in space or polylines, joined where they go on in the next patch,
-/// across a seam or through a pole. Where the plane touches the surface, or the section cannot be
-/// told, the answer says so. The mesh can be sent as it is to `POST /v1/surfaces`, which fills it
-/// with patches.
+/// Curves are cubic B-splines in space or polylines. They are joined across patches, seams and
+/// poles. Where the plane touches the surface, or the section cannot be determined, the answer has
+/// a warning. The mesh can be sent unchanged to `POST /v1/surfaces`, which fills it with patches.
 #[utoipa::path(
     post, path = "/v1/surfaces/sections", operation_id = "sections_of_surface", tag = "surfaces",
     request_body(content = SectionsRequest, description = "A surface and planes."),

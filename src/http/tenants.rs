@@ -32,16 +32,16 @@ pub fn group() -> OpenApiRouter<AppState> {
 
 /// Creates a tenant, with its first key.
 ///
-/// The key has the role `admin`; with it the tenant makes its own. A server that asks for no key
-/// yet takes an administrator's key (`POST /v1/keys`) before the first tenant.
+/// The key has the role `admin` and can make the tenant's other keys. A server that asks for no key
+/// yet needs an administrator's key (`POST /v1/keys`) before the first tenant.
 #[utoipa::path(
     post, path = "/v1/tenants", operation_id = "create_tenant", tag = "tenants",
     params(IdempotencyKey),
     request_body(content = NewTenantBody, description = "The tenant's name."),
     responses(
-        (status = 201, description = "The tenant. The secret of its first key stands in `admin_key` this once: when \
-            this answer is given again, it is without.", body = TenantBody, headers(
-            ("Location" = String, description = "Where the tenant is."),
+        (status = 201, description = "The tenant with the secret of its first key in `admin_key`. A repeated answer to \
+            the same `Idempotency-Key` has no secret.", body = TenantBody, headers(
+            ("Location" = String, description = "Address of the tenant."),
             ("ETag" = String, description = "Version of the tenant.")
         )),
         (status = 409, description = "There is a tenant of this name, there is no administrator's key yet, or the \
@@ -99,7 +99,7 @@ async fn list_tenants(
 
 /// A tenant.
 ///
-/// With its version as `ETag`, for a conditional `PATCH`.
+/// The header `ETag` has its version, for a conditional `PATCH`.
 #[utoipa::path(
     get, path = "/v1/tenants/{tenant}", operation_id = "get_tenant", tag = "tenants",
     params(("tenant" = String, Path)),
@@ -110,17 +110,17 @@ async fn get_tenant(state: CallerState, PathOf(name): PathOf<String>) -> Result<
     Ok(present(&state.tenant_keys().plant(named(&name)?).await?))
 }
 
-/// Changes a tenant. What is left out stays.
+/// Changes a tenant. Fields that are left out stay unchanged.
 ///
-/// The keys of a suspended tenant let nobody in; nothing is lost, and it can be let in again. (Keys
-/// that the server's settings name are not among them.)
+/// The keys of a suspended tenant are refused; its data is kept, and the tenant can be resumed.
+/// (Keys in the server's settings are not affected.)
 #[utoipa::path(
     patch, path = "/v1/tenants/{tenant}", operation_id = "update_tenant", tag = "tenants",
     params(
         ("tenant" = String, Path),
         ("If-Match" = Option<String>, Header, description = "Only if the tenant is still at this ETag.")
     ),
-    request_body(content = TenantPatchBody, description = "What is to be changed."),
+    request_body(content = TenantPatchBody, description = "The fields to change."),
     responses(
         (status = 200, description = "The tenant after the change.", body = TenantBody,
             headers(("ETag" = String, description = "Version of the tenant."))),

@@ -82,7 +82,7 @@ pub struct ListedJob {
     pub condition: Option<f64>,
     /// The figures of the flank that the same fit is of, a JSON document.
     pub figures: Option<Arc<str>>,
-    /// The class that the evaluation found that was kept last.
+    /// Class of ISO 1328-1 in the job's latest evaluation.
     pub class: Option<u8>,
 }
 

@@ -9,7 +9,7 @@ use super::measurand::Measurand;
 pub struct Predecessor {
     pub number: u32,
     pub measurand: Measurand,
-    /// The fit that stands.
+    /// The chosen fit.
     pub fit_id: Uuid,
 }
 

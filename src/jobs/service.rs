@@ -214,7 +214,7 @@ impl Jobs {
         self.repository.jobs(query).await
     }
 
-    /// How many jobs there are.
+    /// Returns the numbers of jobs.
     pub async fn summary(&self) -> Result<JobSummary, RepositoryError> {
         Ok(self.repository.job_counts(first_week(self.now())).await?.summary())
     }

@@ -27,7 +27,7 @@ pub struct JobCounts {
     pub days: Vec<(Date, u64)>,
 }
 
-/// How many jobs there are.
+/// Numbers of jobs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JobSummary {
     pub total: u64,

@@ -10,9 +10,9 @@ use crate::{
 };
 use flankfit_engine::gear::tolerance::{COARSEST, FINEST};
 
-/// How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
-/// its newest iteration, `open` without one. A job has the first that occurs over its measured
-/// flanks of `rejected`, `remachine`, `open` and `accepted`; `new` without iterations.
+/// Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
+/// newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
+/// `open` and `accepted` that one of its measured flanks has; `new` without iterations.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = JobStatus)]
@@ -24,8 +24,8 @@ pub enum JobStatusName {
     Rejected,
 }
 
-/// What jobs are listed by: `changed`, last changed first; `name`, in alphabetical order whatever
-/// the letters' case; `created`, newest first.
+/// Order of the list: `changed`, last changed first; `name`, in alphabetical order ignoring case;
+/// `created`, newest first.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = JobSort)]
@@ -152,7 +152,7 @@ pub struct JobPageBody {
     pub next_cursor: Option<String>,
 }
 
-/// How many jobs there are.
+/// Numbers of jobs.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobSummary)]
 pub struct JobSummaryBody {

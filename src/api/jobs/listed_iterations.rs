@@ -52,7 +52,7 @@ pub struct ListedIterationBody {
     /// Who decided so: the actor of the caller; absent where no key was asked for.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decided_by: Option<String>,
-    /// The fit that stands.
+    /// The chosen fit.
     pub chosen_fit: FitSummaryBody,
 }
 

@@ -39,9 +39,10 @@ pub fn group() -> OpenApiRouter<AppState> {
         .routes(routes!(get_operation_result))
 }
 
-/// Lists operations that the caller may ask after, newest first.
+/// Lists the operations that the caller may see, newest first.
 ///
-/// Those are the ones whose requests it could make itself. What has ended is kept for an hour.
+/// These are the operations whose requests the caller's scopes allow. An operation is kept for an
+/// hour after its end.
 #[utoipa::path(
     get, path = "/v1/operations", operation_id = "list_operations", tag = "operations",
     params(PageQuery),
@@ -58,16 +59,16 @@ async fn list_operations(
     Ok(axum::Json(OperationPageBody::of(page, state.app.jobs.now())))
 }
 
-/// An operation: where it stands, how far it is and how long it will take.
+/// An operation: state, progress and remaining time.
 ///
-/// It was begun by a request with `Prefer: respond-async`, and is told of to whoever could make
-/// that request. Any server answers.
+/// The operation was begun by a request with `Prefer: respond-async`. Every caller with the scope
+/// of that request may see it, on any server.
 #[utoipa::path(
     get, path = "/v1/operations/{operation_id}", operation_id = "get_operation", tag = "operations",
     params(
         ("operation_id" = Uuid, Path),
-        ("Prefer" = Option<String>, Header, description = "`wait=N`: the answer comes when the operation has ended, or \
-            after N seconds.")
+        ("Prefer" = Option<String>, Header, description = "`wait=N`: the answer is sent when the operation has ended, \
+            or after N seconds.")
     ),
     responses(
         (status = 200, description = "The operation.", body = OperationBody)
@@ -90,10 +91,10 @@ pub async fn told(state: &CallerState, task: &Task) -> Result<OperationBody, Pro
     Ok(body)
 }
 
-/// Cancels an operation. Of one that has ended it takes away what is kept.
+/// Cancels an operation. If it has ended, its result is deleted.
 ///
-/// Nothing is stored for it from then on, and its computation ends within four seconds, whichever
-/// server does it. What was stored before stays.
+/// Nothing is stored for it after this, and its computation ends within four seconds on any server.
+/// Data stored before is kept.
 #[utoipa::path(
     delete, path = "/v1/operations/{operation_id}", operation_id = "cancel_operation", tag = "operations",
     params(("operation_id" = Uuid, Path)),
@@ -114,12 +115,12 @@ async fn cancel_operation(state: CallerState, PathOf(id): PathOf<Uuid>) -> Resul
     get, path = "/v1/operations/{operation_id}/result", operation_id = "get_operation_result", tag = "operations",
     params(
         ("operation_id" = Uuid, Path),
-        ("Prefer" = Option<String>, Header, description = "`wait=N`: the answer comes when the operation has ended, or \
-            after N seconds.")
+        ("Prefer" = Option<String>, Header, description = "`wait=N`: the answer is sent when the operation has ended, \
+            or after N seconds.")
     ),
     responses(
-        (status = 200, description = "What the request would have answered, with its status, media type and headers; \
-            201 where it has stored something."),
+        (status = 200, description = "The answer of the request, with its status, media type and headers; 201 if it \
+            stored something."),
         (status = 409, description = "The operation has not ended yet.", body = Problem,
             content_type = "application/problem+json"),
         (status = 410, description = "The operation was cancelled and has no result.", body = Problem,

@@ -34,8 +34,8 @@ pub fn declare(document: &mut Document) {
 }
 
 fn extend(operation: &mut Operation) {
-    let description = "`respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not \
-        come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well.";
+    let description = "With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if \
+        the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation.";
     let prefer = ParameterBuilder::new()
         .name(PREFER)
         .parameter_in(ParameterIn::Header)
@@ -51,7 +51,7 @@ fn extend(operation: &mut Operation) {
     let response = ResponseBuilder::new()
         .description("The request has been read and checked, and is answered later.")
         .content("application/json", content)
-        .header("Location", header("Where the operation is; `…/result` is its answer.", text()))
+        .header("Location", header("Address of the operation; its result is at `…/result`.", text()))
         .header("Preference-Applied", header("`respond-async`.", text()))
         .header("Retry-After", header("Seconds after which it is worth asking.", seconds))
         .build();

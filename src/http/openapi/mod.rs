@@ -61,7 +61,7 @@ use crate::api::{
         (name = "streams", description = "Nodes that arrive block by block: an estimate after every block, an \
             iteration in the end."),
         (name = "operations", description = "Requests that are answered later: `Prefer: respond-async`."),
-        (name = "audit", description = "Who changed what, and whether it is still as it was written."),
+        (name = "audit", description = "Changes with their callers, and the verification of these entries."),
         (name = "keys", description = "Keys of the caller's tenant, and who the caller is."),
         (name = "tenants", description = "Tenants, each a plant with its jobs and keys."),
         (name = "operation", description = "Health and metrics.")
@@ -125,13 +125,13 @@ impl Modify for Complete {
             components.schemas.values_mut().for_each(without_null);
             let bearer = HttpBuilder::new()
                 .scheme(HttpAuthScheme::Bearer)
-                .description(Some("An API key, or a token (JWT) of the identity provider that the server knows."))
+                .description(Some("An API key, or a token (JWT) of the server's identity provider."))
                 .build();
             components.add_security_scheme("bearer", SecurityScheme::Http(bearer));
             let header = ApiKeyValue::with_description("x-api-key", "The same in a header of its own.");
             components.add_security_scheme("api_key", SecurityScheme::ApiKey(ApiKey::Header(header)));
         }
-        let here = ServerBuilder::new().url("/").description(Some("The server that the document comes from."));
+        let here = ServerBuilder::new().url("/").description(Some("The server that serves this document."));
         document.servers = Some(vec![here.build()]);
         contract::shape(document);
     }

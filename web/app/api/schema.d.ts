@@ -81,7 +81,8 @@ export interface paths {
         put?: never;
         /**
          * Evaluates a curve at many parameters: values, derivatives, curvature, arc length.
-         * @description Of whatever curve was answered or written down. Parameters must lie within the curve's domain.
+         * @description The curve is one from an earlier answer or one written by hand. Parameters must lie within its
+         *     domain.
          */
         post: operations["evaluate_curve"];
         delete?: never;
@@ -101,7 +102,8 @@ export interface paths {
         put?: never;
         /**
          * Finds the point of a curve that is closest to each given point.
-         * @description With distances, for a plane curve signed ones, and the parameters of the points found.
+         * @description Returns the parameters of the closest points and the distances, which are signed for a plane
+         *     curve.
          */
         post: operations["closest_points_of_curve"];
         delete?: never;
@@ -165,8 +167,8 @@ export interface paths {
         /**
          * Evaluates a surface at many parameters: values, derivatives, normals, fundamental forms,
          *     curvatures, area.
-         * @description Of whatever surface was answered or written down, at single parameters or on a grid of them.
-         *     Parameters must lie within the surface's domain.
+         * @description The surface is one from an earlier answer or one written by hand, evaluated at single parameters
+         *     or on a grid. Parameters must lie within its domain.
          */
         post: operations["evaluate_surface"];
         delete?: never;
@@ -186,8 +188,8 @@ export interface paths {
         put?: never;
         /**
          * Finds the point of a surface that is closest to each given point.
-         * @description With distances, signed by the side that the normal points to, and the parameters of the points
-         *     found.
+         * @description Returns the parameters of the closest points and the distances, positive on the side the normal
+         *     points to.
          */
         post: operations["closest_points_of_surface"];
         delete?: never;
@@ -208,10 +210,9 @@ export interface paths {
         /**
          * Cuts a surface by parallel planes: the curves of the sections, and the mesh of curves that two
          *     families of planes make.
-         * @description Curves are cubic B-splines in space or polylines, joined where they go on in the next patch,
-         *     across a seam or through a pole. Where the plane touches the surface, or the section cannot be
-         *     told, the answer says so. The mesh can be sent as it is to `POST /v1/surfaces`, which fills it
-         *     with patches.
+         * @description Curves are cubic B-splines in space or polylines. They are joined across patches, seams and
+         *     poles. Where the plane touches the surface, or the section cannot be determined, the answer has
+         *     a warning. The mesh can be sent unchanged to `POST /v1/surfaces`, which fills it with patches.
          */
         post: operations["sections_of_surface"];
         delete?: never;
@@ -249,7 +250,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists jobs with what became of their last iterations, last changed first.
+         * Lists jobs with the status of their last iterations, last changed first.
          * @description In pages: `next_cursor` of one page is the `cursor` of the next, and the last page has none. No
          *     page repeats a job; one that is changed while the list is read by `changed` goes to its first
          *     page.
@@ -297,24 +298,23 @@ export interface paths {
         };
         /**
          * A job.
-         * @description With its version as `ETag`, for a conditional `PATCH` or `DELETE`.
+         * @description The header `ETag` has its version, for a conditional `PATCH` or `DELETE`.
          */
         get: operations["get_job"];
         put?: never;
         post?: never;
         /**
          * Deletes a job that has no iterations.
-         * @description A job with iterations is kept for good, since its trace is the record of what was decided on a
+         * @description A job with iterations cannot be deleted, since its trace is the record of every decision on the
          *     gear.
          */
         delete: operations["delete_job"];
         options?: never;
         head?: never;
         /**
-         * Changes a job. What is left out stays.
-         * @description Fields that are named in `clear` are taken away; `gear`, `requirements` and `tags` are replaced
-         *     as a whole. A
-         *     gear without a tooth that the job's iterations are of is refused.
+         * Changes a job. Fields that are left out stay unchanged.
+         * @description Fields that `clear` names are removed; `gear`, `requirements` and `tags` are replaced as a
+         *     whole. The new gear must have every tooth that the job has an iteration of.
          */
         patch: operations["update_job"];
         trace?: never;
@@ -327,15 +327,15 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists the iterations of a job with the fit that stands of each.
-         * @description By number, in pages: the figures of the fit, and where its nodes are told to be on a flank of
-         *     the job's gear the slopes, crownings and twist.
+         * Lists the iterations of a job, each with its chosen fit.
+         * @description By number, in pages, with the figures of the chosen fit. Slopes, crownings and twist are
+         *     included where the axes place the nodes on a flank of the job's gear.
          */
         get: operations["list_iterations"];
         put?: never;
         /**
          * Fits nodes and keeps both, in one transaction, as the job's next iteration.
-         * @description The fit is answered at once and stands until another one is chosen. A request that is repeated
+         * @description The fit is the iteration's chosen fit until another one is chosen. A request that is repeated
          *     with the same `Idempotency-Key` gets the first answer and stores nothing.
          */
         post: operations["create_iteration"];
@@ -364,10 +364,10 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Decides what is done with the gear, or says what its nodes are of. The trace keeps all of it.
-         * @description The job's trace has every decision with its reason, and every change of flank, tooth, axes and
-         *     accepted units with what was before. Where such a change gives the chosen fit other figures, the
-         *     fit is stored once more with them and chosen.
+         * Records a decision on the gear, or changes flank, tooth, axes or units of the nodes.
+         * @description The job's trace keeps every decision with its reason, and every change with the values before
+         *     it. Where a change gives the chosen fit other figures, the fit is stored again with these
+         *     figures and chosen.
          */
         patch: operations["update_iteration"];
         trace?: never;
@@ -401,13 +401,13 @@ export interface paths {
         };
         /**
          * Lists the fits of an iteration by their figures.
-         * @description They come in the order in which they were made; `GET …/fits/{fit_id}` has each in full.
+         * @description In the order in which they were made; `GET …/fits/{fit_id}` returns each in full.
          */
         get: operations["list_iteration_fits"];
         put?: never;
         /**
-         * Fits the stored nodes with another λ* or model. The fit does not stand until it is chosen.
-         * @description The iteration's first fit and all others are kept; comparing them is what the trace is for.
+         * Fits the stored nodes with another λ* or model. The fit is not used until it is chosen.
+         * @description All fits of the iteration are kept for comparison.
          */
         post: operations["create_iteration_fit"];
         delete?: never;
@@ -425,8 +425,8 @@ export interface paths {
         };
         /**
          * A fit in full, as it was answered when it was made.
-         * @description What is included beside is computed from the stored nodes and added; what is stored stays as it
-         *     is, byte for byte. `spec` can be sent back, changed, as a refit.
+         * @description The parts that `include` names are computed from the stored nodes and added; the stored answer
+         *     itself is returned byte for byte. `spec` can be changed and sent back as a refit.
          */
         get: operations["get_iteration_fit"];
         put?: never;
@@ -446,8 +446,8 @@ export interface paths {
         };
         get?: never;
         /**
-         * From now on this fit of the iteration stands. Choices before it stay in the trace.
-         * @description A change of mind is a new row in the trace; no fit is overwritten or deleted.
+         * Chooses a fit of the iteration. Earlier choices stay in the trace.
+         * @description Each choice is a new row in the trace; no fit is overwritten or deleted.
          */
         put: operations["choose_fit"];
         post?: never;
@@ -469,8 +469,8 @@ export interface paths {
         /**
          * Computes a stored fit again from the stored nodes and compares the answers bit by bit. Stores
          *     nothing.
-         * @description It shows that an answer can be reproduced, with this or a later version of the program. There is
-         *     nothing to be said: a body is empty or `{}`.
+         * @description Shows that an answer can be reproduced, with this or a later version of the program. The body is
+         *     empty or `{}`.
          */
         post: operations["replay_fit"];
         delete?: never;
@@ -490,8 +490,8 @@ export interface paths {
         put?: never;
         /**
          * Fits the stored nodes with another λ* or model, and stores nothing.
-         * @description The answer is that of `POST /v1/fits` for the same nodes. To keep such a fit, and to let it
-         *     stand, post it to `…/fits`.
+         * @description The answer is that of `POST /v1/fits` for the same nodes. To store such a fit, post it to
+         *     `…/fits`.
          */
         post: operations["preview_iteration_fit"];
         delete?: never;
@@ -513,7 +513,7 @@ export interface paths {
          * Derives diameters, pitches, thicknesses and measures of a gear, with warnings such as undercut
          *     or a pointed tip.
          * @description By ISO 21771, for external and internal spur and helical gears, with span measurement and
-         *     dimension over balls where they are asked for.
+         *     dimension over balls on request.
          */
         post: operations["gear_geometry"];
         delete?: never;
@@ -553,10 +553,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads the gears that a file describes, as a job or any other request takes them.
-         * @description Takes a REXS model, or curves or values of a gear tester. Gears for which the file does not say
-         *     enough are named with what is missing. Beside them stands what the file holds: traces and tables
-         *     of pitches, which an import takes, and printed values.
+         * Reads the gears in a file, in the form that jobs and other requests take.
+         * @description The file is a REXS model, or curves or values of a gear tester. For a gear with missing data the
+         *     answer lists the missing data. It also has the contents of the file: traces and pitch tables,
+         *     which an import takes, and printed values.
          */
         post: operations["read_gears"];
         delete?: never;
@@ -575,10 +575,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Answers the transverse section of a tooth with its fillets, closed, and if asked of the whole
-         *     gear.
-         * @description As a polygon of the tip arc, involutes, fillets and the root arc; the fillets are those that the
-         *     gear's tool generates.
+         * Returns the transverse section of a tooth with its fillets as a closed polygon, and of the whole
+         *     gear on request.
+         * @description The polygon consists of the tip arc, involutes, fillets and the root arc; the fillets are those
+         *     that the gear's tool generates.
          */
         post: operations["gear_profile"];
         delete?: never;
@@ -620,8 +620,8 @@ export interface paths {
         put?: never;
         /**
          * Envelops the profile of any tool numerically.
-         * @description Of a rack or a pinion that rolls with the gear, given by points of its profile. The answer is
-         *     the part of the gear's tooth space that the tool leaves, between two radii.
+         * @description The tool is a rack or a pinion that rolls with the gear, given by points of its profile. The
+         *     answer is the flank of the tooth that the tool generates, between two radii.
          */
         post: operations["gear_envelope"];
         delete?: never;
@@ -641,7 +641,7 @@ export interface paths {
         put?: never;
         /**
          * Tolerances of ISO 1328-1:2013 for a class.
-         * @description Of all nine characteristics, unrounded and as the tables of the standard print them. What lies
+         * @description For all nine characteristics, unrounded and rounded as in the tables of the standard. A gear
          *     outside the scope of the standard is refused.
          */
         post: operations["gear_tolerances"];
@@ -705,11 +705,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Deviations of measured points from the nominal flanks, if asked after the part has been laid
-         *     into the nominal one.
-         * @description Along the normal of the nominal or modified flank. With a registration, the motions of the part
-         *     are estimated first, with standard errors, and those that the points do not tell apart are
-         *     named.
+         * Computes deviations of measured points from the nominal flanks, optionally after a registration
+         *     of the part.
+         * @description Deviations are along the normal of the nominal or modified flank. With a registration, the
+         *     motions of the part are estimated first, with standard errors; motions that the points cannot
+         *     separate are listed.
          */
         post: operations["gear_deviations"];
         delete?: never;
@@ -878,9 +878,9 @@ export interface paths {
         put?: never;
         /**
          * Keeps the changes that were entered on the machine after the iteration's correction.
-         * @description They belong to its newest correction, whose comparison with the next measurement then takes them
-         *     in place of the proposed changes. Settings that are not named were changed as proposed. Nothing
-         *     is overwritten: the newest entry counts, and earlier ones stay in the trace.
+         * @description The changes belong to the iteration's newest correction; the next measurement is then compared
+         *     with them instead of the proposed changes. A setting that is not named counts as changed as
+         *     proposed. Nothing is overwritten: the newest entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_applied_changes"];
         delete?: never;
@@ -900,9 +900,9 @@ export interface paths {
         put?: never;
         /**
          * Keeps the changes that were entered on the machine after the correction of the gear.
-         * @description They belong to its newest correction, whose comparison with the next round then takes them in
-         *     place of the proposed changes. Settings that are not named were changed as proposed. The newest
-         *     entry counts, and earlier ones stay in the trace.
+         * @description The changes belong to the gear's newest correction; the next round is then compared with them
+         *     instead of the proposed changes. A setting that is not named counts as changed as proposed. The
+         *     newest entry counts, and earlier ones stay in the trace.
          */
         post: operations["create_gear_applied_changes"];
         delete?: never;
@@ -922,12 +922,13 @@ export interface paths {
         put?: never;
         /**
          * Makes an iteration of a file of a gear tester, of a table of nodes or points or of a REXS model.
-         * @description The traces of a tooth flank become its nodes (u = roll length, v = z, heights in µm along the
-         *     normal), those of the evaluation range, fitted by a second-order surface or what they tell of
-         *     it; all traces and tables of pitches are evaluated, and the evaluations are kept with it,
-         *     together with what they are of and the file's digest. Of points and of a model's topographies
-         *     the deviations are kept. Nodes of a table are stored in the units of its columns, on a grid
-         *     where it is one. A file of another gear than the job's is refused.
+         * @description The traces of a tooth flank become its nodes (u = roll length in mm, v = z in mm, heights in µm
+         *     along the normal). Nodes within the evaluation range are fitted by a second-order surface, or by
+         *     the terms of it that they determine. All traces and pitch tables are evaluated, and the
+         *     evaluations are stored with the iteration, with their data and the digest of the file. For
+         *     points and for the topographies of a model the deviations are stored. Nodes of a table are
+         *     stored in the units of its columns, as a grid where they form one. A file of another gear than
+         *     the job's is refused.
          */
         post: operations["import_iteration"];
         delete?: never;
@@ -946,11 +947,11 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Reads a table of nodes or points and answers what it is taken for; stores nothing.
+         * Reads a table of nodes or points and returns how it was read; stores nothing.
          * @description Separators, decimal sign, character set, header and units are found from the content. The
-         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` are the `mapping`
-         *     that goes with the file to every import, changed where they are wrong. A table that cannot be
-         *     read is refused by one sentence and the first five places.
+         *     answer's `separator`, `decimal`, `header`, `matrix`, `columns` and `layout` form the `mapping`
+         *     to send with the file to an import; correct it where it is wrong. A table that cannot be read is
+         *     refused with one sentence and the first five places.
          */
         post: operations["read_nodes"];
         delete?: never;
@@ -970,7 +971,7 @@ export interface paths {
         put?: never;
         /**
          * Builds a curve, by default of the iteration's own nodes, and keeps it with the iteration.
-         * @description As `POST /v1/curves`; the answer stays with the iteration as a record.
+         * @description As `POST /v1/curves`; the answer is stored with the iteration as a record.
          */
         post: operations["create_iteration_curve"];
         delete?: never;
@@ -990,7 +991,7 @@ export interface paths {
         put?: never;
         /**
          * Builds a surface, by default of the iteration's own nodes, and keeps it with the iteration.
-         * @description As `POST /v1/surfaces`; the answer stays with the iteration as a record.
+         * @description As `POST /v1/surfaces`; the answer is stored with the iteration as a record.
          */
         post: operations["create_iteration_surface"];
         delete?: never;
@@ -1007,7 +1008,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists what is kept with an iteration beside its fits, oldest first.
+         * Lists the records of an iteration (everything stored with it except its fits), oldest first.
          * @description In pages, without the requests and results themselves.
          */
         get: operations["list_iteration_records"];
@@ -1027,10 +1028,10 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * What is kept with an iteration: what was asked and what was answered.
-         * @description The text of the result is that which was answered when it was made. Of an evaluation or of
-         *     pitches `Accept: application/x-q-das-dfq` gives a file for statistical process control, with the
-         *     job's part number and machine as they are now.
+         * A record of an iteration: the request and the result.
+         * @description The result is the text of the original answer. For an evaluation or for pitches, `Accept:
+         *     application/x-q-das-dfq` returns a file for statistical process control, with the job's current
+         *     part number and machine.
          */
         get: operations["get_iteration_record"];
         put?: never;
@@ -1051,10 +1052,10 @@ export interface paths {
         get?: never;
         put?: never;
         /**
-         * Simulates a machine whose settings are off: measured, corrected and machined again, by several
-         *     ways to correct.
-         * @description With `store` each way is kept as a job, all of them or none. The same seed gives the same
-         *     answer.
+         * Simulates a machine with wrong settings: parts are measured, the machine is corrected and the
+         *     parts are machined again, with several correction methods.
+         * @description With `store` the run of each method is stored as a job, all of them or none. The same seed gives
+         *     the same answer.
          */
         post: operations["simulate_closed_loop"];
         delete?: never;
@@ -1093,9 +1094,9 @@ export interface paths {
         };
         /**
          * Every change of a job, oldest first.
-         * @description Each entry has the digest of the one before it, so that none can be changed or left out
-         *     unnoticed. A job that was deleted has still got its entries. One that is older than they are
-         *     begins with a digest of what was found at its first change.
+         * @description Each entry has the digest of the one before it, so a changed or missing entry is detected. The
+         *     entries of a deleted job are kept. A job that is older than the audit begins with a digest of
+         *     its state at its first change.
          */
         get: operations["list_job_audit"];
         put?: never;
@@ -1114,9 +1115,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether a job's entries, and all that they tell of, are as they were written.
-         * @description Reads the whole job: every entry is digested again, and so is every row that it has a digest of.
-         *     The first entry at fault is told.
+         * Verifies the audit entries of a job and the rows they have digests of.
+         * @description Reads the whole job and computes the digest of every entry and every row again. The answer names
+         *     the first entry at fault.
          */
         get: operations["verify_job_audit"];
         put?: never;
@@ -1136,8 +1137,8 @@ export interface paths {
         };
         /**
          * Changes of the tenant that are of no job, oldest first.
-         * @description The chain of a tenant tells of its keys and of itself; changes of jobs are in the chains of
-         *     these.
+         * @description The chain of a tenant has the changes of its keys and of the tenant itself; changes of jobs are
+         *     in the chains of the jobs.
          */
         get: operations["list_audit"];
         put?: never;
@@ -1157,8 +1158,9 @@ export interface paths {
         };
         /**
          * The tenant's seals, oldest first.
-         * @description About once a minute a server seals what the chains that grew meanwhile end with. Keep seals
-         *     where nobody who owns the database can change them: they convict whoever writes a chain anew.
+         * @description About once a minute a server seals the last entries of the chains that have grown since the seal
+         *     before. Keep copies of the seals where no administrator of the database can change them: they
+         *     reveal a rewritten chain.
          */
         get: operations["list_audit_seals"];
         put?: never;
@@ -1177,11 +1179,11 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends what happens to a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
-         *     `job` (its own data), `purged`; from its beginning, or after `Last-Event-ID`.
-         * @description As server-sent events; the connection stays open, and a comment line is sent now and then to
-         *     keep it so. The id of each event is its number within the job, from which a client that lost its
-         *     connection goes on.
+         * Sends the events of a job: `iteration`, `fit`, `decision`, `record`, `stream`, `operation`,
+         *     `job` (its own data), `purged`; from the first event, or after `Last-Event-ID`.
+         * @description As server-sent events; the connection stays open, and comment lines keep it alive. The id of
+         *     each event is its number within the job; after a lost connection a client continues from the
+         *     last one.
          */
         get: operations["get_job_events"];
         put?: never;
@@ -1200,7 +1202,7 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Sends what happens to all jobs of the caller's tenant from now on, or after `Last-Event-ID`.
+         * Sends new events of all jobs of the caller's tenant, or those after `Last-Event-ID`.
          * @description The events of the jobs, each with the `job_id`, and jobs that are created or deleted (`job`). As
          *     those of a job; the id of an event is its place among all. After an id that is older than seven
          *     days, or not of this database, as after a backup was restored, the first event is a `reset`, and
@@ -1229,7 +1231,7 @@ export interface paths {
         get: operations["list_streams"];
         put?: never;
         /**
-         * Opens a stream: what is fitted to nodes that are still to come.
+         * Opens a stream: a model that is fitted to nodes as they arrive.
          * @description The spec is checked as far as it can be without nodes. Blocks of nodes follow, and in the end
          *     the stream becomes an iteration.
          */
@@ -1255,7 +1257,7 @@ export interface paths {
         put?: never;
         post?: never;
         /**
-         * Deletes a stream with its nodes. An iteration that it has become stays.
+         * Deletes a stream with its nodes. The iteration of a finished stream is kept.
          * @description An open stream loses its nodes.
          */
         delete: operations["delete_stream"];
@@ -1273,9 +1275,9 @@ export interface paths {
         };
         /**
          * The nodes that were posted to an open stream, block by block after the one numbered `after`.
-         * @description As many as a few megabytes hold, at least one where there is one. `sequence` is that of the last
-         *     block of the stream: ask again after the last item until it is reached. Blocks of a stream that
-         *     has become an iteration are its nodes.
+         * @description A page holds up to a few megabytes, and at least one block if there is one. `sequence` is the
+         *     number of the stream's last block: request the next page until it is reached. The blocks of a
+         *     finished stream are the nodes of its iteration.
          */
         get: operations["get_stream_nodes"];
         put?: never;
@@ -1321,8 +1323,8 @@ export interface paths {
         };
         /**
          * Opens a WebSocket on a stream: each message is a block, each answer an estimate or a problem.
-         * @description Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem comes
-         *     as a JSON message with its `code`, and the connection goes on.
+         * @description Messages are the bodies of `POST /v1/streams/{stream_id}/nodes` and its answers. A problem is
+         *     sent as a JSON message with its `code`, and the connection stays open.
          */
         get: operations["connect_stream"];
         put?: never;
@@ -1345,10 +1347,9 @@ export interface paths {
         /**
          * Writes all that there is of a job into a file: nodes, fits, records, streams, events, and the
          *     audit.
-         * @description JSON lines, compressed by zstd, as `flankfit export` writes them and `flankfit import` reads
-         *     them. The same bytes for as long as nothing changes. Nothing is stored. One that takes long is
-         *     sent as it is written, without `archive-sha256` and length; a file that ends before its last
-         *     line was cut off.
+         * @description JSON lines, compressed by zstd, in the format of `flankfit export` and `flankfit import`. The
+         *     bytes are the same until the job changes. Nothing is stored. A large archive is sent while it is
+         *     written, without `archive-sha256` and length; a file without its last line is incomplete.
          */
         post: operations["archive_job"];
         delete?: never;
@@ -1368,10 +1369,11 @@ export interface paths {
         put?: never;
         /**
          * Takes nodes, results, texts and names of a job away, for good.
-         * @description For people's names, and for space. The job's row, its numbers, times and figures, and its audit
-         *     stay; whatever needs the rest is 410 from then on, and the job takes nothing more. It takes the
-         *     digest of the job's archive as it stands now (`POST …/archive`): keep that file, nothing else
-         *     has what is taken away. The audit of the job and that of the tenant tell of it.
+         * @description Removes personal names and frees space. The job's row, its numbers, times and figures, and its
+         *     audit are kept; requests for anything else are answered 410, and the job cannot be changed any
+         *     more. The request must contain the digest of the job's current archive (`POST …/archive`): keep
+         *     that file, it is the only copy of the removed data. The purge is recorded in the audits of the
+         *     job and of the tenant.
          */
         post: operations["purge_job"];
         delete?: never;
@@ -1388,8 +1390,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Lists operations that the caller may ask after, newest first.
-         * @description Those are the ones whose requests it could make itself. What has ended is kept for an hour.
+         * Lists the operations that the caller may see, newest first.
+         * @description These are the operations whose requests the caller's scopes allow. An operation is kept for an
+         *     hour after its end.
          */
         get: operations["list_operations"];
         put?: never;
@@ -1408,17 +1411,17 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * An operation: where it stands, how far it is and how long it will take.
-         * @description It was begun by a request with `Prefer: respond-async`, and is told of to whoever could make
-         *     that request. Any server answers.
+         * An operation: state, progress and remaining time.
+         * @description The operation was begun by a request with `Prefer: respond-async`. Every caller with the scope
+         *     of that request may see it, on any server.
          */
         get: operations["get_operation"];
         put?: never;
         post?: never;
         /**
-         * Cancels an operation. Of one that has ended it takes away what is kept.
-         * @description Nothing is stored for it from then on, and its computation ends within four seconds, whichever
-         *     server does it. What was stored before stays.
+         * Cancels an operation. If it has ended, its result is deleted.
+         * @description Nothing is stored for it after this, and its computation ends within four seconds on any server.
+         *     Data stored before is kept.
          */
         delete: operations["cancel_operation"];
         options?: never;
@@ -1463,12 +1466,12 @@ export interface paths {
         put?: never;
         /**
          * Makes a key of the caller's tenant.
-         * @description It allows no more than the key that asks for it, except that one of the role `admin` makes keys
-         *     of every role of its tenant. A key of the kind `certificate` has no secret: clients that show a
-         *     certificate with its name need no other key.
+         * @description Its scopes must be among those of the caller's key, except that a key with the role `admin`
+         *     makes keys of every role of its tenant. A key of the kind `certificate` has no secret: clients
+         *     with a certificate of its name need no other key.
          *
-         *     A server that asks for no key yet takes a secret of the role `admin` first. Restarted with
-         *     `--auth auto`, it asks for a key with every request; the answer's `warnings` say so.
+         *     A server that asks for no key yet must get a secret of the role `admin` first. Restarted with
+         *     `--auth auto`, it asks for a key with every request, as the answer's `warnings` say.
          */
         post: operations["create_key"];
         delete?: never;
@@ -1486,23 +1489,23 @@ export interface paths {
         };
         /**
          * A key, without its secret.
-         * @description With its version as `ETag`, for a conditional `PATCH`.
+         * @description The header `ETag` has its version, for a conditional `PATCH`.
          */
         get: operations["get_key"];
         put?: never;
         post?: never;
         /**
          * Ends a key for good.
-         * @description It lets nobody in any more, at any server within five seconds, and connections that it opened
-         *     end within thirty. It is kept as revoked.
+         * @description Every server refuses it within five seconds, and connections opened with it end within thirty.
+         *     It is kept as revoked.
          */
         delete: operations["revoke_key"];
         options?: never;
         head?: never;
         /**
-         * Changes the name or the end of a key. What is left out stays.
-         * @description What a key allows is not changed: make another one. A key that has ended is not changed, either,
-         *     and does not come back.
+         * Changes the name or the expiry of a key. Fields that are left out stay unchanged.
+         * @description The scopes of a key cannot be changed: make another key. An expired key cannot be changed or
+         *     renewed.
          */
         patch: operations["update_key"];
         trace?: never;
@@ -1518,9 +1521,9 @@ export interface paths {
         put?: never;
         /**
          * Gives the holder of a key another secret.
-         * @description The new key has an id of its own, the same name and scopes, and lives as long as the one before
-         *     was made to live. That one goes on for `overlap_seconds`, and is not rotated again: who lost the
-         *     new key rotates that one, whose id is `replaced_by` of the old one.
+         * @description The new key has an id of its own, the same name and scopes, and the same lifetime. The old key
+         *     stays valid for `overlap_seconds` and cannot be rotated again. If the new key is lost, rotate
+         *     the new key; its id is `replaced_by` of the old one.
          */
         post: operations["rotate_key"];
         delete?: never;
@@ -1537,8 +1540,8 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Who asks: tenant, actor and scopes.
-         * @description For programs that show what their key allows, and for people who wonder whose key they hold.
+         * The caller: tenant, actor and scopes.
+         * @description For programs that show the scopes of their key, and to find out whose key this is.
          */
         get: operations["whoami"];
         put?: never;
@@ -1564,8 +1567,8 @@ export interface paths {
         put?: never;
         /**
          * Creates a tenant, with its first key.
-         * @description The key has the role `admin`; with it the tenant makes its own. A server that asks for no key
-         *     yet takes an administrator's key (`POST /v1/keys`) before the first tenant.
+         * @description The key has the role `admin` and can make the tenant's other keys. A server that asks for no key
+         *     yet needs an administrator's key (`POST /v1/keys`) before the first tenant.
          */
         post: operations["create_tenant"];
         delete?: never;
@@ -1583,7 +1586,7 @@ export interface paths {
         };
         /**
          * A tenant.
-         * @description With its version as `ETag`, for a conditional `PATCH`.
+         * @description The header `ETag` has its version, for a conditional `PATCH`.
          */
         get: operations["get_tenant"];
         put?: never;
@@ -1592,9 +1595,9 @@ export interface paths {
         options?: never;
         head?: never;
         /**
-         * Changes a tenant. What is left out stays.
-         * @description The keys of a suspended tenant let nobody in; nothing is lost, and it can be let in again. (Keys
-         *     that the server's settings name are not among them.)
+         * Changes a tenant. Fields that are left out stay unchanged.
+         * @description The keys of a suspended tenant are refused; its data is kept, and the tenant can be resumed.
+         *     (Keys in the server's settings are not affected.)
          */
         patch: operations["update_tenant"];
         trace?: never;
@@ -1607,9 +1610,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether the process is up.
-         * @description For a supervisor that starts the process anew when it does not answer, and for a client that
-         *     wants to know what it may send. The store is not asked.
+         * Reports that the process is up.
+         * @description For a supervisor that restarts the process when it does not answer, and for clients that look up
+         *     the limits of requests. The store is not checked.
          */
         get: operations["get_health"];
         put?: never;
@@ -1628,10 +1631,9 @@ export interface paths {
             cookie?: never;
         };
         /**
-         * Whether requests can be answered: the process is not about to end, the database answers within a
-         *     second, and its disk takes what is written.
-         * @description For a load balancer that sends no requests to a process that cannot answer them. The database is
-         *     asked at most once a second.
+         * Reports whether the server can answer requests: the process is not shutting down, the database
+         *     answers within a second, and its disk accepts writes.
+         * @description For a load balancer. The database is checked at most once a second.
          */
         get: operations["get_readiness"];
         put?: never;
@@ -1651,9 +1653,8 @@ export interface paths {
         };
         /**
          * Metrics in the Prometheus text format.
-         * @description Requests, fits, queues, streams and the store, for a Prometheus server. Whether the store
-         *     answers is asked as for `/readyz`, with it at most once a second, and waited for a second at
-         *     most.
+         * @description Metrics of requests, fits, queues, streams and the store, for a Prometheus server. As for
+         *     `/readyz`, the store is checked at most once a second, for at most a second.
          */
         get: operations["get_metrics"];
         put?: never;
@@ -6478,7 +6479,7 @@ export interface components {
             decision?: components["schemas"]["DecisionName"];
             /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
             decided_by?: string;
-            /** @description The fit that stands. */
+            /** @description The chosen fit. */
             chosen_fit: components["schemas"]["FitSummary"];
         };
         /** @description James–Stein: T + c (Â − T) with a factor c that the data give. */
@@ -6727,13 +6728,13 @@ export interface components {
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
-         * @description How far a flank or a job has come. A flank (of a tooth) has the status of the latest decision on
-         *     its newest iteration, `open` without one. A job has the first that occurs over its measured
-         *     flanks of `rejected`, `remachine`, `open` and `accepted`; `new` without iterations.
+         * @description Status of a flank or a job. A flank (of a tooth) has the status of the latest decision on its
+         *     newest iteration, `open` without a decision. A job has the first of `rejected`, `remachine`,
+         *     `open` and `accepted` that one of its measured flanks has; `new` without iterations.
          * @enum {string}
          */
         JobStatus: "new" | "open" | "remachine" | "accepted" | "rejected";
-        /** @description How many jobs there are. */
+        /** @description Numbers of jobs. */
         JobSummary: {
             /**
              * Format: int64
@@ -12043,7 +12044,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -12071,7 +12072,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -12127,7 +12128,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12148,7 +12149,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12253,7 +12254,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12353,13 +12354,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description What is randomised, and how. */
+        /** @description The matrix to randomise, and the levels. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["RandomizationRequest"];
@@ -12380,7 +12381,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -12436,7 +12437,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12457,7 +12458,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12562,7 +12563,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12725,7 +12726,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12746,7 +12747,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12851,7 +12852,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -12954,7 +12955,7 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description A curve and where. */
+        /** @description A curve and its parameters. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["EvaluateCurve"];
@@ -13014,7 +13015,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13035,7 +13036,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13140,7 +13141,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13303,7 +13304,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13324,7 +13325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13429,7 +13430,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13529,7 +13530,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -13560,7 +13561,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -13616,7 +13617,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13637,7 +13638,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13742,7 +13743,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13842,13 +13843,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description What the surface is made of, and how. */
+        /** @description The data of the surface and the method. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["SurfaceRequest"];
@@ -13869,7 +13870,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -13925,7 +13926,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -13946,7 +13947,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14051,7 +14052,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14154,7 +14155,7 @@ export interface operations {
             path?: never;
             cookie?: never;
         };
-        /** @description A surface and where. */
+        /** @description A surface and its parameters. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["EvaluateSurface"];
@@ -14214,7 +14215,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14235,7 +14236,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14340,7 +14341,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14503,7 +14504,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14524,7 +14525,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14629,7 +14630,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14729,7 +14730,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -14756,7 +14757,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -14812,7 +14813,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14833,7 +14834,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -14938,7 +14939,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15038,7 +15039,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -15070,7 +15071,7 @@ export interface operations {
             /** @description The request has been read and checked, and is answered later. */
             202: {
                 headers: {
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -15126,7 +15127,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15147,7 +15148,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15252,7 +15253,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15352,17 +15353,17 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description Stands in name, part number, serial number, machine or a tag (as `name:value`), in upper or
-                 *     lower case.
+                 * @description Text that occurs in name, part number, serial number, machine or a tag (as `name:value`), in
+                 *     upper or lower case.
                  */
                 q?: string;
-                /** @description How far the job has come. */
+                /** @description Status of the job. */
                 status?: "new" | "open" | "remachine" | "accepted" | "rejected";
                 /** @description The whole name of the machine. */
                 machine?: string;
                 /** @description The whole part number. */
                 part_number?: string;
-                /** @description The class that the evaluation found that was kept last. */
+                /** @description Class of ISO 1328-1 in the job's latest evaluation. */
                 class?: number;
                 /** @description The name of a tag, whatever its value, or `name:value`. */
                 tag?: string;
@@ -15371,8 +15372,8 @@ export interface operations {
                 /** @description Changed before this time, which is later than `from`. */
                 to?: string;
                 /**
-                 * @description `changed`, last changed first (default); `name`, in alphabetical order whatever the letters'
-                 *     case; `created`, newest first.
+                 * @description `changed`, last changed first (default); `name`, in alphabetical order ignoring case;
+                 *     `created`, newest first.
                  */
                 sort?: "changed" | "name" | "created";
                 /** @description Most items on a page. */
@@ -15418,7 +15419,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15439,7 +15440,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15481,7 +15482,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15581,13 +15582,13 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description What is known of the gear. */
+        /** @description Name, machine, gear and requirements of the job. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewJob"];
@@ -15601,7 +15602,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the job is. */
+                    /** @description Address of the job. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -15653,7 +15654,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15674,7 +15675,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15800,7 +15801,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15905,7 +15906,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description How many jobs there are. */
+            /** @description Numbers of jobs. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15937,7 +15938,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -15958,7 +15959,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16142,7 +16143,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16184,7 +16185,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16367,7 +16368,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16602,7 +16603,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is to be changed. */
+        /** @description The fields to change. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["JobPatch"];
@@ -16664,7 +16665,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16706,7 +16707,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -16874,7 +16875,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17019,7 +17020,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17061,7 +17062,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17124,7 +17125,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17224,9 +17225,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -17235,7 +17236,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description Nodes, what to fit to them, and what is known of the measurement. */
+        /** @description Nodes, the model to fit, and details of the measurement. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationRequest"];
@@ -17250,7 +17251,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the iteration is. */
+                    /** @description Address of the iteration. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -17265,7 +17266,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -17321,7 +17322,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17363,7 +17364,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17510,7 +17511,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17654,7 +17655,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17696,7 +17697,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17849,7 +17850,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The decision, or what is known of the nodes. */
+        /** @description The decision, or the changes of the nodes' description. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["IterationPatch"];
@@ -17911,7 +17912,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -17953,7 +17954,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18100,7 +18101,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18243,7 +18244,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18495,7 +18496,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18537,7 +18538,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18579,7 +18580,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18679,9 +18680,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -18706,7 +18707,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the fit is. */
+                    /** @description Address of the fit. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -18721,7 +18722,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -18777,7 +18778,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18819,7 +18820,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -18966,7 +18967,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19084,7 +19085,7 @@ export interface operations {
             /** @description The fit. But for `chosen` it never changes. */
             200: {
                 headers: {
-                    /** @description Changes when the fit is chosen and when another one is; nothing else of it does. With `include` there is none. */
+                    /** @description Changes only when this fit is chosen or another one is chosen instead. Absent with `include`. */
                     ETag?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -19115,7 +19116,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19157,7 +19158,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19331,7 +19332,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The fit that stands. */
+        /** @description The chosen fit. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["ChosenFit"];
@@ -19393,7 +19394,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19435,7 +19436,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19582,7 +19583,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19694,7 +19695,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Whether the answers are identical. */
+            /** @description The comparison of the two answers. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19726,7 +19727,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19768,7 +19769,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -19999,7 +20000,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20041,7 +20042,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20167,7 +20168,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20277,7 +20278,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What follows from its data. */
+            /** @description The derived quantities. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20330,7 +20331,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20351,7 +20352,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20456,7 +20457,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20620,7 +20621,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20746,7 +20747,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20856,7 +20857,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The gears and what they lack, traces and values. */
+            /** @description The gears with their missing data, the traces and the values. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20909,7 +20910,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -20930,7 +20931,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21035,7 +21036,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21198,7 +21199,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21219,7 +21220,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21324,7 +21325,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21487,7 +21488,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21508,7 +21509,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21613,7 +21614,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21776,7 +21777,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21797,7 +21798,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -21902,7 +21903,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22065,7 +22066,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22086,7 +22087,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22191,7 +22192,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22355,7 +22356,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22376,7 +22377,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22481,7 +22482,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22645,7 +22646,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22666,7 +22667,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22771,7 +22772,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22934,7 +22935,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -22955,7 +22956,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23060,7 +23061,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23223,7 +23224,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23244,7 +23245,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23349,7 +23350,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23449,7 +23450,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -23524,7 +23525,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23566,7 +23567,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23713,7 +23714,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23813,7 +23814,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -23889,7 +23890,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -23931,7 +23932,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24078,7 +24079,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24178,7 +24179,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24254,7 +24255,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24296,7 +24297,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24443,7 +24444,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24591,7 +24592,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24817,7 +24818,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -24892,7 +24893,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -24934,7 +24935,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25081,7 +25082,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25227,7 +25228,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25432,7 +25433,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25505,7 +25506,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25547,7 +25548,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25673,7 +25674,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25773,7 +25774,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -25848,7 +25849,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -25890,7 +25891,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26037,7 +26038,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26137,7 +26138,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -26210,7 +26211,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26252,7 +26253,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26378,7 +26379,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26478,9 +26479,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -26489,7 +26490,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The file, and what is said of it. */
+        /** @description The file and its description. */
         requestBody: {
             content: {
                 "multipart/form-data": components["schemas"]["ImportForm"];
@@ -26503,7 +26504,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the iteration is. */
+                    /** @description Address of the iteration. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -26518,7 +26519,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -26574,7 +26575,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26616,7 +26617,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26763,7 +26764,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26862,7 +26863,7 @@ export interface operations {
     read_nodes: {
         parameters: {
             query?: {
-                /** @description What is answered beside the proposal: `nodes`. */
+                /** @description Additional parts of the answer: `nodes`. */
                 include?: components["schemas"]["TableInclude"][];
             };
             header?: never;
@@ -26879,7 +26880,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What the table is taken for. */
+            /** @description The proposed mapping and a preview. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26932,7 +26933,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -26953,7 +26954,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27058,7 +27059,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27158,7 +27159,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -27181,7 +27182,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the curve is. */
+                    /** @description Address of the curve. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -27233,7 +27234,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27275,7 +27276,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27422,7 +27423,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27522,9 +27523,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -27547,7 +27548,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the surface is. */
+                    /** @description Address of the surface. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -27562,7 +27563,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -27618,7 +27619,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27660,7 +27661,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27807,7 +27808,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27954,7 +27955,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -27996,7 +27997,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28038,7 +28039,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28137,7 +28138,7 @@ export interface operations {
     get_iteration_record: {
         parameters: {
             query?: {
-                /** @description Of a correction, what is answered beside: names with commas between them. */
+                /** @description For a correction, additional parts of the answer: names separated by commas. */
                 include?: components["schemas"]["KeptCorrectionInclude"][];
             };
             header?: never;
@@ -28186,7 +28187,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28228,7 +28229,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28391,9 +28392,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path?: never;
@@ -28406,7 +28407,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description Round by round what was measured and changed, and the jobs that keep it. */
+            /** @description Deviations and changes of each round, and the stored jobs. */
             200: {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
@@ -28424,7 +28425,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -28480,7 +28481,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28501,7 +28502,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28627,7 +28628,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28772,7 +28773,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28814,7 +28815,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -28856,7 +28857,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29001,7 +29002,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29043,7 +29044,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29085,7 +29086,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29193,7 +29194,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Whether anything was changed, and where. */
+            /** @description The result of the verification. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29225,7 +29226,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29267,7 +29268,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29451,7 +29452,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29472,7 +29473,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29514,7 +29515,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29656,7 +29657,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29677,7 +29678,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29719,7 +29720,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29819,13 +29820,13 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
-                 *     happens from now on.
+                 * @description Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
+                 *     events only.
                  */
                 last_event_id?: string;
             };
             header?: {
-                /** @description The id of the last event seen: sending goes on after it. */
+                /** @description The id of the last event received; sending continues after it. */
                 "Last-Event-ID"?: string;
             };
             path: {
@@ -29889,7 +29890,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -29931,7 +29932,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30073,13 +30074,13 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description As the header `Last-Event-ID`, for clients that cannot set it; `latest` begins with what
-                 *     happens from now on.
+                 * @description Same as the header `Last-Event-ID`, for clients that cannot set it; `latest` sends new
+                 *     events only.
                  */
                 last_event_id?: string;
             };
             header?: {
-                /** @description The id of the last event seen: sending goes on after it. */
+                /** @description The id of the last event received; sending continues after it. */
                 "Last-Event-ID"?: string;
             };
             path?: never;
@@ -30140,7 +30141,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30161,7 +30162,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30348,7 +30349,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30390,7 +30391,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30453,7 +30454,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30553,7 +30554,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -30576,7 +30577,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the stream is. */
+                    /** @description Address of the stream. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -30628,7 +30629,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30670,7 +30671,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30817,7 +30818,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -30959,7 +30960,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31001,7 +31002,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31205,7 +31206,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31453,7 +31454,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31495,7 +31496,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31667,7 +31668,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description The block that comes next, or one that was sent before. */
+        /** @description The next block, or one that was sent before. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["StreamBlock"];
@@ -31731,7 +31732,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31773,7 +31774,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -31920,7 +31921,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32020,7 +32021,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -32029,7 +32030,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is known of the measurement; an empty body says nothing. */
+        /** @description Details of the measurement; the body may be empty. */
         requestBody?: {
             content: {
                 "application/json": components["schemas"]["StreamFinish"];
@@ -32043,7 +32044,7 @@ export interface operations {
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the iteration is. */
+                    /** @description Address of the iteration. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -32095,7 +32096,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32137,7 +32138,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32284,7 +32285,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32659,7 +32660,7 @@ export interface operations {
             /** @description The archive, to be saved. */
             200: {
                 headers: {
-                    /** @description SHA-256 of the file, in 64 hexadecimal digits; not of one that takes long. */
+                    /** @description SHA-256 of the file, in 64 hexadecimal digits; absent for a large archive. */
                     "archive-sha256"?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -32732,7 +32733,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -32874,9 +32875,9 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
-                /** @description `respond-async`: the answer comes later, and 202 tells where; with `wait=N` only if it does not come within N seconds. The same `Idempotency-Key` leads to the same operation, here as well. */
+                /** @description With `respond-async` the answer is 202 with the address of an operation; with `wait=N` only if the result is not ready within N seconds. The same `Idempotency-Key` gives the same operation. */
                 Prefer?: string;
             };
             path: {
@@ -32892,7 +32893,7 @@ export interface operations {
             };
         };
         responses: {
-            /** @description What was purged. */
+            /** @description The purge. */
             200: {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
@@ -32910,7 +32911,7 @@ export interface operations {
                 headers: {
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the operation is; `…/result` is its answer. */
+                    /** @description Address of the operation; its result is at `…/result`. */
                     Location?: string;
                     /** @description `respond-async`. */
                     "Preference-Applied"?: string;
@@ -32966,7 +32967,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33008,7 +33009,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33155,7 +33156,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33297,7 +33298,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33318,7 +33319,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33360,7 +33361,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33460,7 +33461,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `wait=N`: the answer comes when the operation has ended, or after N seconds. */
+                /** @description `wait=N`: the answer is sent when the operation has ended, or after N seconds. */
                 Prefer?: string;
             };
             path: {
@@ -33503,7 +33504,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33545,7 +33546,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33725,7 +33726,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33888,7 +33889,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description `wait=N`: the answer comes when the operation has ended, or after N seconds. */
+                /** @description `wait=N`: the answer is sent when the operation has ended, or after N seconds. */
                 Prefer?: string;
             };
             path: {
@@ -33899,7 +33900,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description What the request would have answered, with its status, media type and headers; 201 where it has stored something. */
+            /** @description The answer of the request, with its status, media type and headers; 201 if it stored something. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -33929,7 +33930,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34176,7 +34177,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34197,7 +34198,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34239,7 +34240,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34339,27 +34340,27 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
             cookie?: never;
         };
-        /** @description Who holds the key, and what it allows. */
+        /** @description Name, kind, scopes and lifetime of the key. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["NewKey"];
             };
         };
         responses: {
-            /** @description The key, whose secret stands in `key` this once: when this answer is given again, it is without. */
+            /** @description The key with its secret in `key`. A repeated answer to the same `Idempotency-Key` has no secret. */
             201: {
                 headers: {
                     /** @description Version of the key. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the key is. */
+                    /** @description Address of the key. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -34432,7 +34433,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34558,7 +34559,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34700,7 +34701,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -34742,7 +34743,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35115,7 +35116,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is to be changed. */
+        /** @description The fields to change. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["KeyPatch"];
@@ -35219,7 +35220,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35366,7 +35367,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35466,7 +35467,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path: {
@@ -35475,21 +35476,21 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description How long the key before goes on. */
+        /** @description How long the old key stays valid. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["KeyRotation"];
             };
         };
         responses: {
-            /** @description The new key, whose secret stands in `key` this once: when this answer is given again, it is without. */
+            /** @description The new key with its secret in `key`. A repeated answer to the same `Idempotency-Key` has no secret. */
             201: {
                 headers: {
                     /** @description Version of the new key. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the new key is. */
+                    /** @description Address of the new key. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -35583,7 +35584,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35709,7 +35710,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35814,7 +35815,7 @@ export interface operations {
         };
         requestBody?: never;
         responses: {
-            /** @description Who asks. */
+            /** @description The caller. */
             200: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35846,7 +35847,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -35867,7 +35868,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36051,7 +36052,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36072,7 +36073,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36114,7 +36115,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The limit or the cursor is not one. */
+            /** @description The limit or the cursor is invalid. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36214,7 +36215,7 @@ export interface operations {
         parameters: {
             query?: never;
             header?: {
-                /** @description The same key and body answers the first response again. */
+                /** @description Repeating the request with the same key and body returns the first answer. */
                 "Idempotency-Key"?: string;
             };
             path?: never;
@@ -36227,14 +36228,14 @@ export interface operations {
             };
         };
         responses: {
-            /** @description The tenant. The secret of its first key stands in `admin_key` this once: when this answer is given again, it is without. */
+            /** @description The tenant with the secret of its first key in `admin_key`. A repeated answer to the same `Idempotency-Key` has no secret. */
             201: {
                 headers: {
                     /** @description Version of the tenant. */
                     ETag?: string;
                     /** @description `true` where this is the first answer to the same key, given again. */
                     "Idempotency-Replayed"?: string;
-                    /** @description Where the tenant is. */
+                    /** @description Address of the tenant. */
                     Location?: string;
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
                     "x-request-id"?: string;
@@ -36286,7 +36287,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36307,7 +36308,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36433,7 +36434,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36575,7 +36576,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36617,7 +36618,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36768,7 +36769,7 @@ export interface operations {
             };
             cookie?: never;
         };
-        /** @description What is to be changed. */
+        /** @description The fields to change. */
         requestBody: {
             content: {
                 "application/json": components["schemas"]["TenantPatch"];
@@ -36830,7 +36831,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The caller lacks the scope that `detail` names, or a web page of another site asks. */
+            /** @description The caller lacks the scope that `detail` names, or the request comes from a web page of another site. */
             403: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36872,7 +36873,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -36998,7 +36999,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The request holds what cannot be accepted; `errors` points to every fault. */
+            /** @description The request is invalid; `errors` points to every fault. */
             422: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37114,7 +37115,7 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37233,8 +37234,8 @@ export interface operations {
         parameters: {
             query?: {
                 /**
-                 * @description `compute`: for what is computed and not stored, so whether the process is about to end is
-                 *     all that counts; without it for everything.
+                 * @description `compute`: for requests that compute and store nothing; only a shutdown counts then. Without
+                 *     it, everything is checked.
                  */
                 for?: "compute";
             };
@@ -37255,7 +37256,7 @@ export interface operations {
                     "application/json": components["schemas"]["Health"];
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37345,7 +37346,7 @@ export interface operations {
                     "application/problem+json": components["schemas"]["Problem"];
                 };
             };
-            /** @description The process is about to end, or nothing can be stored; `detail` says why: the store does not answer or takes no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
+            /** @description The process is shutting down, or nothing can be stored; `detail` gives the reason: the store does not answer or accepts no writes, its schema is missing or of another version, it is a standby, or the clocks are too far apart. */
             503: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
@@ -37388,7 +37389,7 @@ export interface operations {
                     "text/plain": string;
                 };
             };
-            /** @description The header `Accept` takes none of the media types of the answer. */
+            /** @description None of the media types in the header `Accept` is available. */
             406: {
                 headers: {
                     /** @description Id of the request: the caller's own, or a new UUIDv7. */
