@@ -188,7 +188,7 @@ macro_rules! repository_operations {
 
                 /// Entries of a chain, oldest first.
                 GetAudit = audit(chain: Chain, page: PageRequest) -> Page<Entry>;
-                /// Whether a chain and the rows that it tells of are as they were written.
+                /// Verifies a chain and the rows it has digests of.
                 VerifyAudit = verify_audit(chain: Chain) -> Verdict;
 
                 /// Seals of the tenant, oldest first.

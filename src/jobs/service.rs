@@ -250,7 +250,7 @@ impl Jobs {
         self.repository.audit(chain, page).await
     }
 
-    /// Whether a chain and the rows that it tells of are as they were written.
+    /// Verifies a chain and the rows it has digests of.
     pub async fn verify_audit(&self, chain: Chain) -> Result<Verdict, RepositoryError> {
         self.repository.verify_audit(chain).await
     }

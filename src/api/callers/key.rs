@@ -158,7 +158,7 @@ pub struct KeyBody {
 pub struct KeyPageBody {
     /// The keys of this page.
     pub items: Vec<KeyBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

@@ -72,7 +72,7 @@ pub struct TenantBody {
 pub struct TenantPageBody {
     /// The tenants of this page.
     pub items: Vec<TenantBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

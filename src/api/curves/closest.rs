@@ -39,7 +39,7 @@ request! {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = CurveFeet)]
 pub struct CurveFeetBody {
-    /// Where they lie on the curve.
+    /// Parameters of the closest points on the curve.
     pub parameters: Vec<f64>,
     /// They themselves; of a graph (x, y).
     pub points: Vec<Vec<f64>>,

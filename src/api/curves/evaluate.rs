@@ -41,7 +41,7 @@ request! {
     }
 }
 
-/// What is answered of a curve only when asked for: `arc_length` for at most 10,000 parameters.
+/// Optional parts of the answer: `arc_length` for at most 10,000 parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CurveInclude)]
@@ -58,12 +58,13 @@ pub struct CurveValuesBody {
     /// By order: first derivatives, second ones, …
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<Vec<Vec<PointBody>>>,
-    /// With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve
-    /// turns left. Left out where the curve stands still at one of the parameters, with a warning.
+    /// With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
+    /// turns left. Absent, with a warning, where the first derivative is 0 at one of the
+    /// parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<Vec<f64>>,
-    /// With three derivatives, of a curve in space that is nowhere straight at the parameters: how
-    /// fast it leaves its plane.
+    /// With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
+    /// the parameters.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub torsion: Option<Vec<f64>>,
     /// Length from the start of the domain to each parameter; of a graph that of the line (x,

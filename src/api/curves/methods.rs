@@ -9,7 +9,7 @@ use crate::api::{
     shapes::point::PointBody,
 };
 
-/// How a curve is led through points (all but the last three) or near them.
+/// Method of a curve through the points (all but the last three) or near them.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = CurveMethod, discriminator(property_name = "type", mapping(
@@ -102,7 +102,7 @@ request! {
     }
 }
 
-/// What holds at the ends of a cubic spline: the paper's (i) to (iv), and `periodic`.
+/// End conditions of a cubic spline: the paper's (i) to (iv), and `periodic`.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Ends, discriminator(property_name = "type", mapping(
@@ -176,7 +176,7 @@ pub struct BSplineCurveMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineCurveMethodTag,
-    /// Of the pieces; 3 gives continuous curvature.
+    /// Degree of the pieces; 3 gives continuous curvature.
     #[schema(minimum = 1, maximum = 25)]
     pub degree: usize,
     /// The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8).
@@ -184,15 +184,15 @@ pub struct BSplineCurveMethod {
     pub knots: Option<Vec<f64>>,
 }
 
-/// The B-spline nearest to the points. Exactly one of `knots`, `spans`, `control_count` and
-/// `tolerance` says where knots are.
+/// The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
+/// sets the knots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresCurveMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineLeastSquaresTag,
-    /// Of the pieces; 3 gives continuous curvature.
+    /// Degree of the pieces; 3 gives continuous curvature.
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
     /// The full knot vector.
@@ -202,16 +202,17 @@ pub struct BSplineLeastSquaresCurveMethod {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub spans: Option<usize>,
-    /// Knots placed by the points, so that every span holds some (The NURBS Book, 9.68 and 9.69).
+    /// Number of control points; knots are placed so that every span has points (The NURBS Book,
+    /// 9.68 and 9.69).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub control_count: Option<usize>,
-    /// Knots are inserted where a point lies further off than this, until none does or none can be
-    /// inserted.
+    /// Largest distance of a point from the curve; knots are inserted until it is met or none can
+    /// be inserted.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0)]
     pub tolerance: Option<f64>,
-    /// One for each point: what its squared residual counts.
+    /// One weight for each point; it multiplies the squared residual.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
@@ -230,7 +231,7 @@ pub struct NurbsLeastSquaresCurveMethod {
     pub knots: Vec<f64>,
     /// One above 0 for each control point.
     pub weights: Vec<f64>,
-    /// One for each point: what its squared residual counts.
+    /// One weight for each point; it multiplies the squared residual.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }
@@ -254,7 +255,7 @@ pub struct SmoothingSplineMethod {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 2)]
     pub degrees_of_freedom: Option<f64>,
-    /// One for each point: what its squared residual counts.
+    /// One weight for each point; it multiplies the squared residual.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weight: Option<Vec<f64>>,
 }

@@ -12,7 +12,7 @@ use crate::api::fits::{answer::result::FitResultBody, spec::request::CriterionNa
 pub struct CoordinateFitBody {
     /// `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`.
     pub coordinate: String,
-    /// As `POST /v1/fits` answers it, without the shape.
+    /// The fit as in the answer of `POST /v1/fits`, without the shape.
     pub result: FitResultBody,
 }
 
@@ -83,16 +83,16 @@ pub struct CoordinateResidualsBody {
     /// √(RSS/(m − effective degrees of freedom)); left out where there is nothing left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
-    /// Of a surface of many coefficients without a penalty: the standard error of each control
-    /// point, in their rows.
+    /// For a surface of many coefficients without a penalty: standard errors of the control points,
+    /// row by row.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub std_errors: Option<Vec<Vec<f64>>>,
-    /// With `"include": ["residuals"]`: of the counted nodes, in the order posted.
+    /// With `"include": ["residuals"]`: residuals of the counted nodes, in the order posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub values: Option<Vec<f64>>,
 }
 
-/// A fit of many coefficients: what a banded factorisation tells.
+/// Result of a fit of many coefficients by a banded factorisation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = BandedFit)]
 pub struct BandedFitBody {
@@ -119,7 +119,7 @@ pub struct BandedFitBody {
     /// Corrections of the coefficients by residuals in double-double, and the size of the last one
     /// against them.
     pub corrections: usize,
-    /// Size of the last correction against that of the coefficients; 0 where there was none.
+    /// Size of the last correction relative to the coefficients; 0 without a correction.
     pub last_correction: f64,
 }
 

@@ -11,8 +11,8 @@ use crate::jobs::{
     audit::{Entry, Seal, Verdict, What, time_text},
 };
 
-/// A change: who made it, when, and digests of what was stored. SHA-256 is always in 64 lower-case
-/// hexadecimal digits.
+/// A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
+/// lower-case hexadecimal digits.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditEntry)]
 pub struct EntryBody {
@@ -21,15 +21,15 @@ pub struct EntryBody {
     pub number: u64,
     /// UUIDv7; of an entry with which an older job begins, UUIDv8.
     pub id: Uuid,
-    /// When the change was asked for, always with six decimals.
+    /// Time of the request, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
-    /// Who made it: the name of a key, or `anonymous`. Absent where the job was purged since.
+    /// Name of the caller's key, or `anonymous`. Absent after a purge of the job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub actor: Option<String>,
-    /// What was done, such as `iteration.add`.
+    /// Kind of change, such as `iteration.add`.
     pub action: String,
-    /// The path of what was changed.
+    /// Path of the changed resource.
     pub target: String,
     /// `x-request-id` of the request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -37,7 +37,8 @@ pub struct EntryBody {
     /// The address that the request came from.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peer: Option<String>,
-    /// SHA-256 of each row that was stored, by what it is; those of iterations with the `_salt`.
+    /// SHA-256 of each stored row, by kind of row; rows of iterations are digested with the
+    /// `_salt`.
     pub contents: BTreeMap<String, String>,
     /// `stored`, `changed`, `deleted`, `purged`, or `found` where nothing was changed.
     pub outcome: String,
@@ -53,17 +54,17 @@ pub struct EntryBody {
 pub struct AuditPageBody {
     /// The entries of this page.
     pub items: Vec<EntryBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
-/// What the chains of a tenant ended with: those that grew since the seal before. All digits are
-/// lower-case hexadecimal.
+/// Last entries of a tenant's chains that have grown since the seal before. Digits are lower-case
+/// hexadecimal.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditSeal)]
 pub struct SealBody {
-    /// The tenant whose chains they are.
+    /// The tenant of the chains.
     pub tenant: String,
     /// 1, 2, 3 … within the tenant, without gaps.
     #[schema(minimum = 1)]
@@ -71,7 +72,7 @@ pub struct SealBody {
     /// When it was made, always with six decimals.
     #[schema(value_type = String, format = DateTime)]
     pub at: String,
-    /// How many chains grew.
+    /// Number of chains that have grown.
     #[schema(minimum = 1)]
     pub heads: u64,
     /// Root of the Merkle tree (RFC 6962) of their last entries.
@@ -94,12 +95,12 @@ pub struct SealBody {
 pub struct SealPageBody {
     /// The seals of this page.
     pub items: Vec<SealBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
 
-/// What is not as it was written.
+/// Kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = AuditFault)]
@@ -114,24 +115,24 @@ pub enum WhatName {
     Seal,
 }
 
-/// Whether a chain and the rows that it tells of are as they were written.
+/// Result of verifying a chain and the rows it has digests of.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = AuditVerdict)]
 pub struct VerdictBody {
-    /// Whether nothing was changed.
+    /// True if nothing was changed.
     pub intact: bool,
-    /// Where it is intact: entries of the chain.
+    /// If intact: number of entries in the chain.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub entries: Option<u64>,
-    /// Where it is intact: `sha256` of the last entry. Absent of a job from before there were
-    /// entries that was not changed since.
+    /// If intact: `sha256` of the last entry. Absent for a job that is older than the audit and has
+    /// not been changed since.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub head: Option<String>,
-    /// Where it is not: the first entry at fault.
+    /// If not intact: number of the first entry at fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub number: Option<u64>,
-    /// Where it is not: what is at fault.
+    /// If not intact: kind of fault.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub what: Option<WhatName>,
 }

@@ -42,12 +42,12 @@ pub struct IterationRequest {
 pub struct IterationForm {
     /// The iteration request without `nodes`, as JSON.
     pub spec: IterationFormSpec,
-    /// A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-    /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
-    /// flank, tooth and axes is taken where `spec` does not give them.
+    /// A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+    /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
+    /// axes are used where `spec` has none.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
-    /// How the table is to be read.
+    /// Mapping of the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<MappingBody>,
 }
@@ -141,7 +141,7 @@ request! {
     }
 }
 
-/// Which fit stands from now on.
+/// The fit to choose.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ChosenFit)]
@@ -195,7 +195,7 @@ impl IterationPatchBody {
     }
 }
 
-/// What is done with the gear.
+/// Decision on the gear.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum DecisionName {

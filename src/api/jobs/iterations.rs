@@ -110,12 +110,12 @@ pub struct IterationBody {
 pub struct IterationFitBody {
     /// UUIDv7.
     pub id: Uuid,
-    /// Whether this fit stands.
+    /// True for the chosen fit.
     pub chosen: bool,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// Who made it: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who made it; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was made, as it was posted.
@@ -135,17 +135,15 @@ pub struct IterationFitBody {
     pub warnings: Vec<NoticeBody>,
 }
 
-/// A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
-/// exist is left out.
+/// Figures of a fit for comparing λ* choices. A figure that does not exist is absent.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = FitSummary)]
 pub struct FitSummaryBody {
     /// UUIDv7.
     pub id: Uuid,
-    /// Whether this fit stands.
+    /// True for the chosen fit.
     pub chosen: bool,
-    /// Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
-    /// for.
+    /// For the chosen fit: actor of the caller who chose it; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen_by: Option<String>,
     /// The λ* of the fit; left out without regularisation.
@@ -167,7 +165,7 @@ pub struct FitSummaryBody {
     /// Observed ‖Â − Â_B‖ in the scaled columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_norm: Option<f64>,
-    /// The least bound of the bias that holds within the norm limit.
+    /// The smallest bias bound that holds within the norm limit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bias_sharp_bound: Option<f64>,
     /// Root mean square of the residuals, in the unit of the heights.
@@ -176,14 +174,15 @@ pub struct FitSummaryBody {
     /// Largest |residual|.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_abs: Option<f64>,
-    /// Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
-    /// whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+    /// Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
+    /// full); absent where `axes` do not give u, v and z, and for fits that are older than these
+    /// figures.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FitFiguresBody>,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// Who made it: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who made it; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was made, as it was posted.
@@ -197,7 +196,7 @@ pub struct FitSummaryBody {
 pub struct FitPageBody {
     /// The fits of this page.
     pub items: Vec<FitSummaryBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

@@ -147,7 +147,7 @@ impl ShortFiguresBody {
 pub struct JobPageBody {
     /// The jobs of this page.
     pub items: Vec<ListedJobBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

@@ -62,7 +62,7 @@ pub struct ListedIterationBody {
 pub struct IterationPageBody {
     /// The iterations of this page.
     pub items: Vec<ListedIterationBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

@@ -88,7 +88,7 @@ impl From<TaskState> for OperationStateName {
 pub struct OperationPageBody {
     /// Newest first.
     pub items: Vec<OperationBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

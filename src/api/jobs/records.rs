@@ -95,7 +95,7 @@ pub struct RecordSummaryBody {
 pub struct RecordPageBody {
     /// The records of this page.
     pub items: Vec<RecordSummaryBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

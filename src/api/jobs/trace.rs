@@ -30,7 +30,7 @@ pub struct TraceBody {
     pub job: JobBody,
     /// By number.
     pub iterations: Vec<TracedIterationBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }
@@ -93,7 +93,7 @@ pub struct TracedFitBody {
     pub prior: Option<PriorResultBody>,
 }
 
-/// How many entries of each list of a traced iteration stand before those listed, which are the
+/// For each list of a traced iteration: number of entries before the listed ones, which are the
 /// last hundred.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = EarlierEntries)]

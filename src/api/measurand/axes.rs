@@ -32,13 +32,13 @@ request! {
         /// The tooth that was measured, as on traces: its number from 1, or a name.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
         optional tooth: ShortText,
-        /// What the axes of the nodes mean.
+        /// Quantities and units on the axes of the nodes.
         optional axes: AxesBody,
     }
 }
 
-/// What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a
-/// measurement matrix.
+/// Quantities and units on the axes of nodes: `u`, `v` and `z` of a surface, `x` and `y` of a
+/// curve, `y` of a measurement matrix.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Axes, example = json!({
@@ -64,7 +64,7 @@ pub struct AxesBody {
     pub y: Option<AxisBody>,
 }
 
-/// What the numbers of an axis mean.
+/// Quantity and unit of the numbers on an axis.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Axis)]
@@ -77,12 +77,12 @@ pub struct AxisBody {
     /// spellings are read and answered by these names.
     #[schema(value_type = String, min_length = 1, max_length = 200, example = "um")]
     pub unit: ShortText,
-    /// Of heights: what a positive one means. Default `material_out`.
+    /// For heights: meaning of a positive value. Default `material_out`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub positive: Option<PositiveName>,
-    /// Of heights that were measured as traces, each with a zero of its own: how many nodes each
-    /// trace has, in the order of the nodes. A correction then leaves aside what the nodes of a
-    /// trace have in common. Left out where all heights count from one zero.
+    /// For heights measured as traces with separate zeros: number of nodes of each trace, in the
+    /// order of the nodes. A correction then ignores the mean of each trace. Absent where all
+    /// heights have one zero.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(example = json!([480, 480, 240]))]
     pub trace_lengths: Option<Vec<u32>>,

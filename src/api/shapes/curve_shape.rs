@@ -103,12 +103,13 @@ pub struct BSplineCurveBody {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BSplineCurveTag,
-    /// Of the pieces, from 0 (steps) on.
+    /// Degree of the pieces, from 0 (steps).
     #[schema(maximum = 25)]
     pub degree: usize,
     /// The full knot vector, ascending: as many as control points, degree and 1 together.
     pub knots: Vec<f64>,
-    /// As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise.
+    /// Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
+    /// `[x, y, z]` otherwise.
     #[schema(min_items = 1)]
     pub control_points: Vec<PointBody>,
 }
@@ -121,12 +122,13 @@ pub struct NurbsCurveBody {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: NurbsCurveTag,
-    /// Of the pieces, from 0 (steps) on.
+    /// Degree of the pieces, from 0 (steps).
     #[schema(maximum = 25)]
     pub degree: usize,
     /// The full knot vector, ascending: as many as control points, degree and 1 together.
     pub knots: Vec<f64>,
-    /// As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise.
+    /// Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
+    /// `[x, y, z]` otherwise.
     #[schema(min_items = 1)]
     pub control_points: Vec<PointBody>,
     /// One ≥ 0 for each control point; somewhere on every span one above 0.

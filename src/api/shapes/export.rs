@@ -50,18 +50,18 @@ request! {
     pub struct ExportCurveBody as ExportCurveMembers {
         required curve: CurveBody,
         required format: CurveFormatName,
-        /// What the file calls the curve. Default `curve`.
+        /// Name of the curve in the file. Default `curve`.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
         optional name: ShortText,
-        /// Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from
-        /// the curve. Default a thousandth of the curve's extent.
+        /// For `obj`, `vtk` and `csv` (polylines): largest distance of a chord from the curve.
+        /// Default a thousandth of the curve's extent.
         #[schema(exclusive_minimum = 0)]
         optional tolerance: f64,
     }
 }
 
-/// Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a
-/// chain of points on it.
+/// Files of curves: IGES (entity 126) and STEP AP242 contain the curve itself; OBJ, VTK and CSV a
+/// polyline of points on it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = CurveFormat)]
@@ -79,16 +79,17 @@ request! {
     pub struct ExportSurfaceBody as ExportSurfaceMembers {
         required surface: SurfaceBody,
         required format: SurfaceFormatName,
-        /// What the file calls the surface. Default `surface`.
+        /// Name of the surface in the file. Default `surface`.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
         optional name: ShortText,
-        /// Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
-        /// rational curves) may be from the one written. Default a millionth of the surface's
-        /// extent. Of meshes: nodes on common borders no farther apart are one.
+        /// For `iges` and `step`: largest distance between a patch that no B-spline equals
+        /// (Gregory, bicubic Coons of rational curves) and the one written. Default a millionth of
+        /// the surface's extent. For meshes: nodes on common borders within this distance become
+        /// one.
         #[schema(exclusive_minimum = 0)]
         optional tolerance: f64,
-        /// Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and
-        /// 20.
+        /// For all other formats: quadrilaterals along u and along v on each smooth patch. Default
+        /// 20 and 20.
         #[schema(value_type = Option<Vec<usize>>, min_items = 2, max_items = 2)]
         optional samples: [usize; 2],
     }

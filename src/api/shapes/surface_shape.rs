@@ -92,8 +92,8 @@ request! {
         #[schema(inline)]
         required kind as "type": CoonsBilinearTag,
         required boundaries: BordersBody,
-        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
-        /// the largest coordinate.
+        /// Largest distance between two curves at their corner, in the unit of the request. Default
+        /// 1e-6 of the largest coordinate.
         #[schema(minimum = 0)]
         optional tolerance: f64,
     }
@@ -110,8 +110,8 @@ request! {
         required boundaries: BordersBody,
         /// ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are estimated.
         optional cross_derivatives: BordersBody,
-        /// How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
-        /// the largest coordinate.
+        /// Largest distance between two curves at their corner, in the unit of the request. Default
+        /// 1e-6 of the largest coordinate.
         #[schema(minimum = 0)]
         optional tolerance: f64,
     }
@@ -119,7 +119,7 @@ request! {
 
 request! {
     /// Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest
-    /// u, `v0` and `v1` along u. Of points in space one may be missing: the patch then has three
+    /// u, `v0` and `v1` along u. For points in space one may be missing: the patch then has three
     /// sides.
     #[derive(Default, Deserialize)]
     #[serde(deny_unknown_fields)]

@@ -12,43 +12,42 @@ use flankfit_engine::{
     },
 };
 
-/// A machine whose settings are off, and ways to correct it. Without a word it is the
-/// ill-conditioned case: 5 × 9 nodes, six settings of which the sixth is nearly a mixture of two
-/// others.
+/// A machine with wrong settings, and methods to correct it. By default the ill-conditioned case: 5
+/// × 9 nodes and six settings, the sixth of which is nearly a combination of two others.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = ClosedLoopRequest)]
 pub struct ClosedLoopBody {
-    /// Of everything that is drawn. Default 0.
+    /// Seed of all random numbers. Default 0.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub seed: Option<u64>,
-    /// How often the machine is corrected. Default 2.
+    /// Number of corrections. Default 2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1, maximum = 20)]
     pub corrections: Option<usize>,
-    /// Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and
-    /// `least_squares`; further `spectral_min_mse`, `ridge_gcv` and so on.
+    /// Correction methods. Default `spectral_uncertainty` (the default of corrections) and
+    /// `least_squares`; further ones are `spectral_min_mse`, `ridge_gcv` and so on.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub strategies: Option<Vec<String>>,
     /// Names of the settings, with `matrix`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub settings: Option<Vec<String>>,
-    /// µm at each of the nodes for a unit of each setting: what corrections know of the machine.
+    /// Sensitivity matrix: µm at each node per unit of each setting, as used by the corrections.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix: Option<Vec<Vec<f64>>>,
-    /// Of the nodes of `matrix`, which then are a grid over [-1, 1] × [-1, 1]: rows and columns.
+    /// Rows and columns of the nodes of `matrix`, which then form a grid over [-1, 1] × [-1, 1].
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub grid: Option<[usize; 2]>,
-    /// Standard deviation of what each setting is off by at first. Default 12 µm in the
-    /// ill-conditioned case; needed with `matrix`.
+    /// Standard deviation of the initial error of each setting, in its unit. Default 12 µm in the
+    /// ill-conditioned case; required with `matrix`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub setting_error: Option<Vec<f64>>,
-    /// By how much an entry of the true response differs from the matrix, relative to it (standard
-    /// deviation). Default 0.01.
+    /// Relative standard deviation of the difference between the true response and the matrix,
+    /// entry by entry. Default 0.01.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_noise: Option<f64>,
-    /// What corrections take it to be. Default 0.02.
+    /// The value of `response_noise` that corrections assume. Default 0.02.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 1)]
     pub response_uncertainty: Option<f64>,
@@ -61,7 +60,7 @@ pub struct ClosedLoopBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, exclusive_maximum = 1)]
     pub missing: Option<f64>,
-    /// Whether each run is kept as a job with its iterations and corrections, all in one
+    /// If true, each run is stored as a job with its iterations and corrections, all in one
     /// transaction. Default false.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub store: Option<bool>,

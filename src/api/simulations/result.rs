@@ -4,27 +4,26 @@ use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 use uuid::Uuid;
 
-/// What became of the machine.
+/// Result of the simulation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ClosedLoop)]
 pub struct ClosedLoopResultBody {
     /// The seed that was used: the same one gives the same runs.
     pub seed: u64,
-    /// Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
+    /// Condition of JᵀJ, in the units of the request; absent where settings are linearly dependent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
-    /// One for each way to correct, all from the same machine.
+    /// One run for each correction method, all on the same machine.
     pub runs: Vec<ClosedLoopRunBody>,
 }
 
-/// One way to correct.
+/// One correction method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ClosedLoopRun)]
 pub struct ClosedLoopRunBody {
-    /// How corrections were computed, such as `least_squares`, or the regularisation and its
-    /// criterion.
+    /// Method of the corrections, such as `least_squares`, or the regularisation and its criterion.
     pub strategy: String,
-    /// Where it is kept.
+    /// The stored job.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job_id: Option<Uuid>,
     /// Measurements: the first one, and one after each correction.
@@ -37,11 +36,12 @@ pub struct ClosedLoopRunBody {
 pub struct ClosedLoopRoundBody {
     /// Number of the iteration.
     pub iteration: u32,
-    /// Of the nodes that were measured.
+    /// Root mean square of the measured deviations, µm.
     pub rms_measured_um: f64,
-    /// Without noise, over all nodes: only a simulation knows.
+    /// Root mean square of the deviations without noise over all nodes, µm; known in a simulation
+    /// only.
     pub rms_true_um: f64,
-    /// What the correction promised; left out after the last measurement.
+    /// Root mean square predicted by the correction, µm; absent after the last measurement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rms_predicted_um: Option<f64>,
     /// The changes of the settings.

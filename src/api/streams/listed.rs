@@ -49,7 +49,7 @@ pub struct ListedStreamBody {
 pub struct StreamPageBody {
     /// The streams of this page.
     pub items: Vec<ListedStreamBody>,
-    /// Where the next page begins; absent on the last one.
+    /// Cursor of the next page; absent on the last one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub next_cursor: Option<String>,
 }

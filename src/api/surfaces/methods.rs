@@ -46,14 +46,14 @@ request! {
     #[derive(Deserialize)]
     #[schema(as = CurveMesh)]
     pub struct MeshBody as MeshMembers {
-        /// Where the curves over v stand, ascending.
+        /// Positions of the curves over v, ascending.
         #[schema(min_items = 2)]
         required u: Vec<f64>,
-        /// Where the curves over u stand, ascending.
+        /// Positions of the curves over u, ascending.
         #[schema(min_items = 2)]
         required v: Vec<f64>,
-        /// For each u its curve over v. Of points in space the first or the last may be `null`: a
-        /// tip, where the patches have three sides.
+        /// For each u its curve over v. For points in space the first or the last may be `null`:
+        /// the patches there are three-sided.
         required u_curves: Vec<Option<CurveBody>>,
         /// For each v its curve over u; `null` as above.
         required v_curves: Vec<Option<CurveBody>>,
@@ -101,10 +101,10 @@ pub struct BezierMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: BezierTag,
-    /// With `control_points`: one ≥ 0 for each, for a rational patch.
+    /// With `control_points`: one weight ≥ 0 for each, for a rational patch.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weights: Option<Vec<Vec<f64>>>,
-    /// With `control_points`. Default [0, 1] both.
+    /// With `control_points`: the domain. Default [0, 1] for both.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainBody>,
 }
@@ -123,8 +123,8 @@ pub struct BSplineSurfaceMethod {
     pub knots: Option<[Vec<f64>; 2]>,
 }
 
-/// The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says
-/// where knots are.
+/// The least-squares B-spline surface. Exactly one of `knots`, `spans` and `placed_spans` sets the
+/// knots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BSplineLeastSquaresSurfaceMethod {
@@ -138,7 +138,7 @@ pub struct BSplineLeastSquaresSurfaceMethod {
     /// Spans of equal width.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub spans: Option<SpansBody>,
-    /// For a grid: spans that hold about as many nodes each.
+    /// For a grid: number of spans with about equal numbers of nodes.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub placed_spans: Option<SpansBody>,
 }

@@ -27,10 +27,10 @@ use flankfit_engine::numerics::cancel::Asking;
 pub struct BuiltSurfaceBody {
     pub surface: SurfaceBody,
     pub domain: DomainBody,
-    /// Of nodes on a grid: the parameters of its rows and columns.
+    /// For nodes on a grid: the parameters of its rows and columns.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub parameters: Option<NodeParametersBody>,
-    /// Of least squares near a whole grid: nodes.
+    /// For least squares with a whole grid: number of nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub count: Option<usize>,
     /// Nodes less control points.
@@ -46,24 +46,24 @@ pub struct BuiltSurfaceBody {
     /// left.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma: Option<f64>,
-    /// Of a mesh: the largest gap between curves that cross, and where.
+    /// For a mesh: the largest gap between crossing curves, and its place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gap: Option<WorstBody>,
-    /// Of meshes, borders and patches with cubic borders: how far they are from the curves at
-    /// worst, and where.
+    /// For meshes, borders and patches with cubic borders: the largest distance from the curves,
+    /// and its place.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub deviation: Option<WorstBody>,
-    /// Of several patches: how they meet.
+    /// For several patches: continuity across their common borders.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub continuity: Option<ContinuityBody>,
     /// Borders that are points: there the surface has three sides.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub degenerate_borders: Option<Vec<DegenerateBorderBody>>,
-    /// Of least squares with up to some hundred coefficients: the fit, as `POST /v1/fits` answers
-    /// it.
+    /// For least squares with up to some hundred coefficients: the fit as in the answer of `POST
+    /// /v1/fits`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fits: Option<Vec<CoordinateFitBody>>,
-    /// Of least squares with more of them.
+    /// For least squares with more coefficients: the fit.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub banded_fit: Option<BandedFitBody>,
     /// What to know about the answer; empty where there is nothing to say.
@@ -91,7 +91,7 @@ pub struct WorstBody {
     pub at: [f64; 2],
 }
 
-/// How patches meet.
+/// Continuity across common borders.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Continuity)]
 pub struct ContinuityBody {
@@ -101,8 +101,8 @@ pub struct ContinuityBody {
     pub joints: Vec<JointBody>,
 }
 
-/// How two patches meet, from worst to best: a gap; one line with an edge; one tangent plane; the
-/// same first derivatives; the same second ones, hence one curvature.
+/// Continuity of two patches, from worst to best: a gap; a common line with an edge; a common
+/// tangent plane; equal first derivatives; equal second derivatives, hence equal curvature.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = ContinuityClass)]
@@ -154,7 +154,7 @@ pub enum AxisName {
 #[schema(as = DegenerateBorder)]
 pub struct DegenerateBorderBody {
     pub border: BorderName,
-    /// Where all of the border lies.
+    /// The point.
     pub point: Vec<f64>,
 }
 

@@ -120,7 +120,7 @@ pub struct FundamentalFormsBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Area)]
 pub struct AreaBody {
-    /// In the square of the caller's unit of length.
+    /// In the square of the unit of length of the request.
     pub value: f64,
     /// Estimated error.
     pub error: f64,

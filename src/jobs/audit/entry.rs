@@ -145,7 +145,7 @@ pub struct Entry {
     /// Empty where a purge took the name away.
     pub actor: Arc<str>,
     pub action: Cow<'static, str>,
-    /// The path of what was changed.
+    /// Path of the changed resource.
     pub target: String,
     pub request_id: Option<Arc<str>>,
     pub peer: Option<Arc<str>>,

@@ -14,7 +14,7 @@ use super::{
 };
 use crate::jobs::callers::Tenant;
 
-/// What is not as it was written.
+/// Kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum What {
     /// The entry itself, or it is missing.

@@ -1669,7 +1669,7 @@ export interface paths {
 export type webhooks = Record<string, never>;
 export interface components {
     schemas: {
-        /** @description A place where the derivative would be below 0 if it might. */
+        /** @description A place where the constraint is active: without it the derivative would be below 0. */
         ActivePlace: {
             /**
              * Format: double
@@ -1683,14 +1683,14 @@ export interface components {
             v?: number;
             /**
              * Format: double
-             * @description By how much Σ w r² would fall for each unit by which the derivative might be below 0
-             *     here (twice the Lagrange multiplier of half the sum).
+             * @description Decrease of Σ w r² per unit by which the derivative may fall below 0 here (twice the
+             *     Lagrange multiplier of half the sum).
              */
             multiplier: number;
         };
         /**
-         * @description Which way scan lines run: along u (columns of a grid; of a flank its profiles) or v (rows; of a
-         *     flank its helices); `order`: along the abscissae of a curve, in the order posted of other nodes.
+         * @description Direction of scan lines: `u` (columns of a grid; profiles of a flank), `v` (rows; helices of a
+         *     flank), or `order`: along the abscissae of a curve, and in the order posted for other nodes.
          * @enum {string}
          */
         AlongName: "u" | "v" | "order";
@@ -1754,7 +1754,7 @@ export interface components {
              * @enum {string}
              */
             type: "ar1";
-            /** @description Which way scan lines run. Needed for a grid; default `order`. */
+            /** @description Direction of scan lines. Required for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -1765,7 +1765,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["Ar1Parameters"];
         };
-        /** @description Of the autoregression of first order. */
+        /** @description Parameters of the first-order autoregression. */
         Ar1Parameters: {
             /**
              * Format: double
@@ -1775,8 +1775,8 @@ export interface components {
             rho: number;
         };
         /**
-         * @description Autoregression of second order in steps of the line; missing nodes are steps. To be
-         *     estimated it takes three nodes with two others before them on their line.
+         * @description Autoregression of second order in steps of the line; missing nodes are steps. Estimating it
+         *     takes three nodes with two predecessors on their line.
          */
         Ar2Errors: {
             /**
@@ -1784,7 +1784,7 @@ export interface components {
              * @enum {string}
              */
             type: "ar2";
-            /** @description Which way scan lines run. Needed for a grid; default `order`. */
+            /** @description Direction of scan lines. Required for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -1795,7 +1795,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["Ar2Parameters"];
         };
-        /** @description Of the autoregression of second order. */
+        /** @description Parameters of the second-order autoregression. */
         Ar2Parameters: {
             /**
              * @description φ₁ and φ₂, with -1 < φ₂ < 1 − |φ₁|.
@@ -1810,7 +1810,7 @@ export interface components {
         Area: {
             /**
              * Format: double
-             * @description In the square of the caller's unit of length.
+             * @description In the square of the unit of length of the request.
              */
             value: number;
             /**
@@ -1832,16 +1832,16 @@ export interface components {
              */
             type: "attraction";
             /**
-             * @description T, in the order of the coefficients; such as those of the nominal flank. With `standardized`
-             *     the entry of the constant takes no part.
+             * @description Target T, in the order of the coefficients; for example the coefficients of the nominal
+             *     flank. With `standardized` the constant's entry is ignored.
              */
             target: number[];
             /** @description k. Default `optimal`. */
             parameter?: components["schemas"]["Parameter"];
         };
         /**
-         * @description A change: who made it, when, and digests of what was stored. SHA-256 is always in 64 lower-case
-         *     hexadecimal digits.
+         * @description A change: its time, the caller, and digests of the stored rows. SHA-256 digests have 64
+         *     lower-case hexadecimal digits.
          */
         AuditEntry: {
             /**
@@ -1856,20 +1856,23 @@ export interface components {
             id: string;
             /**
              * Format: date-time
-             * @description When the change was asked for, always with six decimals.
+             * @description Time of the request, always with six decimals.
              */
             at: string;
-            /** @description Who made it: the name of a key, or `anonymous`. Absent where the job was purged since. */
+            /** @description Name of the caller's key, or `anonymous`. Absent after a purge of the job. */
             actor?: string;
-            /** @description What was done, such as `iteration.add`. */
+            /** @description Kind of change, such as `iteration.add`. */
             action: string;
-            /** @description The path of what was changed. */
+            /** @description Path of the changed resource. */
             target: string;
             /** @description `x-request-id` of the request. */
             request_id?: string;
             /** @description The address that the request came from. */
             peer?: string;
-            /** @description SHA-256 of each row that was stored, by what it is; those of iterations with the `_salt`. */
+            /**
+             * @description SHA-256 of each stored row, by kind of row; rows of iterations are digested with the
+             *     `_salt`.
+             */
             contents: {
                 [key: string]: string;
             };
@@ -1881,7 +1884,7 @@ export interface components {
             sha256: string;
         };
         /**
-         * @description What is not as it was written.
+         * @description Kind of fault.
          * @enum {string}
          */
         AuditFault: "entry" | "link" | "content" | "seal";
@@ -1889,15 +1892,15 @@ export interface components {
         AuditPage: {
             /** @description The entries of this page. */
             items: components["schemas"]["AuditEntry"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
-         * @description What the chains of a tenant ended with: those that grew since the seal before. All digits are
-         *     lower-case hexadecimal.
+         * @description Last entries of a tenant's chains that have grown since the seal before. Digits are lower-case
+         *     hexadecimal.
          */
         AuditSeal: {
-            /** @description The tenant whose chains they are. */
+            /** @description The tenant of the chains. */
             tenant: string;
             /**
              * Format: int64
@@ -1911,7 +1914,7 @@ export interface components {
             at: string;
             /**
              * Format: int64
-             * @description How many chains grew.
+             * @description Number of chains that have grown.
              */
             heads: number;
             /** @description Root of the Merkle tree (RFC 6962) of their last entries. */
@@ -1929,34 +1932,34 @@ export interface components {
         AuditSealPage: {
             /** @description The seals of this page. */
             items: components["schemas"]["AuditSeal"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
-        /** @description Whether a chain and the rows that it tells of are as they were written. */
+        /** @description Result of verifying a chain and the rows it has digests of. */
         AuditVerdict: {
-            /** @description Whether nothing was changed. */
+            /** @description True if nothing was changed. */
             intact: boolean;
             /**
              * Format: int64
-             * @description Where it is intact: entries of the chain.
+             * @description If intact: number of entries in the chain.
              */
             entries?: number;
             /**
-             * @description Where it is intact: `sha256` of the last entry. Absent of a job from before there were
-             *     entries that was not changed since.
+             * @description If intact: `sha256` of the last entry. Absent for a job that is older than the audit and has
+             *     not been changed since.
              */
             head?: string;
             /**
              * Format: int64
-             * @description Where it is not: the first entry at fault.
+             * @description If not intact: number of the first entry at fault.
              */
             number?: number;
-            /** @description Where it is not: what is at fault. */
+            /** @description If not intact: kind of fault. */
             what?: components["schemas"]["AuditFault"];
         };
         /**
-         * @description What the axes of nodes mean: `u`, `v` and `z` of a surface, `x` and `y` of a curve, `y` of a
-         *     measurement matrix.
+         * @description Quantities and units on the axes of nodes: `u`, `v` and `z` of a surface, `x` and `y` of a
+         *     curve, `y` of a measurement matrix.
          * @example {
          *       "u": {
          *         "quantity": "roll_length",
@@ -1985,7 +1988,7 @@ export interface components {
             /** @description Heights of a curve or of a measurement matrix. */
             y?: components["schemas"]["Axis"];
         };
-        /** @description What the numbers of an axis mean. */
+        /** @description Quantity and unit of the numbers on an axis. */
         Axis: {
             /**
              * @description `roll_length` (with the unit `deg` or `arcmin`: the roll angle), `diameter`, `face_width`,
@@ -1999,12 +2002,12 @@ export interface components {
              * @example um
              */
             unit: string;
-            /** @description Of heights: what a positive one means. Default `material_out`. */
+            /** @description For heights: meaning of a positive value. Default `material_out`. */
             positive?: components["schemas"]["PositiveHeight"];
             /**
-             * @description Of heights that were measured as traces, each with a zero of its own: how many nodes each
-             *     trace has, in the order of the nodes. A correction then leaves aside what the nodes of a
-             *     trace have in common. Left out where all heights count from one zero.
+             * @description For heights measured as traces with separate zeros: number of nodes of each trace, in the
+             *     order of the nodes. A correction then ignores the mean of each trace. Absent where all
+             *     heights have one zero.
              * @example [
              *       480,
              *       480,
@@ -2020,11 +2023,14 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline";
-            /** @description Of the pieces, from 0 (steps) on. */
+            /** @description Degree of the pieces, from 0 (steps). */
             degree: number;
             /** @description The full knot vector, ascending: as many as control points, degree and 1 together. */
             knots: number[];
-            /** @description As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise. */
+            /**
+             * @description Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
+             *     `[x, y, z]` otherwise.
+             */
             control_points: components["schemas"]["Point"][];
         };
         /** @description The B-spline through all points (Eqs. 6 to 8). */
@@ -2034,14 +2040,14 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline";
-            /** @description Of the pieces; 3 gives continuous curvature. */
+            /** @description Degree of the pieces; 3 gives continuous curvature. */
             degree: number;
             /** @description The full knot vector; default averages of neighbouring parameters (The NURBS Book, 9.8). */
             knots?: number[];
         };
         /**
-         * @description The B-spline nearest to the points. Exactly one of `knots`, `spans`, `control_count` and
-         *     `tolerance` says where knots are.
+         * @description The least-squares B-spline. Exactly one of `knots`, `spans`, `control_count` and `tolerance`
+         *     sets the knots.
          */
         BSplineLeastSquaresCurveMethod: {
             /**
@@ -2049,26 +2055,29 @@ export interface components {
              * @enum {string}
              */
             type: "b_spline_least_squares";
-            /** @description Of the pieces; 3 gives continuous curvature. */
+            /** @description Degree of the pieces; 3 gives continuous curvature. */
             degree: number;
             /** @description The full knot vector. */
             knots?: number[];
             /** @description Equal spans. */
             spans?: number;
-            /** @description Knots placed by the points, so that every span holds some (The NURBS Book, 9.68 and 9.69). */
+            /**
+             * @description Number of control points; knots are placed so that every span has points (The NURBS Book,
+             *     9.68 and 9.69).
+             */
             control_count?: number;
             /**
              * Format: double
-             * @description Knots are inserted where a point lies further off than this, until none does or none can be
-             *     inserted.
+             * @description Largest distance of a point from the curve; knots are inserted until it is met or none can
+             *     be inserted.
              */
             tolerance?: number;
-            /** @description One for each point: what its squared residual counts. */
+            /** @description One weight for each point; it multiplies the squared residual. */
             weight?: number[];
         };
         /**
-         * @description The B-spline surface nearest to nodes. Exactly one of `knots`, `spans` and `placed_spans` says
-         *     where knots are.
+         * @description The least-squares B-spline surface. Exactly one of `knots`, `spans` and `placed_spans` sets the
+         *     knots.
          */
         BSplineLeastSquaresSurfaceMethod: {
             /**
@@ -2081,7 +2090,7 @@ export interface components {
             knots?: number[][];
             /** @description Spans of equal width. */
             spans?: components["schemas"]["Spans"];
-            /** @description For a grid: spans that hold about as many nodes each. */
+            /** @description For a grid: number of spans with about equal numbers of nodes. */
             placed_spans?: components["schemas"]["Spans"];
         };
         /** @description B-splines, or NURBS with `weights`; either `knots` or `spans`. */
@@ -2097,8 +2106,8 @@ export interface components {
             /** @description Equal spans over the domain. */
             spans?: components["schemas"]["Spans"];
             /**
-             * @description Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are
-             *     given, not fitted.
+             * @description For NURBS: one weight above 0 for each control point, for a surface in rows along u. They
+             *     are given, not fitted.
              */
             weights?: components["schemas"]["Weights"];
         };
@@ -2130,14 +2139,14 @@ export interface components {
             knots?: number[][];
         };
         /**
-         * @description A band: `confidence` is for the true height at each place by itself, `prediction` for a further
-         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain (of a linear
-         *     model: of all rows asked for) at once. How often they hold is in docs/intervals.md. A fit of n
+         * @description A band: `confidence` holds for the true height at each single place, `prediction` for a further
+         *     measurement of weight 1, `simultaneous` for the true heights of the whole domain at once (with a
+         *     linear model: of all requested rows). Coverage is documented in docs/intervals.md. A fit of n
          *     coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth of that.
          * @enum {string}
          */
         Band: "confidence" | "prediction" | "simultaneous";
-        /** @description A fit of many coefficients: what a banded factorisation tells. */
+        /** @description Result of a fit of many coefficients by a banded factorisation. */
         BandedFit: {
             /** @description Nodes counted. */
             count: number;
@@ -2173,7 +2182,7 @@ export interface components {
             corrections: number;
             /**
              * Format: double
-             * @description Size of the last correction against that of the coefficients; 0 where there was none.
+             * @description Size of the last correction relative to the coefficients; 0 without a correction.
              */
             last_correction: number;
         };
@@ -2190,9 +2199,9 @@ export interface components {
              * @enum {string}
              */
             type: "bezier";
-            /** @description With `control_points`: one ≥ 0 for each, for a rational patch. */
+            /** @description With `control_points`: one weight ≥ 0 for each, for a rational patch. */
             weights?: number[][];
-            /** @description With `control_points`. Default [0, 1] both. */
+            /** @description With `control_points`: the domain. Default [0, 1] for both. */
             domain?: components["schemas"]["Domain"];
         };
         /** @description A tensor Bézier patch; its degrees are one less than the numbers of control points. */
@@ -2218,12 +2227,12 @@ export interface components {
             norm: number;
             /**
              * Format: double
-             * @description The least bound that holds for every coefficient vector within the norm limit.
+             * @description The smallest bound that holds for every coefficient vector within the norm limit.
              */
             sharp_bound: number;
             /**
              * Format: double
-             * @description Ineq. 51, where it holds.
+             * @description Bound by Ineq. 51, where it holds.
              */
             paper_bound?: number;
             /**
@@ -2235,10 +2244,10 @@ export interface components {
             coefficient_norm_limit_source: components["schemas"]["NormLimitSource"];
             /**
              * Format: double
-             * @description What the norm of the true coefficients stays below by least squares and its errors. An
-             *     expansion of first order, which holds less often than `level` says (at 0.95 in 86 % of
-             *     the draws of simulations at worst). There where r is the norm of the estimate and
-             *     something is regularised; no bound uses it.
+             * @description Upper confidence limit of the norm of the true coefficients, by least squares and its
+             *     errors. A first-order expansion, with a coverage below `level` (at 0.95 at worst 86 % of
+             *     the draws of simulations). Present where r is the norm of the estimate and the fit is
+             *     regularised; no bound uses it.
              */
             upper_confidence?: number;
             /**
@@ -2259,8 +2268,8 @@ export interface components {
             cross_derivatives?: components["schemas"]["Borders"];
             /**
              * Format: double
-             * @description How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
-             *     the largest coordinate.
+             * @description Largest distance between two curves at their corner, in the unit of the request. Default
+             *     1e-6 of the largest coordinate.
              */
             tolerance?: number;
         };
@@ -2274,8 +2283,8 @@ export interface components {
             boundaries: components["schemas"]["Borders"];
             /**
              * Format: double
-             * @description How far apart two curves may be at their corner, in the caller's unit. Default 1e-6 of
-             *     the largest coordinate.
+             * @description Largest distance between two curves at their corner, in the unit of the request. Default
+             *     1e-6 of the largest coordinate.
              */
             tolerance?: number;
         };
@@ -2314,7 +2323,7 @@ export interface components {
         };
         /**
          * @description Curves along the borders of a patch: `u0` and `u1` run along v at the least and the greatest
-         *     u, `v0` and `v1` along u. Of points in space one may be missing: the patch then has three
+         *     u, `v0` and `v1` along u. For points in space one may be missing: the patch then has three
          *     sides.
          */
         Borders: {
@@ -2345,9 +2354,9 @@ export interface components {
         BuiltSurface: {
             surface: components["schemas"]["Surface"];
             domain: components["schemas"]["Domain"];
-            /** @description Of nodes on a grid: the parameters of its rows and columns. */
+            /** @description For nodes on a grid: the parameters of its rows and columns. */
             parameters?: components["schemas"]["NodeParameters"];
-            /** @description Of least squares near a whole grid: nodes. */
+            /** @description For least squares with a whole grid: number of nodes. */
             count?: number;
             /** @description Nodes less control points. */
             degrees_of_freedom?: number;
@@ -2367,23 +2376,23 @@ export interface components {
              *     left.
              */
             sigma?: number;
-            /** @description Of a mesh: the largest gap between curves that cross, and where. */
+            /** @description For a mesh: the largest gap between crossing curves, and its place. */
             gap?: components["schemas"]["Worst"];
             /**
-             * @description Of meshes, borders and patches with cubic borders: how far they are from the curves at
-             *     worst, and where.
+             * @description For meshes, borders and patches with cubic borders: the largest distance from the curves,
+             *     and its place.
              */
             deviation?: components["schemas"]["Worst"];
-            /** @description Of several patches: how they meet. */
+            /** @description For several patches: continuity across their common borders. */
             continuity?: components["schemas"]["Continuity"];
             /** @description Borders that are points: there the surface has three sides. */
             degenerate_borders?: components["schemas"]["DegenerateBorder"][];
             /**
-             * @description Of least squares with up to some hundred coefficients: the fit, as `POST /v1/fits` answers
-             *     it.
+             * @description For least squares with up to some hundred coefficients: the fit as in the answer of `POST
+             *     /v1/fits`.
              */
             fits?: components["schemas"]["CoordinateFit"][];
-            /** @description Of least squares with more of them. */
+            /** @description For least squares with more coefficients: the fit. */
             banded_fit?: components["schemas"]["BandedFit"];
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
@@ -2396,7 +2405,7 @@ export interface components {
         Candidate: {
             /** @description Degree of a curve or of a total degree, or `[p, q]`. */
             degree?: components["schemas"]["Degree"];
-            /** @description Its terms, named as in `coefficients`. */
+            /** @description Terms of the model, named as in `coefficients`. */
             terms?: string[];
             /** @description Number of coefficients n. */
             coefficients: number;
@@ -2436,8 +2445,8 @@ export interface components {
             blocked_cv?: number;
             /**
              * Format: double
-             * @description −2 ln of the marginal likelihood with Zellner's prior, less what all models have in
-             *     common; absent where `aic` is.
+             * @description −2 ln of the marginal likelihood with Zellner's prior, without the part that all models
+             *     have in common; absent where `aic` is.
              */
             reml?: number;
             /**
@@ -2451,7 +2460,7 @@ export interface components {
              */
             sigma?: number;
         };
-        /** @description What one criterion would choose. */
+        /** @description The choice of one criterion. */
         Choice: {
             criterion: components["schemas"]["ChosenBy"];
             /**
@@ -2485,11 +2494,11 @@ export interface components {
             rms: number;
         };
         /**
-         * @description What λ* was chosen by.
+         * @description Criterion that chose λ*.
          * @enum {string}
          */
         ChosenBy: "min_mse" | "min_condition" | "gcv" | "discrepancy" | "l_curve" | "hkb" | "hkb_1975" | "lawless_wang" | "optimal" | "reml" | "press" | "blocked_cv" | "sure" | "fixed" | "least_squares";
-        /** @description Which fit stands from now on. */
+        /** @description The fit to choose. */
         ChosenFit: {
             /**
              * Format: uuid
@@ -2509,7 +2518,7 @@ export interface components {
             start: components["schemas"]["Point"];
             end: components["schemas"]["Point"];
         };
-        /** @description What became of the machine. */
+        /** @description Result of the simulation. */
         ClosedLoop: {
             /**
              * Format: int64
@@ -2518,50 +2527,49 @@ export interface components {
             seed: number;
             /**
              * Format: double
-             * @description Condition of JᵀJ, as posted; left out where settings depend on each other exactly.
+             * @description Condition of JᵀJ, in the units of the request; absent where settings are linearly dependent.
              */
             condition?: number;
-            /** @description One for each way to correct, all from the same machine. */
+            /** @description One run for each correction method, all on the same machine. */
             runs: components["schemas"]["ClosedLoopRun"][];
         };
         /**
-         * @description A machine whose settings are off, and ways to correct it. Without a word it is the
-         *     ill-conditioned case: 5 × 9 nodes, six settings of which the sixth is nearly a mixture of two
-         *     others.
+         * @description A machine with wrong settings, and methods to correct it. By default the ill-conditioned case: 5
+         *     × 9 nodes and six settings, the sixth of which is nearly a combination of two others.
          */
         ClosedLoopRequest: {
             /**
              * Format: int64
-             * @description Of everything that is drawn. Default 0.
+             * @description Seed of all random numbers. Default 0.
              */
             seed?: number;
-            /** @description How often the machine is corrected. Default 2. */
+            /** @description Number of corrections. Default 2. */
             corrections?: number;
             /**
-             * @description Ways to correct. Default `spectral_uncertainty` (what corrections do by default) and
-             *     `least_squares`; further `spectral_min_mse`, `ridge_gcv` and so on.
+             * @description Correction methods. Default `spectral_uncertainty` (the default of corrections) and
+             *     `least_squares`; further ones are `spectral_min_mse`, `ridge_gcv` and so on.
              */
             strategies?: string[];
             /** @description Names of the settings, with `matrix`. */
             settings?: string[];
-            /** @description µm at each of the nodes for a unit of each setting: what corrections know of the machine. */
+            /** @description Sensitivity matrix: µm at each node per unit of each setting, as used by the corrections. */
             matrix?: number[][];
-            /** @description Of the nodes of `matrix`, which then are a grid over [-1, 1] × [-1, 1]: rows and columns. */
+            /** @description Rows and columns of the nodes of `matrix`, which then form a grid over [-1, 1] × [-1, 1]. */
             grid?: number[];
             /**
-             * @description Standard deviation of what each setting is off by at first. Default 12 µm in the
-             *     ill-conditioned case; needed with `matrix`.
+             * @description Standard deviation of the initial error of each setting, in its unit. Default 12 µm in the
+             *     ill-conditioned case; required with `matrix`.
              */
             setting_error?: number[];
             /**
              * Format: double
-             * @description By how much an entry of the true response differs from the matrix, relative to it (standard
-             *     deviation). Default 0.01.
+             * @description Relative standard deviation of the difference between the true response and the matrix,
+             *     entry by entry. Default 0.01.
              */
             response_noise?: number;
             /**
              * Format: double
-             * @description What corrections take it to be. Default 0.02.
+             * @description The value of `response_noise` that corrections assume. Default 0.02.
              */
             response_uncertainty?: number;
             /**
@@ -2576,7 +2584,7 @@ export interface components {
              */
             missing?: number;
             /**
-             * @description Whether each run is kept as a job with its iterations and corrections, all in one
+             * @description If true, each run is stored as a job with its iterations and corrections, all in one
              *     transaction. Default false.
              */
             store?: boolean;
@@ -2590,32 +2598,30 @@ export interface components {
             iteration: number;
             /**
              * Format: double
-             * @description Of the nodes that were measured.
+             * @description Root mean square of the measured deviations, µm.
              */
             rms_measured_um: number;
             /**
              * Format: double
-             * @description Without noise, over all nodes: only a simulation knows.
+             * @description Root mean square of the deviations without noise over all nodes, µm; known in a simulation
+             *     only.
              */
             rms_true_um: number;
             /**
              * Format: double
-             * @description What the correction promised; left out after the last measurement.
+             * @description Root mean square predicted by the correction, µm; absent after the last measurement.
              */
             rms_predicted_um?: number;
             /** @description The changes of the settings. */
             changes?: number[];
         };
-        /** @description One way to correct. */
+        /** @description One correction method. */
         ClosedLoopRun: {
-            /**
-             * @description How corrections were computed, such as `least_squares`, or the regularisation and its
-             *     criterion.
-             */
+            /** @description Method of the corrections, such as `least_squares`, or the regularisation and its criterion. */
             strategy: string;
             /**
              * Format: uuid
-             * @description Where it is kept.
+             * @description The stored job.
              */
             job_id?: string;
             /** @description Measurements: the first one, and one after each correction. */
@@ -2654,31 +2660,31 @@ export interface components {
             column?: number;
             /**
              * Format: double
-             * @description The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
-             *     posterior; with `constraints` the best that meets them.
+             * @description The regularised estimate Â_B (Eq. 29) by the chosen estimator. With a `prior` the mean
+             *     of the posterior; with `constraints` the best estimate that meets them.
              */
             value: number;
             /**
              * Format: double
-             * @description A standard error that holds: of `value` where λ* was given or nothing is regularised,
-             *     of `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay
-             *     within it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md).
-             *     Absent without degrees of freedom. With a `prior` the standard deviation of the
-             *     posterior, by `prior.sigma`. With `constraints` that of least squares with the
-             *     derivatives at the active places held at 0, as if these places had been known
-             *     beforehand: too small (docs/constraints.md).
+             * @description Standard error of `value` where λ* was given or the fit is not regularised, and of
+             *     `least_squares` where λ* was chosen from the nodes. In simulations of one flank the
+             *     truth lay within one standard error of least squares in 66 to 70 % of the cases
+             *     (docs/mathematics-notes.md). Absent without degrees of freedom. With a `prior` the
+             *     standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
+             *     squares with the derivatives at the active places held at 0, as if these places had been
+             *     known beforehand: too small (docs/constraints.md).
              */
             std_error?: number;
             /**
              * Format: double
-             * @description Standard error of `value` for the λ* used, as if it had not been chosen by the same
-             *     nodes; present where it was. It is too small and leaves the bias out: the truth lay
-             *     within it in 23 to 44 % of the cases, not 68 %.
+             * @description Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
+             *     nodes; present where it was. It is too small and excludes the bias: the truth lay within
+             *     it in 23 to 44 % of the cases, not 68 %.
              */
             conditional_std_error?: number;
             /**
              * Format: double
-             * @description Plain least-squares estimate of the posted nodes, whatever the estimator.
+             * @description Plain least-squares estimate from the posted nodes, whatever the estimator.
              */
             least_squares: number;
             /**
@@ -2688,18 +2694,18 @@ export interface components {
             least_squares_std_error?: number;
             /**
              * Format: double
-             * @description Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
-             *     the posterior's mean for coefficients that lie as far from the prior's as it says on
-             *     average (eᵀP⁻¹e ≤ n, P being its covariance). With `constraints` √n
-             *     standard errors of least squares, which bound the bias for every truth that meets them.
+             * @description Sharp bound on the bias |Â − Â_B| of this coefficient for norm limit r. With a `prior`
+             *     that of the posterior mean, for coefficients as far from the prior mean as its
+             *     covariance P implies on average (eᵀP⁻¹e ≤ n). With `constraints` √n standard errors of
+             *     least squares, which bound the bias for every truth that meets the constraints.
              */
             bias_bound: number;
             /**
-             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
-             *     holds is in docs/intervals.md: for independent normal errors, at 0.95, in 0.94 to 0.96
-             *     on average; elsewhere as docs/errors.md, docs/prior.md and docs/selection.md have it.
-             *     The regularised `value` may lie outside. Absent without an estimate of the noise, and
-             *     where nothing limits the coefficient.
+             * @description Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
+             *     is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
+             *     cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
+             *     may lie outside. Absent without an estimate of the noise, and where the coefficient is
+             *     not bounded.
              */
             interval?: number[];
             interval_kind?: components["schemas"]["IntervalKind"];
@@ -2710,13 +2716,13 @@ export interface components {
             least_squares_interval?: number[];
             /**
              * Format: double
-             * @description What the norm limit (`coefficient_norm_limit`) or the `prior` that was given gained: the
-             *     width of `interval` as a share of that of Student's about least squares, above 0. 0.6 is
-             *     an interval shorter by 40 %; 1 gained nothing, and above 1 a prior made it wider.
+             * @description Effect of the given norm limit (`coefficient_norm_limit`) or `prior`: the width of
+             *     `interval` divided by that of Student's interval about least squares, above 0. 0.6 is an
+             *     interval shorter by 40 %; 1 is no gain, and above 1 the prior made it wider.
              */
             interval_gain?: number;
         };
-        /** @description How the columns depend on each other. */
+        /** @description Linear dependence of the columns. */
         Collinearity: {
             /** @description Each column against all others, in the order of the coefficients. */
             columns: components["schemas"]["ColumnCollinearity"][];
@@ -2803,8 +2809,8 @@ export interface components {
          */
         ConformityDecision: "conforms" | "does_not_conform" | "cannot_be_told";
         /**
-         * @description A condition on the shape of the fitted curve or surface, which holds at every place of its
-         *     domain, not at nodes alone.
+         * @description A condition on the shape of the fitted curve or surface. It holds everywhere in its domain, not
+         *     only at the nodes.
          * @example {
          *       "along": "v",
          *       "kind": "concave"
@@ -2818,18 +2824,18 @@ export interface components {
              */
             along?: components["schemas"]["FilterAxisName"];
             /**
-             * @description Where it does, within the domain of the fit; by default all over that. Opposite constraints
-             *     along an axis must not touch.
+             * @description Where the constraint applies, within the domain of the fit; default the whole domain.
+             *     Opposite constraints along an axis must not touch.
              */
             domain?: components["schemas"]["Domain"];
         };
         /**
-         * @description What the function does along the axis: `increasing` and `decreasing` limit the first derivative,
-         *     which may be 0, `convex` and `concave` the second.
+         * @description Shape along the axis: `increasing` and `decreasing` limit the first derivative, which may be 0;
+         *     `convex` and `concave` limit the second.
          * @enum {string}
          */
         ConstraintKind: "increasing" | "decreasing" | "convex" | "concave";
-        /** @description What one constraint came to. */
+        /** @description Result of one constraint. */
         ConstraintResult: {
             kind: components["schemas"]["ConstraintKind"];
             along: components["schemas"]["FilterAxisName"];
@@ -2846,14 +2852,14 @@ export interface components {
              * @description The same of plain least squares; below 0 where the constraint had something to do.
              */
             least_squares_least_value: number;
-            /** @description Where the constraint holds the function back. */
+            /** @description Places where the constraint is active. */
             active: components["schemas"]["ActivePlace"][];
         };
         /**
-         * @description The proof that the fitted function meets the constraints, and that none of the model that
-         *     does is much better. It is of the fitted function (`curve`, `surface`, `predictions`):
-         *     coefficients of raw powers, rounded to doubles, hold it as far as `numerics.correct_digits`
-         *     says.
+         * @description Proof that the fitted function meets the constraints, and that no function of the model that
+         *     meets them is much better. It applies to the fitted function (`curve`, `surface`,
+         *     `predictions`); rounded coefficients of raw powers meet the constraints to
+         *     `numerics.correct_digits`.
          */
         ConstraintsResult: {
             /** @description In the order of the request. */
@@ -2872,19 +2878,19 @@ export interface components {
             rss_bound: number;
             /**
              * Format: double
-             * @description Length of the gradient of the Lagrangian, over that of the heights as the columns see
-             *     them: 0 at the exact solution.
+             * @description Length of the gradient of the Lagrangian relative to that of the projected heights: 0 at
+             *     the exact solution.
              */
             stationarity: number;
             /**
-             * @description Rounds in which places were looked for where a constraint was violated; 0 where least
-             *     squares meets all of them.
+             * @description Number of rounds that searched for violated constraints; 0 where least squares meets all
+             *     of them.
              */
             rounds: number;
         };
         /** @description Share of gross errors, 1e-6 to 0.9, or `estimate`. */
         Contamination: "estimate" | number;
-        /** @description How patches meet. */
+        /** @description Continuity across common borders. */
         Continuity: {
             /** @description The worst class of all joints. */
             class: components["schemas"]["ContinuityClass"];
@@ -2892,8 +2898,8 @@ export interface components {
             joints: components["schemas"]["Joint"][];
         };
         /**
-         * @description How two patches meet, from worst to best: a gap; one line with an edge; one tangent plane; the
-         *     same first derivatives; the same second ones, hence one curvature.
+         * @description Continuity of two patches, from worst to best: a gap; a common line with an edge; a common
+         *     tangent plane; equal first derivatives; equal second derivatives, hence equal curvature.
          * @enum {string}
          */
         ContinuityClass: "apart" | "c0" | "g1" | "c1" | "c2";
@@ -2922,7 +2928,7 @@ export interface components {
         CoordinateFit: {
             /** @description `y` of a curve's graph, `z` of a surface's; else `x`, `y` or `z`. */
             coordinate: string;
-            /** @description As `POST /v1/fits` answers it, without the shape. */
+            /** @description The fit as in the answer of `POST /v1/fits`, without the shape. */
             result: components["schemas"]["FitResult"];
         };
         /**
@@ -2955,11 +2961,11 @@ export interface components {
              */
             sigma?: number;
             /**
-             * @description Of a surface of many coefficients without a penalty: the standard error of each control
-             *     point, in their rows.
+             * @description For a surface of many coefficients without a penalty: standard errors of the control points,
+             *     row by row.
              */
             std_errors?: number[][];
-            /** @description With `"include": ["residuals"]`: of the counted nodes, in the order posted. */
+            /** @description With `"include": ["residuals"]`: residuals of the counted nodes, in the order posted. */
             values?: number[];
         };
         /** @description The teeth whose mean a flank was corrected by. */
@@ -3250,24 +3256,24 @@ export interface components {
             twist_um?: components["schemas"]["CorrectionTargetFigure"];
         };
         /**
-         * @description How errors are correlated.
+         * @description Correlation of the errors.
          * @enum {string}
          */
         CorrelationName: "ar1" | "ar2" | "matern";
-        /** @description How many of the smallest eigenvalues are regularised: a number or `auto`. */
+        /** @description Number of smallest eigenvalues to regularise: a number or `auto`. */
         Count: "auto" | number;
         /**
          * @description Covariance matrices of the coefficients, in their order: the lower triangle by rows, row j
          *     having j + 1 numbers.
          */
         Covariance: {
-            /** @description Of the estimate, for the λ* used. */
+            /** @description Covariance of the estimate for the λ* used. */
             coefficients: number[][];
-            /** @description Of the estimate before it is regularised: least squares, or the robust estimate. */
+            /** @description Covariance of the unregularised estimate: least squares, or the robust estimate. */
             least_squares: number[][];
         };
         /**
-         * @description By what λ*, k or λ is chosen; `fixed` takes the caller's `value`.
+         * @description Criterion that chooses λ*, k or λ; `fixed` takes `value` of the request.
          * @enum {string}
          */
         CriterionName: "min_mse" | "min_condition" | "gcv" | "discrepancy" | "l_curve" | "hkb" | "hkb_1975" | "lawless_wang" | "optimal" | "reml" | "press" | "blocked_cv" | "sure" | "fixed";
@@ -3306,7 +3312,7 @@ export interface components {
         Curve: components["schemas"]["PolynomialCurve"] | components["schemas"]["PiecewisePolynomialCurve"] | components["schemas"]["BSplineCurve"] | components["schemas"]["NurbsCurve"];
         /** @description Closest points, everything in the order of the given ones. */
         CurveFeet: {
-            /** @description Where they lie on the curve. */
+            /** @description Parameters of the closest points on the curve. */
             parameters: number[];
             /** @description They themselves; of a graph (x, y). */
             points: number[][];
@@ -3319,31 +3325,31 @@ export interface components {
             signed_distances?: number[];
         };
         /**
-         * @description Files of curves: IGES (entity 126) and STEP AP242 hold the curve itself; OBJ, VTK and CSV a
-         *     chain of points on it.
+         * @description Files of curves: IGES (entity 126) and STEP AP242 contain the curve itself; OBJ, VTK and CSV a
+         *     polyline of points on it.
          * @enum {string}
          */
         CurveFormat: "iges" | "step" | "obj" | "vtk" | "csv";
         /**
-         * @description What is answered of a curve only when asked for: `arc_length` for at most 10,000 parameters.
+         * @description Optional parts of the answer: `arc_length` for at most 10,000 parameters.
          * @enum {string}
          */
         CurveInclude: "arc_length";
         /** @description Curves along the lines of a mesh, from two families of planes u = const and v = const. */
         CurveMesh: {
-            /** @description Where the curves over v stand, ascending. */
+            /** @description Positions of the curves over v, ascending. */
             u: number[];
-            /** @description Where the curves over u stand, ascending. */
+            /** @description Positions of the curves over u, ascending. */
             v: number[];
             /**
-             * @description For each u its curve over v. Of points in space the first or the last may be `null`: a
-             *     tip, where the patches have three sides.
+             * @description For each u its curve over v. For points in space the first or the last may be `null`:
+             *     the patches there are three-sided.
              */
             u_curves: (components["schemas"]["Curve"] | null)[];
             /** @description For each v its curve over u; `null` as above. */
             v_curves: (components["schemas"]["Curve"] | null)[];
         };
-        /** @description How a curve is led through points (all but the last three) or near them. */
+        /** @description Method of a curve through the points (all but the last three) or near them. */
         CurveMethod: components["schemas"]["LagrangeMethod"] | components["schemas"]["NewtonMethod"] | components["schemas"]["HermiteMethod"] | components["schemas"]["CubicHermiteMethod"] | components["schemas"]["CubicSplineMethod"] | components["schemas"]["BSplineCurveMethod"] | components["schemas"]["BSplineLeastSquaresCurveMethod"] | components["schemas"]["NurbsLeastSquaresCurveMethod"] | components["schemas"]["SmoothingSplineMethod"];
         /** @description One boundary curve y(x); abscissae in any order, repetitions are repeated measurements. */
         CurveNodes: {
@@ -3352,7 +3358,7 @@ export interface components {
              * @enum {string}
              */
             type: "curve";
-            /** @description Where the heights were measured, in any order. */
+            /** @description Abscissae of the heights, in any order. */
             x: number[];
             /** @description The height at each x. */
             y: number[];
@@ -3368,16 +3374,16 @@ export interface components {
         CurveRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -3395,7 +3401,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -3409,13 +3415,14 @@ export interface components {
             /** @description By order: first derivatives, second ones, … */
             derivatives?: components["schemas"]["Point"][][];
             /**
-             * @description With two derivatives and more: 1/radius; of plane curves and graphs > 0 where the curve
-             *     turns left. Left out where the curve stands still at one of the parameters, with a warning.
+             * @description With two derivatives or more: 1/radius; for plane curves and graphs > 0 where the curve
+             *     turns left. Absent, with a warning, where the first derivative is 0 at one of the
+             *     parameters.
              */
             curvature?: number[];
             /**
-             * @description With three derivatives, of a curve in space that is nowhere straight at the parameters: how
-             *     fast it leaves its plane.
+             * @description With three derivatives: torsion of a space curve; absent where its curvature is 0 at one of
+             *     the parameters.
              */
             torsion?: number[];
             /**
@@ -3437,21 +3444,22 @@ export interface components {
             warnings: components["schemas"]["Warning"][];
         };
         /**
-         * @description What is done with the gear.
+         * @description Decision on the gear.
          * @enum {string}
          */
         DecisionName: "accept" | "remachine" | "reject";
         /** @description A border that is a point. */
         DegenerateBorder: {
             border: components["schemas"]["Border"];
-            /** @description Where all of the border lies. */
+            /** @description The point. */
             point: number[];
         };
         /** @description One degree for every axis, or one for each: `3` or `[p, q]`. */
         Degree: number | number[];
         /**
-         * @description Why columns nearly depend on each other: `basis`, in Legendre's over the domain they do not;
-         *     `nodes`, the nodes do not tell them apart in whatever basis, or there is no other.
+         * @description Cause of a near dependency: `basis`, the columns are independent in Legendre's basis over
+         *     the domain; `nodes`, the nodes cannot separate them in any basis, or there is no other
+         *     basis.
          * @enum {string}
          */
         DependencyCause: "basis" | "nodes";
@@ -3535,7 +3543,7 @@ export interface components {
             v?: number[];
         };
         /**
-         * @description How many entries of each list of a traced iteration stand before those listed, which are the
+         * @description For each list of a traced iteration: number of entries before the listed ones, which are the
          *     last hundred.
          */
         EarlierEntries: {
@@ -3604,7 +3612,7 @@ export interface components {
              */
             type: "end_relief";
         };
-        /** @description What holds at the ends of a cubic spline: the paper's (i) to (iv), and `periodic`. */
+        /** @description End conditions of a cubic spline: the paper's (i) to (iv), and `periodic`. */
         Ends: components["schemas"]["ClampedEnds"] | components["schemas"]["NaturalEnds"] | components["schemas"]["SecondDerivativeEnds"] | components["schemas"]["NotAKnotEnds"] | components["schemas"]["PeriodicEnds"];
         /** @description A tool's profile and how it rolls with the gear. */
         EnvelopeRequest: {
@@ -3615,24 +3623,24 @@ export interface components {
             /** @description Ascending: where the flank that is left is answered. */
             radii_mm?: number[];
         };
-        /** @description Parameters, told or estimated: `rho`, or `phi`, or `length` and `nugget`. */
+        /** @description Parameters of the correlation, given or estimated: `rho`, `phi`, or `length` and `nugget`. */
         ErrorParameters: {
             /**
              * Format: double
-             * @description Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
-             *     intervals hold in 0.92 only, those of the worst coefficient in 0.88 (docs/errors.md).
+             * @description For `ar1`: the correlation of neighbours. At 0.95 over a line of 60 nodes, 95 % intervals
+             *     have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/errors.md).
              */
             rho?: number;
-            /** @description Of `ar2`: φ₁ and φ₂. */
+            /** @description For `ar2`: φ₁ and φ₂. */
             phi?: number[];
             /**
              * Format: double
-             * @description Of `matern`, in the unit of the abscissae.
+             * @description For `matern`: the correlation length in the unit of the abscissae.
              */
             length?: number;
             /**
              * Format: double
-             * @description Of `matern`: the white share of the variance.
+             * @description For `matern`: share of white noise in the variance.
              */
             nugget?: number;
             /**
@@ -3658,9 +3666,9 @@ export interface components {
          */
         Errors: components["schemas"]["IndependentErrors"] | components["schemas"]["Ar1Errors"] | components["schemas"]["Ar2Errors"] | components["schemas"]["MaternErrors"];
         /**
-         * @description Correlations of the errors along scan lines. Of `residuals`, `rss` and `sigma` are then those of
-         *     the white rows, sigma being the standard deviation of a height of weight 1; the others are those
-         *     of the heights.
+         * @description Correlations of the errors along scan lines. `rss` and `sigma` of `residuals` are then those of
+         *     the whitened rows, where sigma is the standard deviation of a height of weight 1; the other
+         *     residual figures are those of the heights.
          */
         ErrorsResult: {
             type: components["schemas"]["CorrelationName"];
@@ -3668,13 +3676,13 @@ export interface components {
             parameters: components["schemas"]["ErrorParameters"];
             /**
              * Format: double
-             * @description So many independent heights would tell as much of a mean.
+             * @description Number of independent heights that would determine a mean equally well.
              */
             effective_count: number;
             /**
-             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line over the mean of
-             *     r² over the nodes, about 2 for white residuals and any number of lines. Of plain least
-             *     squares, and of the white rows. Absent where no line has two nodes.
+             * @description Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line divided by the
+             *     mean of r² over the nodes, about 2 for white residuals and any number of lines. Given for
+             *     plain least squares and for the whitened rows. Absent where no line has two nodes.
              */
             durbin_watson?: number[];
             /**
@@ -3695,7 +3703,7 @@ export interface components {
          *     unregularised estimate.
          */
         EstimableSum: {
-            /** @description The terms whose coefficients cannot be told apart. */
+            /** @description The terms whose coefficients cannot be separated. */
             terms: string[];
             /** @description Weight of the coefficient of each of `terms`; 1 for the leading one. */
             weights: number[];
@@ -3715,8 +3723,8 @@ export interface components {
             interval?: number[];
             /**
              * Format: double
-             * @description How much worse the sum is determined than the best one of the same terms, in columns of
-             *     unit length: 1 to 30.
+             * @description Ratio of the standard error of the sum to that of the best determined sum of the same
+             *     terms, in columns of unit length: 1 to 30.
              */
             condition_index: number;
             /** @description The same in words. */
@@ -3759,7 +3767,7 @@ export interface components {
             exponent?: number;
         };
         /**
-         * @description How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
+         * @description Estimator of the coefficients; default `least_squares`. Weights of nodes multiply squared
          *     residuals for every estimator: rows and heights are scaled by √weight.
          */
         Estimator: components["schemas"]["LeastSquaresEstimator"] | components["schemas"]["MEstimator"] | components["schemas"]["LeastAbsoluteDeviationsEstimator"] | components["schemas"]["LpEstimator"] | components["schemas"]["QuantileEstimator"] | components["schemas"]["LeastTrimmedSquaresEstimator"] | components["schemas"]["RankEstimator"] | components["schemas"]["LEstimator"] | components["schemas"]["MaximumLikelihoodEstimator"];
@@ -3972,7 +3980,7 @@ export interface components {
             k_bands?: components["schemas"]["KBand"][];
         };
         /**
-         * @description What an event is about.
+         * @description Subject of an event.
          * @enum {string}
          */
         EventName: "iteration" | "fit" | "decision" | "stream" | "operation" | "record" | "job" | "purged" | "reset";
@@ -3980,12 +3988,12 @@ export interface components {
         ExportCurve: {
             curve: components["schemas"]["Curve"];
             format: components["schemas"]["CurveFormat"];
-            /** @description What the file calls the curve. Default `curve`. */
+            /** @description Name of the curve in the file. Default `curve`. */
             name?: string;
             /**
              * Format: double
-             * @description Of `obj`, `vtk` and `csv`, which are chains of points: how far a chord may stray from
-             *     the curve. Default a thousandth of the curve's extent.
+             * @description For `obj`, `vtk` and `csv` (polylines): largest distance of a chord from the curve.
+             *     Default a thousandth of the curve's extent.
              */
             tolerance?: number;
         };
@@ -3993,18 +4001,19 @@ export interface components {
         ExportSurface: {
             surface: components["schemas"]["Surface"];
             format: components["schemas"]["SurfaceFormat"];
-            /** @description What the file calls the surface. Default `surface`. */
+            /** @description Name of the surface in the file. Default `surface`. */
             name?: string;
             /**
              * Format: double
-             * @description Of `iges` and `step`: how far a patch that no B-spline equals (Gregory, bicubic Coons of
-             *     rational curves) may be from the one written. Default a millionth of the surface's
-             *     extent. Of meshes: nodes on common borders no farther apart are one.
+             * @description For `iges` and `step`: largest distance between a patch that no B-spline equals
+             *     (Gregory, bicubic Coons of rational curves) and the one written. Default a millionth of
+             *     the surface's extent. For meshes: nodes on common borders within this distance become
+             *     one.
              */
             tolerance?: number;
             /**
-             * @description Of all others: quadrilaterals along u and along v on each smooth patch. Default 20 and
-             *     20.
+             * @description For all other formats: quadrilaterals along u and along v on each smooth patch. Default
+             *     20 and 20.
              */
             samples?: number[];
         };
@@ -4153,9 +4162,9 @@ export interface components {
          */
         FilterAxisName: "u" | "v";
         /**
-         * @description How the columns depend on each other before and after the filters, which smooth away what
-         *     tells terms apart. `after` is of the matrix that the filters make of X, removed nodes left
-         *     out, with peaks and robustness weights as the heights decided them; the fit itself is of the
+         * @description Linear dependence of the columns before and after the filters, which may smooth away the
+         *     difference between terms. `after` is that of the filtered matrix X without removed nodes,
+         *     with the peaks and robustness weights found from the heights; the fit itself relates the
          *     filtered heights to X.
          */
         FilterCollinearity: {
@@ -4167,12 +4176,12 @@ export interface components {
          * @enum {string}
          */
         FilterName: "hampel" | "gaussian" | "spline";
-        /** @description What one filter changed. */
+        /** @description Changes by one filter. */
         FilterResult: {
             type: components["schemas"]["FilterName"];
-            /** @description Nodes whose height is another one now, or that were removed. */
+            /** @description Number of nodes whose height was changed or that were removed. */
             changed: number;
-            /** @description Of them, those that count no more. */
+            /** @description Number of nodes removed. */
             removed: number;
             /**
              * Format: double
@@ -4192,7 +4201,7 @@ export interface components {
             node_indices?: number[];
             /** @description Rounds of the line that took the most; of a robust filter only. */
             iterations?: number;
-            /** @description Whether every line came to rest; of a robust filter only. */
+            /** @description True if the iteration converged on every line; for a robust filter only. */
             converged?: boolean;
         };
         /**
@@ -4245,28 +4254,28 @@ export interface components {
             spec: components["schemas"]["FitFormSpec"];
             /**
              * Format: binary
-             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
-             *     flank, tooth and axes is taken where `spec` does not give them.
+             * @description A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
+             *     axes are used where `spec` has none.
              */
             nodes: string;
-            /** @description How the table is to be read. */
+            /** @description Mapping of the table. */
             mapping?: components["schemas"]["TableMapping"];
         };
         /** @description A fit request without nodes. */
         FitFormSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4284,7 +4293,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4293,8 +4302,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4302,8 +4311,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -4319,13 +4328,13 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
         };
         /**
-         * @description What is answered only when asked for: whatever grows with the nodes or with the square of the
-         *     coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
-         *     has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
+         * @description Optional parts of the answer, which grow with the nodes or with the square of the coefficients.
+         *     A name may occur twice; one that does not apply (`ridge_trace` without ridge) adds at most a
+         *     warning.
          * @enum {string}
          */
         FitInclude: "residuals" | "fitted" | "collinearity" | "lambda_curve" | "matrix_b" | "ridge_trace" | "robust_weights" | "peaks" | "covariance" | "influence" | "shape" | "representative" | "intervals" | "predicted_mse";
@@ -4333,7 +4342,7 @@ export interface components {
         FitPage: {
             /** @description The fits of this page. */
             items: components["schemas"]["FitSummary"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /** @description A fit request. */
@@ -4341,16 +4350,16 @@ export interface components {
             nodes: components["schemas"]["Nodes"];
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4368,7 +4377,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4377,8 +4386,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4386,8 +4395,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -4403,7 +4412,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
         };
         /** @description The answer to a fit. */
@@ -4436,20 +4445,20 @@ export interface components {
             /** @description Condition, bias and error along λ*; present when `lambda_curve` was included. */
             lambda_curve?: components["schemas"]["LambdaCurvePoint"][];
             /**
-             * @description The coefficients along k, ascending from 0; present when `ridge_trace` was included and
-             *     ridge asked for.
+             * @description The coefficients along k, ascending from 0; present with `include` of `ridge_trace` and
+             *     ridge.
              */
             ridge_trace?: components["schemas"]["RidgeTracePoint"][];
             /** @description The rows of B in the caller's columns; present when `matrix_b` was included. */
             matrix_b?: number[][];
-            /** @description What each filter changed, in the order applied; present when there were filters. */
+            /** @description Changes by each filter, in the order applied; present with filters. */
             filters?: components["schemas"]["FilterResult"][];
             /** @description B as a product; present with `matrix_b`. */
             matrix_b_factors?: components["schemas"]["MatrixBFactors"];
             /**
-             * @description What of this fit is used for others: V, λ* and L, as `regularization` of type
-             *     `representative` takes them. Present when `representative` was included and `spectral`
-             *     raised an eigenvalue.
+             * @description The data that other fits need: V, λ* and L, as `regularization` of type `representative`
+             *     takes them. Present with `include` of `representative`, if `spectral` raised an
+             *     eigenvalue.
              */
             representative?: components["schemas"]["RepresentativePiece"];
             /**
@@ -4465,7 +4474,7 @@ export interface components {
             constraints?: components["schemas"]["ConstraintsResult"];
             /** @description Present when `covariance` was included. */
             covariance?: components["schemas"]["Covariance"];
-            /** @description Present when heights were asked for (`predict`). */
+            /** @description Present with `predict`. */
             predictions?: components["schemas"]["Predictions"];
             /** @description Present when `influence` was included and the nodes determine the coefficients. */
             influence?: components["schemas"]["Influence"];
@@ -4482,8 +4491,8 @@ export interface components {
             warnings: components["schemas"]["Warning"][];
             provenance: components["schemas"]["Provenance"];
             /**
-             * @description What was fitted, with every default filled in: a request of its own, but for the nodes.
-             *     Of `POST /v1/fits`; a fit that is kept has it beside its result.
+             * @description The fit request without nodes, with every default filled in. For `POST /v1/fits`; a
+             *     stored fit has it next to its result.
              */
             spec?: components["schemas"]["FitSpec"];
         };
@@ -4491,16 +4500,16 @@ export interface components {
         FitSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -4518,7 +4527,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -4527,8 +4536,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -4536,8 +4545,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -4547,22 +4556,16 @@ export interface components {
              */
             exclude?: components["schemas"]["NodeAt"][];
         };
-        /**
-         * @description A fit by the figures by which λ* choices are told apart at a glance. A figure that does not
-         *     exist is left out.
-         */
+        /** @description Figures of a fit for comparing λ* choices. A figure that does not exist is absent. */
         FitSummary: {
             /**
              * Format: uuid
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether this fit stands. */
+            /** @description True for the chosen fit. */
             chosen: boolean;
-            /**
-             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
-             *     for.
-             */
+            /** @description For the chosen fit: actor of the caller who chose it; absent where no key was required. */
             chosen_by?: string;
             /**
              * Format: double
@@ -4593,7 +4596,7 @@ export interface components {
             bias_norm?: number;
             /**
              * Format: double
-             * @description The least bound of the bias that holds within the norm limit.
+             * @description The smallest bias bound that holds within the norm limit.
              */
             bias_sharp_bound?: number;
             /**
@@ -4607,8 +4610,9 @@ export interface components {
              */
             max_abs?: number;
             /**
-             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
-             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+             * @description Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
+             *     full); absent where `axes` do not give u, v and z, and for fits that are older than these
+             *     figures.
              */
             figures?: components["schemas"]["FitFigures"];
             /**
@@ -4616,7 +4620,7 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who made it; absent where no key was required. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
@@ -4979,16 +4983,16 @@ export interface components {
         FlankSurfaceRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -5006,7 +5010,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -5057,7 +5061,7 @@ export interface components {
          *     }
          */
         Folds: {
-            /** @description What is never torn apart. */
+            /** @description Nodes that are left out together. */
             by: components["schemas"]["FoldsBy"];
             /**
              * @description Number of blocks, each of neighbouring rows (columns, lines): at least 2, at most one for
@@ -5065,14 +5069,14 @@ export interface components {
              */
             count?: number;
             /**
-             * @description With `lines` and only then: the number of the scan line of each node, in the order posted
-             *     (of a grid row by row); −2⁶³ to 2⁶³ − 1.
+             * @description With `lines` only, and required there: number of the scan line of each node, in the order
+             *     posted (a grid row by row); −2⁶³ to 2⁶³ − 1.
              */
             line?: number[];
         };
         /**
-         * @description What is left out as a whole. `rows`: nodes of one u (of one x on a curve), or single rows of a
-         *     measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
+         * @description Blocks that are left out as a whole. `rows`: nodes of one u (of one x on a curve), or single
+         *     rows of a measurement matrix; `columns`: nodes of one v; `lines`: nodes of one scan line.
          * @enum {string}
          */
         FoldsBy: "rows" | "columns" | "lines";
@@ -5217,16 +5221,16 @@ export interface components {
         GearDeviationsRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -5244,7 +5248,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6113,7 +6117,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -6182,14 +6186,14 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether this fit stands. */
+            /** @description True for the chosen fit. */
             chosen: boolean;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who made it; absent where no key was required. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
@@ -6213,28 +6217,28 @@ export interface components {
             spec: components["schemas"]["IterationFormSpec"];
             /**
              * Format: binary
-             * @description A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
-             *     flank, tooth and axes is taken where `spec` does not give them.
+             * @description A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+             *     `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
+             *     axes are used where `spec` has none.
              */
             nodes: string;
-            /** @description How the table is to be read. */
+            /** @description Mapping of the table. */
             mapping?: components["schemas"]["TableMapping"];
         };
         /** @description An iteration request without nodes. */
         IterationFormSpec: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -6252,7 +6256,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6261,8 +6265,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -6270,8 +6274,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -6287,7 +6291,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: date-time
@@ -6316,7 +6320,7 @@ export interface components {
         IterationPage: {
             /** @description The iterations of this page. */
             items: components["schemas"]["IterationSummary"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
@@ -6350,16 +6354,16 @@ export interface components {
         IterationRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -6377,7 +6381,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6386,8 +6390,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -6395,8 +6399,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -6412,7 +6416,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: date-time
@@ -6447,7 +6451,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -6645,7 +6649,7 @@ export interface components {
         JobPage: {
             /** @description The jobs of this page. */
             items: components["schemas"]["ListedJob"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
@@ -6904,16 +6908,16 @@ export interface components {
         KeptCurveRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -6931,7 +6935,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -6994,7 +6998,7 @@ export interface components {
         KeyPage: {
             /** @description The keys of this page. */
             items: components["schemas"]["Key"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
@@ -7323,7 +7327,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: uuid
@@ -7550,7 +7554,7 @@ export interface components {
              * @enum {string}
              */
             type: "matern";
-            /** @description Which way scan lines run. Needed for a grid; default `order`. */
+            /** @description Direction of scan lines. Required for a grid; default `order`. */
             along?: components["schemas"]["AlongName"];
             /**
              * @description The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -7758,7 +7762,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32
@@ -7876,16 +7880,16 @@ export interface components {
         NewStream: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -7903,7 +7907,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -7912,8 +7916,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -7921,8 +7925,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -7944,7 +7948,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
         };
         /**
@@ -8053,11 +8057,14 @@ export interface components {
              * @enum {string}
              */
             type: "nurbs";
-            /** @description Of the pieces, from 0 (steps) on. */
+            /** @description Degree of the pieces, from 0 (steps). */
             degree: number;
             /** @description The full knot vector, ascending: as many as control points, degree and 1 together. */
             knots: number[];
-            /** @description As many as knots less degree less 1: numbers for a graph, `[x, y]` or `[x, y, z]` otherwise. */
+            /**
+             * @description Their number is that of the knots minus the degree minus 1: numbers for a graph, `[x, y]` or
+             *     `[x, y, z]` otherwise.
+             */
             control_points: components["schemas"]["Point"][];
             /** @description One ≥ 0 for each control point; somewhere on every span one above 0. */
             weights: number[];
@@ -8075,7 +8082,7 @@ export interface components {
             knots: number[];
             /** @description One above 0 for each control point. */
             weights: number[];
-            /** @description One for each point: what its squared residual counts. */
+            /** @description One weight for each point; it multiplies the squared residual. */
             weight?: number[];
         };
         /** @description Σ wᵢⱼ aᵢⱼ Nᵢ(u) Nⱼ(v) / Σ wᵢⱼ Nᵢ(u) Nⱼ(v). */
@@ -8179,7 +8186,7 @@ export interface components {
         OperationPage: {
             /** @description Newest first. */
             items: components["schemas"]["Operation"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
@@ -8828,16 +8835,16 @@ export interface components {
         PreviewRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -8855,7 +8862,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -8864,8 +8871,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -8873,8 +8880,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -9337,7 +9344,7 @@ export interface components {
         RecordPage: {
             /** @description The records of this page. */
             items: components["schemas"]["RecordSummary"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /** @description A record in a list. */
@@ -9364,16 +9371,16 @@ export interface components {
         RefitRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -9391,7 +9398,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -9400,8 +9407,8 @@ export interface components {
             domain?: components["schemas"]["Domain"];
             prior?: components["schemas"]["Prior"];
             /**
-             * @description How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-             *     `none`, and the estimator `least_squares`.
+             * @description Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+             *     then be `none`, and the estimator `least_squares`.
              */
             constraints?: components["schemas"]["Constraint"][];
             /** @description Heights, slopes and bands at places of the domain. */
@@ -9409,8 +9416,8 @@ export interface components {
             select?: components["schemas"]["Select"];
             folds?: components["schemas"]["Folds"];
             /**
-             * @description Nodes that are left out of the fit, as if they were missing; each is named once. They
-             *     stay in what is stored, and `spec` says that they were left out.
+             * @description Nodes that the fit treats as missing; each is named once. They remain in the stored
+             *     nodes, and `spec` lists them.
              * @example [
              *       {
              *         "column": 7,
@@ -10412,7 +10419,7 @@ export interface components {
              *     less than the number of points (the interpolant).
              */
             degrees_of_freedom?: number;
-            /** @description One for each point: what its squared residual counts. */
+            /** @description One weight for each point; it multiplies the squared residual. */
             weight?: number[];
         };
         /** @description Into how many elements each part goes; at most two million nodes in all. */
@@ -10664,7 +10671,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: uuid
@@ -10799,7 +10806,7 @@ export interface components {
         StreamPage: {
             /** @description The streams of this page. */
             items: components["schemas"]["ListedStream"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
@@ -11042,16 +11049,16 @@ export interface components {
             nodes?: components["schemas"]["Nodes"];
             scaling?: components["schemas"]["ScalingName"];
             /**
-             * @description Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-             *     curve, a surface or a flank is asked for, `none`.
+             * @description Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+             *     for a curve, a surface or a flank: `none`.
              */
             regularization?: components["schemas"]["Regularization"];
             estimator?: components["schemas"]["Estimator"];
             /**
              * Format: double
-             * @description r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-             *     hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-             *     known from elsewhere than these nodes (docs/intervals.md).
+             * @description Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+             *     they are valid only if it holds. Take it from a source other than these nodes
+             *     (docs/intervals.md). By default r is estimated, and used for bounds only.
              */
             coefficient_norm_limit?: number;
             /**
@@ -11069,7 +11076,7 @@ export interface components {
              * @example 0.95
              */
             level?: number;
-            /** @description Parts of the answer that come only when asked for. */
+            /** @description Optional parts of the answer. */
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
@@ -11353,7 +11360,7 @@ export interface components {
         TenantPage: {
             /** @description The tenants of this page. */
             items: components["schemas"]["Tenant"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /**
@@ -11573,7 +11580,7 @@ export interface components {
             job: components["schemas"]["Job"];
             /** @description By number. */
             iterations: components["schemas"]["TracedIteration"][];
-            /** @description Where the next page begins; absent on the last one. */
+            /** @description Cursor of the next page; absent on the last one. */
             next_cursor?: string;
         };
         /** @description Classes 1 to 11 of ISO 1328-1:2013. Left out is what exceeds even class 11: `beyond` names it. */
@@ -11768,12 +11775,9 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether this fit stands. */
+            /** @description True for the chosen fit. */
             chosen: boolean;
-            /**
-             * @description Of the fit that stands, who chose it: the actor of the caller; absent where no key was asked
-             *     for.
-             */
+            /** @description For the chosen fit: actor of the caller who chose it; absent where no key was required. */
             chosen_by?: string;
             /**
              * Format: double
@@ -11804,7 +11808,7 @@ export interface components {
             bias_norm?: number;
             /**
              * Format: double
-             * @description The least bound of the bias that holds within the norm limit.
+             * @description The smallest bias bound that holds within the norm limit.
              */
             bias_sharp_bound?: number;
             /**
@@ -11818,8 +11822,9 @@ export interface components {
              */
             max_abs?: number;
             /**
-             * @description Slopes, crownings and twist, of the fit that stands (each tells its own where it is answered
-             *     whole); absent where `axes` do not tell u, v and z, and of fits from before there were any.
+             * @description Slopes, crownings and twist of the chosen fit (every fit has its own where it is returned in
+             *     full); absent where `axes` do not give u, v and z, and for fits that are older than these
+             *     figures.
              */
             figures?: components["schemas"]["FitFigures"];
             /**
@@ -11827,7 +11832,7 @@ export interface components {
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who made it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who made it; absent where no key was required. */
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
@@ -11845,7 +11850,7 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. */
+            /** @description Quantities and units on the axes of the nodes. */
             axes?: components["schemas"]["Axes"];
             /**
              * Format: int32

@@ -12,10 +12,10 @@ use flankfit_engine::estimation::{
 };
 
 answer! {
-    /// The proof that the fitted function meets the constraints, and that none of the model that
-    /// does is much better. It is of the fitted function (`curve`, `surface`, `predictions`):
-    /// coefficients of raw powers, rounded to doubles, hold it as far as `numerics.correct_digits`
-    /// says.
+    /// Proof that the fitted function meets the constraints, and that no function of the model that
+    /// meets them is much better. It applies to the fitted function (`curve`, `surface`,
+    /// `predictions`); rounded coefficients of raw powers meet the constraints to
+    /// `numerics.correct_digits`.
     #[schema(as = ConstraintsResult)]
     pub struct ConstraintsResultBody from ConstraintsReport {
         constraints, rss, rss_bound, stationarity, rounds,
@@ -28,17 +28,17 @@ answer! {
         /// No function of the model that meets the constraints has a Σ w r² below this (the value
         /// of the dual problem).
         rss_bound: f64 = rss_bound,
-        /// Length of the gradient of the Lagrangian, over that of the heights as the columns see
-        /// them: 0 at the exact solution.
+        /// Length of the gradient of the Lagrangian relative to that of the projected heights: 0 at
+        /// the exact solution.
         stationarity: f64 = stationarity,
-        /// Rounds in which places were looked for where a constraint was violated; 0 where least
-        /// squares meets all of them.
+        /// Number of rounds that searched for violated constraints; 0 where least squares meets all
+        /// of them.
         rounds: usize = rounds,
     }
 }
 
 answer! {
-    /// What one constraint came to.
+    /// Result of one constraint.
     #[schema(as = ConstraintResult)]
     pub struct ConstraintResultBody from ConstraintReport {
         kind, along, domain, least_value, least_squares_least_value, active,
@@ -52,21 +52,21 @@ answer! {
         least_value: f64 = least_value,
         /// The same of plain least squares; below 0 where the constraint had something to do.
         least_squares_least_value: f64 = least_squares_least_value,
-        /// Where the constraint holds the function back.
+        /// Places where the constraint is active.
         active: Vec<ActivePlaceBody> = active,
     }
 }
 
 answer! {
-    /// A place where the derivative would be below 0 if it might.
+    /// A place where the constraint is active: without it the derivative would be below 0.
     #[schema(as = ActivePlace)]
     pub struct ActivePlaceBody from ActivePlace { u, v, multiplier } {
         /// u, or x of a curve.
         u: f64 = u,
         /// v of a surface.
         v?: f64 = v,
-        /// By how much Σ w r² would fall for each unit by which the derivative might be below 0
-        /// here (twice the Lagrange multiplier of half the sum).
+        /// Decrease of Σ w r² per unit by which the derivative may fall below 0 here (twice the
+        /// Lagrange multiplier of half the sum).
         multiplier: f64 = multiplier,
     }
 }

@@ -9,9 +9,9 @@ use flankfit_engine::estimation::{
     spec::{Correlation, Matern},
 };
 
-/// Correlations of the errors along scan lines. Of `residuals`, `rss` and `sigma` are then those of
-/// the white rows, sigma being the standard deviation of a height of weight 1; the others are those
-/// of the heights.
+/// Correlations of the errors along scan lines. `rss` and `sigma` of `residuals` are then those of
+/// the whitened rows, where sigma is the standard deviation of a height of weight 1; the other
+/// residual figures are those of the heights.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ErrorsResult)]
 pub struct ErrorsResult {
@@ -19,11 +19,11 @@ pub struct ErrorsResult {
     pub kind: CorrelationName,
     pub along: AlongName,
     pub parameters: ErrorParameters,
-    /// So many independent heights would tell as much of a mean.
+    /// Number of independent heights that would determine a mean equally well.
     pub effective_count: f64,
-    /// Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line over the mean of
-    /// r² over the nodes, about 2 for white residuals and any number of lines. Of plain least
-    /// squares, and of the white rows. Absent where no line has two nodes.
+    /// Durbin and Watson's d: the mean of (rᵢ − rᵢ₊₁)² over neighbours on one line divided by the
+    /// mean of r² over the nodes, about 2 for white residuals and any number of lines. Given for
+    /// plain least squares and for the whitened rows. Absent where no line has two nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub durbin_watson: Option<[f64; 2]>,
@@ -41,7 +41,7 @@ pub struct ErrorsResult {
     pub ljung_box_lags: usize,
 }
 
-/// How errors are correlated.
+/// Correlation of the errors.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum CorrelationName {
@@ -50,22 +50,22 @@ pub enum CorrelationName {
     Matern,
 }
 
-/// Parameters, told or estimated: `rho`, or `phi`, or `length` and `nugget`.
+/// Parameters of the correlation, given or estimated: `rho`, `phi`, or `length` and `nugget`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ErrorParameters)]
 pub struct ErrorParameters {
-    /// Of `ar1`: the correlation of neighbours. Where it is 0.95 over a line of 60 nodes, 95 %
-    /// intervals hold in 0.92 only, those of the worst coefficient in 0.88 (docs/errors.md).
+    /// For `ar1`: the correlation of neighbours. At 0.95 over a line of 60 nodes, 95 % intervals
+    /// have a coverage of 0.92 only, 0.88 for the worst coefficient (docs/errors.md).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rho: Option<f64>,
-    /// Of `ar2`: φ₁ and φ₂.
+    /// For `ar2`: φ₁ and φ₂.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 2, max_items = 2)]
     pub phi: Option<[f64; 2]>,
-    /// Of `matern`, in the unit of the abscissae.
+    /// For `matern`: the correlation length in the unit of the abscissae.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub length: Option<f64>,
-    /// Of `matern`: the white share of the variance.
+    /// For `matern`: share of white noise in the variance.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub nugget: Option<f64>,
     /// Standard error of `rho` or `length`, where it was estimated.

@@ -14,7 +14,7 @@ answer! {
     pub struct EstimableSumBody from EstimableSum {
         terms, weights, value, std_error, interval, condition_index, sentence,
     } {
-        /// The terms whose coefficients cannot be told apart.
+        /// The terms whose coefficients cannot be separated.
         terms: Vec<String> = terms,
         /// Weight of the coefficient of each of `terms`; 1 for the leading one.
         weights: Vec<f64> = weights,
@@ -27,8 +27,8 @@ answer! {
         /// Student's confidence interval at `level`, `[low, high]`.
         #[schema(min_items = 2, max_items = 2)]
         interval?: [f64; 2] = interval,
-        /// How much worse the sum is determined than the best one of the same terms, in columns of
-        /// unit length: 1 to 30.
+        /// Ratio of the standard error of the sum to that of the best determined sum of the same
+        /// terms, in columns of unit length: 1 to 30.
         condition_index: f64 = condition_index,
         /// The same in words.
         sentence: String = sentence,

@@ -8,14 +8,14 @@ use flankfit_engine::estimation::{
 };
 
 answer! {
-    /// What one filter changed.
+    /// Changes by one filter.
     pub struct FilterResult from FilterReport as report {
         filter, changed, max_change, rms_change, peaks, iteration,
     } with include {
         kind as "type": FilterName = Name(filter_name(filter)),
-        /// Nodes whose height is another one now, or that were removed.
+        /// Number of nodes whose height was changed or that were removed.
         changed: usize = changed,
-        /// Of them, those that count no more.
+        /// Number of nodes removed.
         removed: usize = report.removed(),
         /// Largest change of a height; of a removed node its distance from the median of its
         /// window.
@@ -27,15 +27,15 @@ answer! {
         node_indices?: Vec<usize> = peaks.as_ref().filter(|_| include.peaks),
         /// Rounds of the line that took the most; of a robust filter only.
         iterations?: usize = iteration.as_ref().map(|report| report.iterations),
-        /// Whether every line came to rest; of a robust filter only.
+        /// True if the iteration converged on every line; for a robust filter only.
         converged?: bool = iteration.as_ref().map(|report| report.converged),
     }
 }
 
 answer! {
-    /// How the columns depend on each other before and after the filters, which smooth away what
-    /// tells terms apart. `after` is of the matrix that the filters make of X, removed nodes left
-    /// out, with peaks and robustness weights as the heights decided them; the fit itself is of the
+    /// Linear dependence of the columns before and after the filters, which may smooth away the
+    /// difference between terms. `after` is that of the filtered matrix X without removed nodes,
+    /// with the peaks and robustness weights found from the heights; the fit itself relates the
     /// filtered heights to X.
     pub struct FilterCollinearity from FilteringReport { filters: _, before, after } {
         before: ColumnFiguresBody = before,

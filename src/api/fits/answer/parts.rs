@@ -33,35 +33,35 @@ answer! {
         index?: Vec<usize> = if let TermKey::Index(index) = key { Some(index) } else { None },
         /// Column of a measurement matrix, from 0.
         column?: usize = if let TermKey::Column(column) = key { Some(column) } else { None },
-        /// The estimator asked for, regularised: Â_B (Eq. 29). With a `prior` the mean of the
-        /// posterior; with `constraints` the best that meets them.
+        /// The regularised estimate Â_B (Eq. 29) by the chosen estimator. With a `prior` the mean
+        /// of the posterior; with `constraints` the best estimate that meets them.
         value: f64 = value,
-        /// A standard error that holds: of `value` where λ* was given or nothing is regularised,
-        /// of `least_squares` where the nodes chose λ*. In simulations of one flank the truth lay
-        /// within it about least squares in 66 to 70 % of the cases (docs/mathematics-notes.md).
-        /// Absent without degrees of freedom. With a `prior` the standard deviation of the
-        /// posterior, by `prior.sigma`. With `constraints` that of least squares with the
-        /// derivatives at the active places held at 0, as if these places had been known
-        /// beforehand: too small (docs/constraints.md).
+        /// Standard error of `value` where λ* was given or the fit is not regularised, and of
+        /// `least_squares` where λ* was chosen from the nodes. In simulations of one flank the
+        /// truth lay within one standard error of least squares in 66 to 70 % of the cases
+        /// (docs/mathematics-notes.md). Absent without degrees of freedom. With a `prior` the
+        /// standard deviation of the posterior, by `prior.sigma`. With `constraints` that of least
+        /// squares with the derivatives at the active places held at 0, as if these places had been
+        /// known beforehand: too small (docs/constraints.md).
         std_error?: f64 = std_error,
-        /// Standard error of `value` for the λ* used, as if it had not been chosen by the same
-        /// nodes; present where it was. It is too small and leaves the bias out: the truth lay
-        /// within it in 23 to 44 % of the cases, not 68 %.
+        /// Standard error of `value` for the λ* used, as if λ* had not been chosen from the same
+        /// nodes; present where it was. It is too small and excludes the bias: the truth lay within
+        /// it in 23 to 44 % of the cases, not 68 %.
         conditional_std_error?: f64 = conditional_std_error,
-        /// Plain least-squares estimate of the posted nodes, whatever the estimator.
+        /// Plain least-squares estimate from the posted nodes, whatever the estimator.
         least_squares: f64 = least_squares,
         /// Standard error of `least_squares`.
         least_squares_std_error?: f64 = least_squares_std_error,
-        /// Sharp bound on the bias |Â − Â_B| of this coefficient, given r; with a `prior` that of
-        /// the posterior's mean for coefficients that lie as far from the prior's as it says on
-        /// average (eᵀP⁻¹e ≤ n, P being its covariance). With `constraints` √n
-        /// standard errors of least squares, which bound the bias for every truth that meets them.
+        /// Sharp bound on the bias |Â − Â_B| of this coefficient for norm limit r. With a `prior`
+        /// that of the posterior mean, for coefficients as far from the prior mean as its
+        /// covariance P implies on average (eᵀP⁻¹e ≤ n). With `constraints` √n standard errors of
+        /// least squares, which bound the bias for every truth that meets the constraints.
         bias_bound: f64 = bias_bound,
-        /// Confidence interval of the true coefficient at `level`, `[low, high]`. How often it
-        /// holds is in docs/intervals.md: for independent normal errors, at 0.95, in 0.94 to 0.96
-        /// on average; elsewhere as docs/errors.md, docs/prior.md and docs/selection.md have it.
-        /// The regularised `value` may lie outside. Absent without an estimate of the noise, and
-        /// where nothing limits the coefficient.
+        /// Confidence interval of the true coefficient at `level`, `[low, high]`. Coverage at 0.95
+        /// is 0.94 to 0.96 on average for independent normal errors (docs/intervals.md); for other
+        /// cases see docs/errors.md, docs/prior.md and docs/selection.md. The regularised `value`
+        /// may lie outside. Absent without an estimate of the noise, and where the coefficient is
+        /// not bounded.
         #[schema(min_items = 2, max_items = 2)]
         interval?: [f64; 2] = interval.as_ref().map(|interval| &interval.ends),
         interval_kind?: IntervalKindName = interval.as_ref().map(|interval| &interval.kind),
@@ -69,9 +69,9 @@ answer! {
         /// of kind `bias_aware` or `posterior`.
         #[schema(min_items = 2, max_items = 2)]
         least_squares_interval?: [f64; 2] = interval.as_ref().and_then(|interval| interval.least_squares.as_ref()),
-        /// What the norm limit (`coefficient_norm_limit`) or the `prior` that was given gained: the
-        /// width of `interval` as a share of that of Student's about least squares, above 0. 0.6 is
-        /// an interval shorter by 40 %; 1 gained nothing, and above 1 a prior made it wider.
+        /// Effect of the given norm limit (`coefficient_norm_limit`) or `prior`: the width of
+        /// `interval` divided by that of Student's interval about least squares, above 0. 0.6 is an
+        /// interval shorter by 40 %; 1 is no gain, and above 1 the prior made it wider.
         interval_gain?: f64 = interval.as_ref().and_then(|interval| interval.gain),
     }
 }
@@ -148,18 +148,18 @@ answer! {
     } {
         /// Observed ‖Â − Â_B‖.
         norm: f64 = norm,
-        /// The least bound that holds for every coefficient vector within the norm limit.
+        /// The smallest bound that holds for every coefficient vector within the norm limit.
         sharp_bound: f64 = sharp_bound,
-        /// Ineq. 51, where it holds.
+        /// Bound by Ineq. 51, where it holds.
         paper_bound?: f64 = paper_bound,
         /// r, the norm of the coefficients that the bounds allow for, in the scaled columns; with a
         /// prior the root mean square distance from its mean.
         coefficient_norm_limit: f64 = coefficient_norm_limit,
         coefficient_norm_limit_source: NormLimitSource = coefficient_norm_limit_source,
-        /// What the norm of the true coefficients stays below by least squares and its errors. An
-        /// expansion of first order, which holds less often than `level` says (at 0.95 in 86 % of
-        /// the draws of simulations at worst). There where r is the norm of the estimate and
-        /// something is regularised; no bound uses it.
+        /// Upper confidence limit of the norm of the true coefficients, by least squares and its
+        /// errors. A first-order expansion, with a coverage below `level` (at 0.95 at worst 86 % of
+        /// the draws of simulations). Present where r is the norm of the estimate and the fit is
+        /// regularised; no bound uses it.
         upper_confidence?: f64 = upper_confidence,
         /// The small number e of Ineq. 51.
         e?: f64 = e,
@@ -191,7 +191,7 @@ pub enum LimitSource {
 }
 
 answer! {
-    /// How the columns depend on each other.
+    /// Linear dependence of the columns.
     #[schema(as = Collinearity)]
     pub struct CollinearityBody from CollinearityReport {
         basis, columns, correlation, variance_proportions, near_dependencies,
@@ -226,8 +226,9 @@ answer! {
 }
 
 names! {
-    /// Why columns nearly depend on each other: `basis`, in Legendre's over the domain they do not;
-    /// `nodes`, the nodes do not tell them apart in whatever basis, or there is no other.
+    /// Cause of a near dependency: `basis`, the columns are independent in Legendre's basis over
+    /// the domain; `nodes`, the nodes cannot separate them in any basis, or there is no other
+    /// basis.
     #[schema(as = DependencyCause)]
     pub enum CauseName from Cause {
         Basis = "basis",

@@ -13,9 +13,9 @@ answer! {
     /// having j + 1 numbers.
     #[schema(as = Covariance)]
     pub struct CovarianceBody from Covariance { coefficients, least_squares } {
-        /// Of the estimate, for the λ* used.
+        /// Covariance of the estimate for the λ* used.
         coefficients: Vec<Vec<f64>> = coefficients,
-        /// Of the estimate before it is regularised: least squares, or the robust estimate.
+        /// Covariance of the unregularised estimate: least squares, or the robust estimate.
         least_squares: Vec<Vec<f64>> = least_squares,
     }
 }

@@ -85,7 +85,7 @@ answer! {
 }
 
 answer! {
-    /// What one criterion would choose.
+    /// The choice of one criterion.
     #[schema(as = Choice)]
     pub struct ChoiceBody from Choice { criterion, lambda_star, condition, bias_norm, predicted_mse, rms } {
         criterion: ChosenBy = Name(criterion.map_or(LEAST_SQUARES, Criterion::name)),

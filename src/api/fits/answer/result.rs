@@ -78,18 +78,18 @@ answer! {
         robust?: RobustBody = robust,
         /// Condition, bias and error along λ*; present when `lambda_curve` was included.
         lambda_curve?: Vec<LambdaCurvePointBody> = lambda_curve,
-        /// The coefficients along k, ascending from 0; present when `ridge_trace` was included and
-        /// ridge asked for.
+        /// The coefficients along k, ascending from 0; present with `include` of `ridge_trace` and
+        /// ridge.
         ridge_trace?: Vec<RidgeTracePointBody> = ridge_trace,
         /// The rows of B in the caller's columns; present when `matrix_b` was included.
         matrix_b?: Vec<Vec<f64>> = matrix_b,
-        /// What each filter changed, in the order applied; present when there were filters.
+        /// Changes by each filter, in the order applied; present with filters.
         filters?: Vec<FilterResult> = filtering.as_ref().map(|report| &report.filters),
         /// B as a product; present with `matrix_b`.
         matrix_b_factors?: MatrixBFactorsBody = matrix_b_factors,
-        /// What of this fit is used for others: V, λ* and L, as `regularization` of type
-        /// `representative` takes them. Present when `representative` was included and `spectral`
-        /// raised an eigenvalue.
+        /// The data that other fits need: V, λ* and L, as `regularization` of type `representative`
+        /// takes them. Present with `include` of `representative`, if `spectral` raised an
+        /// eigenvalue.
         representative?: PieceBody = representative,
         /// Sums of the coefficients of nearly dependent terms that are well determined; present
         /// when `collinearity` was included and some terms are nearly dependent.
@@ -102,7 +102,7 @@ answer! {
         constraints?: ConstraintsResultBody = constraints,
         /// Present when `covariance` was included.
         covariance?: CovarianceBody = covariance,
-        /// Present when heights were asked for (`predict`).
+        /// Present with `predict`.
         predictions?: PredictionsBody = predictions,
         /// Present when `influence` was included and the nodes determine the coefficients.
         influence?: InfluenceBody = influence,
@@ -118,8 +118,8 @@ answer! {
         /// What to know about the answer; empty where there is nothing to say.
         warnings: Vec<WarningBody> = warnings,
         provenance: ProvenanceBody = Provenance { input_sha256 },
-        /// What was fitted, with every default filled in: a request of its own, but for the nodes.
-        /// Of `POST /v1/fits`; a fit that is kept has it beside its result.
+        /// The fit request without nodes, with every default filled in. For `POST /v1/fits`; a
+        /// stored fit has it next to its result.
         #[schema(value_type = Option<FitSpecBody>)]
         spec?: serde_json::Value = spec.map(Raw),
     }

@@ -34,7 +34,7 @@ answer! {
     } {
         /// Degree of a curve or of a total degree, or `[p, q]`.
         degree?: DegreeBody = degree,
-        /// Its terms, named as in `coefficients`.
+        /// Terms of the model, named as in `coefficients`.
         terms?: Vec<String> = terms,
         /// Number of coefficients n.
         coefficients: usize = coefficients,
@@ -54,8 +54,8 @@ answer! {
         /// of its own estimates at `lambda`, made anew without each block. Absent where the other
         /// nodes do not determine a block.
         blocked_cv?: f64 = blocked_cv,
-        /// −2 ln of the marginal likelihood with Zellner's prior, less what all models have in
-        /// common; absent where `aic` is.
+        /// −2 ln of the marginal likelihood with Zellner's prior, without the part that all models
+        /// have in common; absent where `aic` is.
         reml?: f64 = reml,
         /// Σ w r², unit of the heights squared.
         rss: f64 = rss,

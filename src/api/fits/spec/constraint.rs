@@ -10,8 +10,8 @@ use flankfit_engine::estimation::spec::{Constraint, ConstraintKind, Domain};
 /// How many constraints a request may have.
 pub const MOST_CONSTRAINTS: usize = 16;
 
-/// A condition on the shape of the fitted curve or surface, which holds at every place of its
-/// domain, not at nodes alone.
+/// A condition on the shape of the fitted curve or surface. It holds everywhere in its domain, not
+/// only at the nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Constraint, example = json!({"kind": "concave", "along": "v"}))]
@@ -21,14 +21,14 @@ pub struct ConstraintBody {
     /// only `u`, its x.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub along: Option<FilterAxisName>,
-    /// Where it does, within the domain of the fit; by default all over that. Opposite constraints
-    /// along an axis must not touch.
+    /// Where the constraint applies, within the domain of the fit; default the whole domain.
+    /// Opposite constraints along an axis must not touch.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainBody>,
 }
 
-/// What the function does along the axis: `increasing` and `decreasing` limit the first derivative,
-/// which may be 0, `convex` and `concave` the second.
+/// Shape along the axis: `increasing` and `decreasing` limit the first derivative, which may be 0;
+/// `convex` and `concave` limit the second.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = ConstraintKind)]

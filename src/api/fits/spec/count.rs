@@ -10,7 +10,7 @@ use utoipa::openapi::schema::{ObjectBuilder, Type};
 
 use crate::api::json::union_schema::{documented, whole};
 
-/// How many of the smallest eigenvalues are regularised: a number or `auto`.
+/// Number of smallest eigenvalues to regularise: a number or `auto`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
 #[serde(untagged)]
 pub enum CountBody {
@@ -28,7 +28,7 @@ pub enum AutoName {
 documented!(
     CountBody,
     "Count",
-    "How many of the smallest eigenvalues are regularised: a number or `auto`.",
+    "Number of smallest eigenvalues to regularise: a number or `auto`.",
     ObjectBuilder::new().schema_type(Type::String).enum_values(Some(["auto"])),
     whole(0),
 );

@@ -14,7 +14,7 @@ pub const LEAST_SQUARES: &str = "least_squares";
 /// Declares both enums from the list of criteria, and the ways between them and [`Criterion`].
 macro_rules! criteria {
     ($($(#[$attribute:meta])* $name:ident,)*) => {
-        /// By what λ*, k or λ is chosen; `fixed` takes the caller's `value`.
+        /// Criterion that chooses λ*, k or λ; `fixed` takes `value` of the request.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
         #[serde(rename_all = "snake_case")]
         pub enum CriterionName {
@@ -22,7 +22,7 @@ macro_rules! criteria {
             Fixed,
         }
 
-        /// What λ* was chosen by.
+        /// Criterion that chose λ*.
         #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
         #[serde(rename_all = "snake_case")]
         pub enum ChosenBy {

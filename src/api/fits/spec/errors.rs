@@ -46,7 +46,7 @@ macro_rules! correlated {
             #[serde(rename = "type")]
             #[schema(inline)]
             pub kind: $tag,
-            /// Which way scan lines run. Needed for a grid; default `order`.
+            /// Direction of scan lines. Required for a grid; default `order`.
             #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
             pub along: Option<AlongName>,
             /// The line of each node as posted, any whole number; of scattered nodes and rows of a
@@ -70,8 +70,8 @@ correlated! {
     Ar1Errors, Ar1Tag, Ar1Parameters
 }
 correlated! {
-    /// Autoregression of second order in steps of the line; missing nodes are steps. To be
-    /// estimated it takes three nodes with two others before them on their line.
+    /// Autoregression of second order in steps of the line; missing nodes are steps. Estimating it
+    /// takes three nodes with two predecessors on their line.
     Ar2Errors, Ar2Tag, Ar2Parameters
 }
 correlated! {
@@ -81,7 +81,7 @@ correlated! {
     MaternErrors, MaternTag, MaternParameters
 }
 
-/// Of the autoregression of first order.
+/// Parameters of the first-order autoregression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ar1Parameters {
@@ -90,7 +90,7 @@ pub struct Ar1Parameters {
     pub rho: f64,
 }
 
-/// Of the autoregression of second order.
+/// Parameters of the second-order autoregression.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Ar2Parameters {
@@ -119,8 +119,8 @@ tags! {
     MaternTag = Matern,
 }
 
-/// Which way scan lines run: along u (columns of a grid; of a flank its profiles) or v (rows; of a
-/// flank its helices); `order`: along the abscissae of a curve, in the order posted of other nodes.
+/// Direction of scan lines: `u` (columns of a grid; profiles of a flank), `v` (rows; helices of a
+/// flank), or `order`: along the abscissae of a curve, and in the order posted for other nodes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum AlongName {

@@ -10,7 +10,7 @@ use flankfit_engine::estimation::spec::{
     Contamination, Distribution, Estimator, LEstimator, Loss, MEstimator, ScaleRule, Start,
 };
 
-/// How the coefficients are estimated; default `least_squares`. Weights of nodes multiply squared
+/// Estimator of the coefficients; default `least_squares`. Weights of nodes multiply squared
 /// residuals for every estimator: rows and heights are scaled by √weight.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]

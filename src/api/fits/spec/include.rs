@@ -5,9 +5,9 @@ use utoipa::ToSchema;
 
 use flankfit_engine::estimation::spec;
 
-/// What is answered only when asked for: whatever grows with the nodes or with the square of the
-/// coefficients. Each name only adds to the answer; a name that stands twice counts once, one that
-/// has nothing to add (`ridge_trace` without ridge) adds at most a warning that says so.
+/// Optional parts of the answer, which grow with the nodes or with the square of the coefficients.
+/// A name may occur twice; one that does not apply (`ridge_trace` without ridge) adds at most a
+/// warning.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = FitInclude)]

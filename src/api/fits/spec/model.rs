@@ -56,8 +56,8 @@ pub struct BSplineModel {
     /// Equal spans over the domain.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub spans: Option<SpansBody>,
-    /// Of NURBS: one weight above 0 for each control point, for a surface in rows along u. They are
-    /// given, not fitted.
+    /// For NURBS: one weight above 0 for each control point, for a surface in rows along u. They
+    /// are given, not fitted.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub weights: Option<WeightsBody>,
 }

@@ -36,7 +36,7 @@ pub struct CurveNodes {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: CurveTag,
-    /// Where the heights were measured, in any order.
+    /// Abscissae of the heights, in any order.
     #[schema(min_items = 1)]
     pub x: Vec<f64>,
     /// The height at each x.

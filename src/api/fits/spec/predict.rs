@@ -89,9 +89,9 @@ pub struct PlacesGridBody {
     pub v: Vec<f64>,
 }
 
-/// A band: `confidence` is for the true height at each place by itself, `prediction` for a further
-/// measurement of weight 1, `simultaneous` for the true heights of the whole domain (of a linear
-/// model: of all rows asked for) at once. How often they hold is in docs/intervals.md. A fit of n
+/// A band: `confidence` holds for the true height at each single place, `prediction` for a further
+/// measurement of weight 1, `simultaneous` for the true heights of the whole domain at once (with a
+/// linear model: of all requested rows). Coverage is documented in docs/intervals.md. A fit of n
 /// coefficients takes 2,000,000/n places, at most 100,000; with a norm limit a sixteenth of that.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]

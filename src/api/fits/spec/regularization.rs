@@ -162,8 +162,8 @@ pub struct AttractionRegularization {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: AttractionTag,
-    /// T, in the order of the coefficients; such as those of the nominal flank. With `standardized`
-    /// the entry of the constant takes no part.
+    /// Target T, in the order of the coefficients; for example the coefficients of the nominal
+    /// flank. With `standardized` the constant's entry is ignored.
     pub target: Vec<f64>,
     /// k. Default `optimal`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]

@@ -52,12 +52,12 @@ pub struct FitRequest {
 pub struct FitForm {
     /// The fit request without `nodes`, as JSON.
     pub spec: FitFormSpec,
-    /// A table of nodes of any form that `POST /v1/nodes/read` reads, such as CSV with a header
-    /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. What it says of
-    /// flank, tooth and axes is taken where `spec` does not give them.
+    /// A table of nodes in any form that `POST /v1/nodes/read` reads, such as CSV with a header
+    /// `u,v,z[,weight]` or `x,y[,weight]`; an empty height is a missing node. Its flank, tooth and
+    /// axes are used where `spec` has none.
     #[schema(value_type = String, format = Binary)]
     pub nodes: Vec<u8>,
-    /// How the table is to be read.
+    /// Mapping of the table.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub mapping: Option<MappingBody>,
 }
@@ -83,16 +83,16 @@ request! {
         /// The box on which mapped bases live; by default the smallest box of the counted nodes.
         optional domain: DomainBody,
         optional prior: PriorBody,
-        /// How the fitted curve or surface has to rise, fall or bend. Then `regularization` is
-        /// `none`, and the estimator `least_squares`.
+        /// Conditions on slope or curvature of the fitted curve or surface. `regularization` must
+        /// then be `none`, and the estimator `least_squares`.
         #[schema(max_items = 16)]
         optional constraints: Vec<ConstraintBody>,
         /// Heights, slopes and bands at places of the domain.
         optional predict: PredictBody,
         optional select: SelectBody,
         optional folds: FoldsBody,
-        /// Nodes that are left out of the fit, as if they were missing; each is named once. They
-        /// stay in what is stored, and `spec` says that they were left out.
+        /// Nodes that the fit treats as missing; each is named once. They remain in the stored
+        /// nodes, and `spec` lists them.
         #[schema(example = json!([{"row": 4, "column": 7}]))]
         optional exclude: Vec<NodeAtBody>,
     }
@@ -103,13 +103,13 @@ request! {
     #[derive(Default)]
     pub struct FitFields as FitFieldsMembers {
         optional scaling: ScalingName,
-        /// Of fits by default `first_order` with λ* by `min_mse`, or `none` with a prior; where a
-        /// curve, a surface or a flank is asked for, `none`.
+        /// Default for fits: `first_order` with λ* by `min_mse`, or `none` with a prior. Default
+        /// for a curve, a surface or a flank: `none`.
         optional regularization: RegularizationBody,
         optional estimator: EstimatorBody,
-        /// r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bounds of the bias and intervals, which
-        /// hold as far as it is true; by default estimated, and then for bounds alone. It is to be
-        /// known from elsewhere than these nodes (docs/intervals.md).
+        /// Norm limit r ≥ ‖A‖ of Ineq. 51, in the scaled columns, for bias bounds and intervals;
+        /// they are valid only if it holds. Take it from a source other than these nodes
+        /// (docs/intervals.md). By default r is estimated, and used for bounds only.
         #[schema(exclusive_minimum = 0)]
         optional coefficient_norm_limit: f64,
         /// Standard deviation of a height of weight 1, in the unit of the heights; by default
@@ -122,7 +122,7 @@ request! {
         /// Level of confidence intervals, above 0.5 and below 1; default 0.95.
         #[schema(exclusive_minimum = 0.5, exclusive_maximum = 1, example = 0.95)]
         optional level: f64,
-        /// Parts of the answer that come only when asked for.
+        /// Optional parts of the answer.
         optional include: Vec<IncludeName>,
         /// Applied to the heights before the fit, in this order.
         #[schema(max_items = 16)]
