@@ -34,8 +34,8 @@ pub struct Problem {
     /// Stable name of the kind of problem.
     #[schema(value_type = String, example = "invalid_request")]
     pub code: Cow<'static, str>,
-    /// What is wrong this time and what to do about it. Of faults in the request: the first with
-    /// its place, and how many more there are.
+    /// What is wrong and how to correct it. For faults in the request: the first with its pointer,
+    /// and the number of further ones.
     pub detail: String,
     /// Every fault found in the request (the first 100), by its place.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -66,7 +66,7 @@ pub struct ProblemError {
     /// JSON Pointer (RFC 6901) into the request.
     #[schema(example = "/nodes/z/3/7")]
     pub pointer: String,
-    /// What is wrong there.
+    /// What is wrong there and how to correct it.
     pub detail: String,
 }
 

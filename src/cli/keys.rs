@@ -36,7 +36,7 @@ struct CreateArguments {
     /// What the key allows: reader, operator, engineer, auditor, admin or root.
     #[arg(long, value_parser = parse_role)]
     role: Role,
-    /// Who or what holds the key.
+    /// Name of the key's holder, a person or a program.
     #[arg(long, default_value = "made on the database")]
     name: String,
     /// The database: sqlite://FILE, which no server may have open, or postgres://USER@HOST/NAME.

@@ -30,7 +30,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 }
 
 // Declared for the document.
-/// A file, and what is said of it.
+/// A file and its description.
 #[derive(Serialize, ToSchema)]
 #[schema(as = ImportForm)]
 struct ImportFormBody {

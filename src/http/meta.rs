@@ -66,7 +66,7 @@ pub struct Health {
     pub engine: String,
     /// Longest body of a request in bytes, after decompression.
     pub body_limit_bytes: u64,
-    /// Whether requests to `/v1/…` need an API key.
+    /// True if requests to `/v1/…` need an API key.
     pub key_required: bool,
 }
 

@@ -116,7 +116,7 @@ pub struct ToldEvent {
     pub event: JobEvent,
 }
 
-/// What happened to a stream.
+/// Change of the stream's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StreamEvent {
     Open,

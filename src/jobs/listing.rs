@@ -57,7 +57,7 @@ impl JobStatus {
     }
 }
 
-/// A job with what became of its last iteration.
+/// A job with the status of its last iteration.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ListedJob {
     pub job: Job,

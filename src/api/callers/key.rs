@@ -30,14 +30,14 @@ use crate::{
 #[serde(deny_unknown_fields)]
 #[schema(as = NewKey, example = json!({"name": "grinder 3", "role": "operator", "expires_at": "2030-01-01T00:00:00Z"}))]
 pub struct NewKeyBody {
-    /// Who or what holds the key.
+    /// Name of the key's holder, a person or a program.
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
     /// What it allows. Either this or `scopes`.
     #[serde(default, deserialize_with = "offered::role")]
     #[schema(schema_with = offered::role_schema)]
     pub role: Option<RoleName>,
-    /// What it allows, one by one. Either this or `role`.
+    /// Scopes of the key. Either this or `role`.
     #[serde(default, deserialize_with = "offered::scopes")]
     #[schema(schema_with = offered::scopes_schema)]
     pub scopes: Option<Vec<ScopeName>>,
@@ -49,13 +49,13 @@ pub struct NewKeyBody {
     #[serde(default)]
     #[schema(required = false)]
     pub kind: KeyKindName,
-    /// Of a certificate: the name of a host (DNS) or the URI among its subject alternative names.
+    /// For a certificate: a subject alternative name, either a host name (DNS) or a URI.
     #[serde(default, deserialize_with = "present")]
     #[schema(min_length = 1, max_length = 253)]
     pub san: Option<String>,
 }
 
-/// Changes of a key. A field that is left out stays as it is.
+/// Changes of a key. Fields that are left out stay unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = KeyPatch, example = json!({"name": "grinder 4"}))]
@@ -76,8 +76,8 @@ pub struct KeyPatchBody {
 #[serde(deny_unknown_fields)]
 #[schema(as = KeyRotation, example = json!({"overlap_seconds": 86400}))]
 pub struct RotationBody {
-    /// How long the key before goes on, so that there is time to hand over the new one; 0 ends it
-    /// now.
+    /// Seconds for which the old key stays valid, so that the new one can be distributed; 0 ends it
+    /// at once.
     #[serde(deserialize_with = "overlap")]
     #[schema(maximum = 2592000)]
     pub overlap_seconds: u32,
@@ -109,20 +109,20 @@ fn overlap<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> 
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = Key)]
 pub struct KeyBody {
-    /// 16 hexadecimal digits, which are no secret: they stand in the key behind `ffk_`.
+    /// 16 hexadecimal digits, not secret: the part of the key after `ffk_`.
     pub id: String,
     /// Whose it is; absent of a key of no tenant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tenant: Option<String>,
-    /// Who or what holds the key.
+    /// Name of the key's holder, a person or a program.
     pub name: String,
     /// Absent where scopes were named one by one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleName>,
-    /// What it allows.
+    /// Scopes of the key.
     pub scopes: Vec<ScopeName>,
     pub kind: KeyKindName,
-    /// Of a certificate: the name in it.
+    /// For a certificate: its subject alternative name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub san: Option<String>,
     /// When the key was made.
@@ -132,7 +132,7 @@ pub struct KeyBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub expires_at: Option<Moment>,
-    /// When it let somebody in last, give or take a minute; absent before the first time.
+    /// Time of the last accepted request, within a minute; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub last_used_at: Option<Moment>,
@@ -143,11 +143,11 @@ pub struct KeyBody {
     /// The key that took its place when it was rotated.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replaced_by: Option<String>,
-    /// The key itself, in the answer to the request that made it and nowhere else: nobody can tell
-    /// it again.
+    /// The key itself, only in the answer to the request that made it. It cannot be retrieved
+    /// later.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub key: Option<String>,
-    /// What follows from making it.
+    /// Consequences of making the key.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<WarningBody>,
 }

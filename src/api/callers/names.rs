@@ -32,7 +32,7 @@ pub enum ScopeName {
     Tenants,
 }
 
-/// What proves a key: a secret that is sent, or a client's certificate.
+/// Proof of a key: a secret that is sent, or a client certificate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = KeyKind)]

@@ -30,13 +30,13 @@ const SCOPES: &[&str] = &[
 
 /// How the interface's document describes such a role.
 pub fn role_schema() -> Object {
-    let what = "What it allows: a role, whose scopes go together. Either this or `scopes`.";
+    let what = "Role of the key: a set of scopes. Either this or `scopes`.";
     one_of_names(ROLES).description(Some(what)).build()
 }
 
 /// How it describes such scopes.
 pub fn scopes_schema() -> Array {
-    let what = "What it allows, one by one. Either this or `role`.";
+    let what = "Scopes of the key. Either this or `role`.";
     let scopes = ArrayBuilder::new().items(one_of_names(SCOPES)).min_items(Some(1)).max_items(Some(16));
     scopes.description(Some(what)).build()
 }

@@ -42,7 +42,7 @@ pub struct WhoamiBody {
     pub expires_at: Option<Moment>,
 }
 
-/// What lets somebody in.
+/// Kind of credential.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Proof)]

@@ -60,8 +60,7 @@ pub struct HermiteMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: HermiteTag,
-    /// For each point its derivatives from the first on; as many as are known there, which may be
-    /// none.
+    /// For each point its known derivatives, from the first order; the list may be empty.
     pub derivatives: Vec<Vec<PointBody>>,
 }
 
@@ -160,7 +159,7 @@ pub struct NotAKnotEnds {
     pub kind: NotAKnotTag,
 }
 
-/// The last point repeats the first, and the curve goes on there as it begins.
+/// Periodic: the last point repeats the first, and slope and curvature are continuous there.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct PeriodicEnds {
@@ -224,7 +223,7 @@ pub struct NurbsLeastSquaresCurveMethod {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: NurbsLeastSquaresTag,
-    /// Of the pieces.
+    /// Degree of the pieces.
     #[schema(minimum = 0, maximum = 25)]
     pub degree: usize,
     /// The full knot vector.

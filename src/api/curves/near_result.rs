@@ -16,7 +16,7 @@ pub struct CoordinateFitBody {
     pub result: FitResultBody,
 }
 
-/// How knots were inserted.
+/// Report on the insertion of knots.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KnotInsertion)]
 pub struct KnotInsertionBody {
@@ -26,8 +26,8 @@ pub struct KnotInsertionBody {
     pub steps: Vec<KnotInsertionStep>,
 }
 
-/// Why no more knots were inserted: the tolerance is met; no span that misses it holds enough
-/// points for another knot; the most knots or rounds are reached.
+/// Reason why the insertion ended: the tolerance is met; no span that misses it has enough points
+/// for another knot; the limit of knots or rounds is reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum KnotInsertionStop {
@@ -127,11 +127,11 @@ pub struct BandedFitBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Penalty)]
 pub struct PenaltyBody {
-    /// λ, by which the penalty is multiplied beside the sum of squares.
+    /// Factor λ of the penalty that is added to the sum of squares.
     pub lambda: f64,
     /// Left out where λ was given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub criterion: Option<CriterionName>,
-    /// Whether the criterion is met within the range of λ.
+    /// True if the criterion is met within the range of λ.
     pub reached: bool,
 }

@@ -46,8 +46,8 @@ request! {
     }
 }
 
-/// How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
-/// root (calmest in sharp bends).
+/// Parameter of the points, from 0 to 1: uniform, by distance, or by the square root of the
+/// distance (least overshoot in sharp bends).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Parametrization)]

@@ -34,7 +34,7 @@ request! {
     /// A curve to build and to keep with an iteration.
     #[schema(as = KeptCurveRequest)]
     pub struct IterationCurveRequest as IterationCurveMembers {
-        /// By default the iteration's own nodes with their weights, which must be of type `curve`.
+        /// By default the iteration's nodes with their weights, which must be of type `curve`.
         optional points: CurvePointsBody,
         required method: CurveMethodBody,
         /// For methods near points.

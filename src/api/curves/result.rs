@@ -70,7 +70,7 @@ pub struct StabilityBody {
 pub struct OvershootBody {
     /// In the unit of the coordinate.
     pub amount: f64,
-    /// As a part of the range that this coordinate has over all points.
+    /// Relative to the range of this coordinate over all points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relative: Option<f64>,
     /// The parameter at which it is reached.

@@ -16,7 +16,7 @@ use crate::{
     jobs::{Measurand, RecordDraft, RecordKind},
 };
 
-/// What was known of an iteration's nodes.
+/// Description of an iteration's nodes.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = KnownMeasurand)]
 pub struct KnownMeasurandBody {
@@ -28,12 +28,12 @@ pub struct KnownMeasurandBody {
     pub tooth: Option<ShortText>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
-    /// Whether the units were said to be right, however implausible.
+    /// True if the units were confirmed although the values are implausible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
 }
 
-/// What is known of an iteration's nodes from a change on, and what was before.
+/// A change of the nodes' description: the values before and after it.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = MeasurandChange)]
 pub struct MeasurandChangeBody {

@@ -32,49 +32,49 @@ pub struct JobEventBody {
     /// The iteration added, fitted again, decided on, or made of a stream.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_number: Option<u32>,
-    /// Of the iteration, a UUIDv7.
+    /// Id of the iteration, a UUIDv7.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub iteration_id: Option<Uuid>,
     /// The first fit of a new iteration, a new fit, or the one chosen.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fit_id: Option<Uuid>,
-    /// Of a fit: whether it stands from now on, or was only added.
+    /// For a fit: true if it was chosen, false if it was only added.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub chosen: Option<bool>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
-    /// Of a decision, a choice, a new fit or a purge, as it was posted.
+    /// Reason of a decision, a choice, a new fit or a purge, as posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// Of the stream that something happened to.
+    /// The stream, for an event of a stream.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stream_id: Option<Uuid>,
-    /// What happened to a stream.
+    /// Change of the stream's state.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub state: Option<StreamEventName>,
-    /// Of a stream's last block.
+    /// Number of the stream's last block.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sequence: Option<u64>,
     /// Nodes of a stream so far.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub node_count: Option<u64>,
-    /// Of the operation (`Prefer: respond-async`) that was begun or has ended.
+    /// The operation (`Prefer: respond-async`) that began or ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operation_id: Option<Uuid>,
     /// `queued` for an operation that was begun, else how it has ended.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operation_state: Option<OperationStateName>,
-    /// Of a record that was kept with the iteration.
+    /// The record that was stored with the iteration.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub record_id: Option<Uuid>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub record_kind: Option<RecordKindName>,
-    /// What became of the job itself.
+    /// Change of the job itself.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job_state: Option<JobStateName>,
 }
 
-/// What became of a job itself.
+/// Change of a job itself.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = JobEventState)]
@@ -130,7 +130,7 @@ impl EventName {
     }
 }
 
-/// What happened to a stream.
+/// Change of the stream's state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StreamEventName {

@@ -24,7 +24,7 @@ use crate::{
     jobs::{Decision, MeasurementDetails},
 };
 
-/// A fit request with what is known of the measurement.
+/// A fit request with details of the measurement.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = IterationRequest)]
 pub struct IterationRequest {
@@ -71,8 +71,9 @@ request! {
         /// That the units are right, however implausible (warning `implausible_unit`).
         optional accept_units: bool,
         flatten details: MeasurementDetailsBody,
-        /// What was entered on the machine before this measurement, as `POST …/correction/applied`
-        /// takes it: after the newest correction of the flank's iteration before this one.
+        /// Changes that were entered on the machine before this measurement, as in `POST
+        /// …/correction/applied`. They belong to the newest correction of an earlier iteration of
+        /// the flank.
         optional applied: AppliedRequestBody,
     }
 }
@@ -87,13 +88,13 @@ request! {
         /// RFC 3339, any offset; answered in UTC.
         #[schema(value_type = Option<String>, format = DateTime, example = "2026-11-21T08:30:00Z")]
         optional measured_at: Moment,
-        /// What the nodes were measured with.
+        /// Measuring instrument.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "P40")]
         optional instrument: ShortText,
-        /// Who measured them.
+        /// Operator who measured the nodes.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
         optional operator: ShortText,
-        /// What else is to be known of the measurement; may have line breaks.
+        /// Note on the measurement; may have line breaks.
         #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
         optional note: LongText,
     }
@@ -122,7 +123,7 @@ pub struct RefitRequest {
     pub why: Why,
 }
 
-/// A fit request without nodes: what a fit of the stored ones would be.
+/// A fit request without nodes: the stored nodes are fitted.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = PreviewRequest)]
 pub struct PreviewRequest {
@@ -155,7 +156,8 @@ pub struct ChosenFitBody {
     pub reason: Option<LongText>,
 }
 
-/// What is done with the gear, and what its nodes are of. What is left out stays as it is.
+/// A decision on the gear, and changes of the nodes' description. Fields that are left out stay
+/// unchanged.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = IterationPatch, example = json!({"decision": "remachine", "reason": "profile slope out of tolerance"}))]
@@ -171,7 +173,7 @@ pub struct IterationPatchBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200, example = "1")]
     pub tooth: Option<ShortText>,
-    /// What the axes of the nodes mean. An axis that is not given stays as it is.
+    /// Quantities and units on the axes of the nodes. An axis that is left out stays unchanged.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub axes: Option<AxesBody>,
     /// That the units are right, however implausible (`implausible_unit`).

@@ -41,20 +41,20 @@ pub struct PostedIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: MeasurandBody,
-    /// Whether the units were said to be right, however implausible; left out where they were not.
+    /// True if the units were confirmed although the values are implausible; absent otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
-    /// What they were measured with.
+    /// Measuring instrument.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
-    /// Who measured them.
+    /// Operator who measured the nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
-    /// What else was said of the measurement.
+    /// Note on the measurement.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// When it was stored.
@@ -73,7 +73,7 @@ pub struct NewIterationBody {
     pub posted: PostedIterationBody,
     /// One, which is chosen until another one is.
     pub fits: Vec<IterationFitBody>,
-    /// What its fit and the figures warn of, each with `at`.
+    /// Warnings of the fit and its figures, each with `at`.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -87,20 +87,20 @@ pub struct IterationBody {
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
-    /// Who decided so: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who decided; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decided_by: Option<String>,
     /// The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
     /// in full.
     pub fits: Vec<FitSummaryBody>,
-    /// How many fits were made before those; `GET …/fits` lists all.
+    /// Number of fits before the listed ones; `GET …/fits` lists all.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub earlier_fits: Option<u64>,
     /// When its nodes, results, texts and names were taken away; absent where they are there.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub purged_at: Option<Moment>,
-    /// What the figures of the chosen fit warn of, each with `at`.
+    /// Warnings of the chosen fit's figures, each with `at`.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -121,8 +121,8 @@ pub struct IterationFitBody {
     /// Why it was made, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub reason: Option<String>,
-    /// What was fitted, with every default filled in: a request of its own for a refit, or with
-    /// nodes for a new fit.
+    /// The fit request without nodes, with every default filled in. It can be sent as a refit, or
+    /// with nodes as a new fit.
     #[schema(value_type = FitSpecBody)]
     pub spec: serde_json::Value,
     /// Slopes, crownings and twist, or why there are none; absent of curves and matrices, of jobs
@@ -130,7 +130,7 @@ pub struct IterationFitBody {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<FitFiguresBody>,
     pub result: FitResultBody,
-    /// Of a fit that is answered by itself: what result and figures warn of, each with `at`.
+    /// Warnings of result and figures, each with `at`; in the answer for a single fit.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub warnings: Vec<NoticeBody>,
 }

@@ -27,14 +27,14 @@ use crate::{
     "tags": {"shift": "night"}
 }))]
 pub struct NewJobBody {
-    /// As the cell calls the job.
+    /// Name of the job.
     #[schema(value_type = String, min_length = 1, max_length = 200)]
     pub name: ShortText,
-    /// Of the gear's drawing.
+    /// Part number on the drawing.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub part_number: Option<ShortText>,
-    /// Of this gear.
+    /// Serial number of this gear.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub serial_number: Option<ShortText>,
@@ -42,10 +42,10 @@ pub struct NewJobBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 200)]
     pub machine: Option<ShortText>,
-    /// What corrections and evaluations of the job's iterations refer to.
+    /// The gear that corrections and evaluations of the job's iterations refer to.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
-    /// What its flanks must be like.
+    /// Limits and design of its flanks.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub requirements: Option<RequirementsBody>,
     /// At most 50, for finding the job again.
@@ -60,12 +60,12 @@ pub struct NewJobBody {
 pub struct JobBody {
     /// UUIDv7: ids in ascending order are jobs in order of creation.
     pub id: Uuid,
-    /// As the cell calls the job.
+    /// Name of the job.
     pub name: String,
-    /// Of the gear's drawing.
+    /// Part number on the drawing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub part_number: Option<String>,
-    /// Of this gear.
+    /// Serial number of this gear.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub serial_number: Option<String>,
     /// The machine that it is made on.
@@ -73,7 +73,7 @@ pub struct JobBody {
     pub machine: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
-    /// What its flanks must be like.
+    /// Limits and design of its flanks.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub requirements: Option<RequirementsBody>,
     /// Names and values by which the job can be found again.
@@ -91,7 +91,7 @@ pub struct JobBody {
     pub purged_at: Option<Moment>,
 }
 
-/// Changes of a job. A field that is left out stays as it is.
+/// Changes of a job. Fields that are left out stay unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = JobPatch, example = json!({"machine": "grinder 4", "tags": {"shift": "day"},
@@ -116,16 +116,15 @@ pub struct JobPatchBody {
     /// The new gear, which replaces the old one as a whole.
     #[serde(default, deserialize_with = "present")]
     pub gear: Option<GearBody>,
-    /// The new requirements, which replace the old ones as a whole. What was answered before keeps
-    /// what it was held against.
+    /// The new requirements, which replace the old ones as a whole. Earlier answers keep the
+    /// requirements they were compared with.
     #[serde(default, deserialize_with = "present")]
     pub requirements: Option<RequirementsBody>,
     /// The new tags, which replace the old ones as a whole; `{}` leaves none.
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = std::collections::BTreeMap<String, String>, required = false)]
     pub tags: Option<Tags>,
-    /// What the job shall no longer have. A field that stands here cannot be given a value at the
-    /// same time.
+    /// Fields to remove. A field listed here cannot be given a value in the same request.
     #[serde(default)]
     #[schema(required = false, max_items = 5)]
     pub clear: Vec<ClearableName>,

@@ -36,7 +36,7 @@ pub enum JobSortName {
     Created,
 }
 
-/// A job with what became of its last iteration.
+/// A job with the status of its last iteration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = ListedJob)]
 pub struct ListedJobBody {
@@ -44,7 +44,7 @@ pub struct ListedJobBody {
     #[schema(inline)]
     pub job: JobBody,
     pub status: JobStatusName,
-    /// How many iterations it has.
+    /// Number of iterations.
     pub iteration_count: u32,
     /// When anything of the job was stored last: its data, an iteration, a fit, a choice, a
     /// decision, a record.
@@ -58,8 +58,7 @@ pub struct ListedJobBody {
     /// The flank that the last iteration is of.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flank: Option<SideName>,
-    /// How far the left flanks have come: as `status`, over them alone. Left out where none was
-    /// measured.
+    /// Status of the left flanks alone, defined as `status`. Absent where none was measured.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub left_status: Option<JobStatusName>,
     /// The same of the right flanks.
@@ -76,11 +75,11 @@ pub struct ListedJobBody {
     /// infinite.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<f64>,
-    /// Slopes, crownings and twist by that fit; absent where it tells none.
+    /// Slopes, crownings and twist by that fit; absent where the fit has none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub figures: Option<ShortFiguresBody>,
-    /// The class of ISO 1328-1, 1 to 11, that the evaluation found that was kept last; absent where
-    /// it found none, or something beyond 11.
+    /// Class of ISO 1328-1, 1 to 11, in the latest evaluation; absent where the evaluation has
+    /// none, or where a figure is beyond 11.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub class: Option<u8>,
 }
@@ -141,7 +140,7 @@ impl ShortFiguresBody {
     }
 }
 
-/// Some jobs, in the order that was asked for.
+/// A page of jobs in the requested order.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobPage)]
 pub struct JobPageBody {
@@ -187,9 +186,9 @@ pub struct StatusCountBody {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = MachineCount)]
 pub struct MachineCountBody {
-    /// As the jobs name it.
+    /// Name of the machine in the jobs.
     pub machine: String,
-    /// How many jobs name it.
+    /// Number of jobs on it.
     pub count: u64,
 }
 
@@ -197,9 +196,9 @@ pub struct MachineCountBody {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = OtherMachines)]
 pub struct OtherMachinesBody {
-    /// How many there are.
+    /// Number of these machines.
     pub machines: u64,
-    /// How many jobs name one of them.
+    /// Number of jobs on them.
     pub count: u64,
 }
 

@@ -19,7 +19,7 @@ use crate::{
     jobs::{List, ListedIteration, Page},
 };
 
-/// An iteration with the fit that stands.
+/// An iteration with its chosen fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = IterationSummary)]
 pub struct ListedIterationBody {
@@ -30,17 +30,17 @@ pub struct ListedIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: MeasurandBody,
-    /// Whether the units were said to be right, however implausible; left out where they were not.
+    /// True if the units were confirmed although the values are implausible; absent otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
-    /// What they were measured with.
+    /// Measuring instrument.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
-    /// Who measured them.
+    /// Operator who measured the nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// When it was stored.
@@ -49,7 +49,7 @@ pub struct ListedIterationBody {
     /// The latest decision; absent before the first.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decision: Option<DecisionName>,
-    /// Who decided so: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who decided; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub decided_by: Option<String>,
     /// The chosen fit.

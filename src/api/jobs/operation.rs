@@ -21,19 +21,19 @@ pub struct OperationBody {
     pub id: Uuid,
     /// Method and path of the request.
     pub request: String,
-    /// What the request asked its caller for, and whoever asks after it.
+    /// Scope that the request requires, and that reading the operation requires.
     pub scope: String,
-    /// Of the job that the request is of.
+    /// Job of the request.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub job_id: Option<Uuid>,
     pub state: OperationStateName,
-    /// How much is done, from 0 to 1, as far as the computation tells; a few seconds old where
-    /// another server does it.
+    /// Completed share, from 0 to 1, as far as the computation reports it; a few seconds old if
+    /// another server computes it.
     pub progress: f64,
-    /// Seconds until it will have ended if it goes on as before; absent while nobody can tell.
+    /// Estimated seconds until its end; absent where no estimate exists.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub remaining_seconds: Option<f64>,
-    /// How often it was begun: more than once where a server was lost.
+    /// Number of starts: more than one after the loss of a server.
     pub attempts: u32,
     /// When the request was kept.
     #[schema(value_type = String, format = DateTime)]
@@ -54,7 +54,7 @@ pub struct OperationBody {
     pub problem: Option<Problem>,
 }
 
-/// Where an operation stands.
+/// State of an operation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = OperationState)]

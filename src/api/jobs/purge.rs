@@ -12,14 +12,16 @@ use crate::{
     jobs::NewPurge,
 };
 
-/// What is to be purged, and why.
+/// Reason and archive digest of the purge.
 #[derive(Clone, Debug, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = PurgeRequest, example = json!({
-    "reason": "The operator asked for it", "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865"
+    "reason": "The operator asked for \
+        it", "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865"
 }))]
 pub struct PurgeRequestBody {
-    /// Why. It is kept and told to whoever asks for what was purged: name no person here.
+    /// Reason of the purge. It is stored and returned with later requests for the removed data: do
+    /// not name persons here.
     #[schema(value_type = String, min_length = 1, max_length = 4000)]
     pub reason: LongText,
     /// `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
@@ -52,14 +54,14 @@ fn digest(text: &str) -> Option<[u8; 32]> {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Purge)]
 pub struct PurgeBody {
-    /// The job, whose row, numbers and audit stay.
+    /// The job; its row, numbers and audit are kept.
     pub job_id: Uuid,
     /// When.
     #[schema(value_type = String, format = DateTime)]
     pub purged_at: Moment,
     /// Why, as it was posted.
     pub reason: String,
-    /// SHA-256 of the archive that has what was taken away, in 64 lower-case hexadecimal digits.
+    /// SHA-256 of the archive with the removed data, in 64 lower-case hexadecimal digits.
     pub archive_sha256: String,
 }
 

@@ -34,38 +34,38 @@ pub enum RecordKindName {
     Applied,
 }
 
-/// What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
-/// correction, the changes that were made of one, or a change of what its nodes are of.
+/// A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
+/// its entered changes, or a change of the nodes' description.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = JobRecord)]
 pub struct RecordBody {
     /// UUIDv7.
     pub id: Uuid,
     pub kind: RecordKindName,
-    /// How it was made, in the words of the request.
+    /// Method, as named in the request.
     pub method: String,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// Who had it made: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
-    /// be changed later, and a `gear` of the request goes before it.
+    /// For deviations, evaluations, pitches and corrections: the job's gear at that time. It may
+    /// have changed since; a `gear` in the request has precedence.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gear: Option<GearBody>,
-    /// The request as it was posted. Where it has no points or nodes of its own, those of the
-    /// iteration were taken. Of an import `file` (its name), `file_sha256`, `file_bytes` and
-    /// `spec`; of an imported evaluation also `gear`, `traces` (all of the file, with the signs of
-    /// DIN) and `evaluation`, with which `POST /v1/gears/evaluate` answers the same; of imported
-    /// pitches likewise what `POST /v1/gears/pitch` takes.
+    /// The request as posted. If it has no points or nodes, those of the iteration were used. For
+    /// an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
+    /// evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
+    /// with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
+    /// the request of `POST /v1/gears/pitch`.
     #[schema(value_type = Object)]
     pub request: Value,
-    /// What was answered; of a correction `nodes` and `result` only when included. Of a curve for
-    /// example what `POST /v1/curves` answers to the request.
+    /// The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`
+    /// only with `include`.
     #[schema(value_type = Object)]
     pub result: Value,
-    /// What the answer and its parts warn of, each with `at`.
+    /// Warnings of the answer and its parts, each with `at`.
     pub warnings: Vec<NoticeBody>,
 }
 
@@ -76,12 +76,12 @@ pub struct RecordSummaryBody {
     /// UUIDv7.
     pub id: Uuid,
     pub kind: RecordKindName,
-    /// How it was made, in the words of the request.
+    /// Method, as named in the request.
     pub method: String,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime)]
     pub created_at: Moment,
-    /// Who had it made: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Of a change of what the nodes are of: what is known from then on, and what was before.

@@ -46,17 +46,17 @@ pub struct TracedIterationBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub measurand: MeasurandBody,
-    /// Whether the units were said to be right, however implausible; left out where they were not.
+    /// True if the units were confirmed although the values are implausible; absent otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub accept_units: Option<bool>,
     /// When the nodes were measured, as it was posted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schema(value_type = Option<String>, format = DateTime)]
     pub measured_at: Option<Moment>,
-    /// What they were measured with.
+    /// Measuring instrument.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instrument: Option<String>,
-    /// Who measured them.
+    /// Operator who measured the nodes.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub operator: Option<String>,
     /// When it was stored.
@@ -134,7 +134,7 @@ pub struct TracedDecisionBody {
     /// suspected gross errors, or implausible units; left out where it does not.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub concession: Option<bool>,
-    /// Who decided so: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who decided; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was decided so, as it was posted.

@@ -88,7 +88,7 @@ pub struct AxisBody {
     pub trace_lengths: Option<Vec<u32>>,
 }
 
-/// What a positive height means.
+/// Meaning of a positive height.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = PositiveHeight)]

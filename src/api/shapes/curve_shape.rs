@@ -52,7 +52,7 @@ pub struct PolynomialCurveBody {
     #[schema(inline)]
     pub kind: PolynomialCurveTag,
     pub form: PolynomialFormName,
-    /// Where the polynomial was interpolated.
+    /// Abscissae of the interpolation.
     pub nodes: Vec<f64>,
     /// Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
     /// out.
@@ -64,13 +64,12 @@ pub struct PolynomialCurveBody {
     /// Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + ….
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub coefficients: Option<Vec<PointBody>>,
-    /// Newton: what the doubles of `coefficients` leave of the differences; without them a few
-    /// digits fewer.
+    /// Newton form: rounding remainders of `coefficients`; without them a few digits are lost.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub coefficient_remainders: Option<Vec<PointBody>>,
 }
 
-/// How a polynomial is written.
+/// Form of a polynomial.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = PolynomialForm)]

@@ -159,14 +159,14 @@ request! {
     pub struct PatchworkBody as PatchworkMembers {
         #[schema(inline)]
         required kind as "type": PatchworkTag,
-        /// Where patches meet, both ends included, ascending.
+        /// Parameters of the patch borders, both ends included, ascending.
         #[schema(min_items = 2)]
         required u: Vec<f64>,
-        /// Where patches meet, both ends included, ascending.
+        /// Parameters of the patch borders, both ends included, ascending.
         #[schema(min_items = 2)]
         required v: Vec<f64>,
-        /// For each interval of u a row, for each of v a patch over that rectangle; none a
-        /// patchwork itself.
+        /// A row for each interval of u, in it a patch for each interval of v. A patch cannot be a
+        /// patchwork.
         #[schema(no_recursion)]
         required patches: Vec<Vec<SurfaceBody>>,
     }

@@ -115,7 +115,7 @@ pub struct StreamBody {
     #[schema(inline)]
     pub measurand: MeasurandBody,
     pub state: StreamStateName,
-    /// Of the last block; 0 before the first.
+    /// Number of the last block; 0 before the first.
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,

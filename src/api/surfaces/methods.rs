@@ -81,15 +81,15 @@ request! {
 }
 
 request! {
-    /// Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
-    /// borders become cubics. Of `control_points` with `inner_points`: the patch itself.
+    /// Gregory patches: continuous tangent planes across the lines of a mesh for any twists;
+    /// borders become cubics. With `control_points` and `inner_points`: the patch itself.
     pub struct GregoryMethod as GregoryMembers {
         #[schema(inline)]
         required kind as "type": GregoryTag,
         /// With `boundaries`: ∂S/∂u along u0 and u1, ∂S/∂v along v0 and v1; those left out are
         /// estimated.
         optional cross_derivatives: BordersBody,
-        /// With `control_points`: 2 × 2, the inner points that are felt along u0 and u1.
+        /// With `control_points`: 2 × 2, the inner points next to u0 and u1.
         optional inner_points: Vec<Vec<PointBody>>,
     }
 }

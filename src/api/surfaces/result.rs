@@ -120,7 +120,7 @@ pub enum ContinuityName {
 pub struct JointBody {
     /// Which parameter is constant on the line.
     pub constant: AxisName,
-    /// Its value there.
+    /// Value of the coordinate there.
     pub at: f64,
     /// The range of the other one.
     #[schema(value_type = Vec<f64>, min_items = 2, max_items = 2)]
@@ -128,14 +128,14 @@ pub struct JointBody {
     pub class: ContinuityName,
     /// Distance of the two sides.
     pub gap: WorstBody,
-    /// Angle between the two normals, in degrees; left out where there are none.
+    /// Angle between the two normals, in degrees; absent where a normal does not exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normal_angle_deg: Option<WorstBody>,
     /// Jump of S_u or S_v.
     pub first_derivative: WorstBody,
     /// Jump of S_uu, S_uv or S_vv.
     pub second_derivative: WorstBody,
-    /// Jump of a principal curvature; left out where there are none.
+    /// Jump of a principal curvature; absent where it does not exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curvature: Option<WorstBody>,
 }

@@ -33,7 +33,7 @@ pub struct Stream {
     pub job_id: Uuid,
     pub spec: Arc<str>,
     pub forgetting_factor: f64,
-    /// Of the last block; 0 before the first.
+    /// Number of the last block; 0 before the first.
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,

@@ -46,7 +46,7 @@ pub async fn successors(
     Ok(found)
 }
 
-/// An iteration with the fit that stands.
+/// An iteration with its chosen fit.
 #[derive(FromRow)]
 pub struct PredecessorRow {
     number: Integer<u32>,

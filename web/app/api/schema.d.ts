@@ -5795,8 +5795,8 @@ export interface components {
             y: number[];
         };
         /**
-         * @description Gregory patches: tangent planes continuous across the lines of a mesh, whatever the twists;
-         *     borders become cubics. Of `control_points` with `inner_points`: the patch itself.
+         * @description Gregory patches: continuous tangent planes across the lines of a mesh for any twists;
+         *     borders become cubics. With `control_points` and `inner_points`: the patch itself.
          */
         GregoryMethod: {
             /**
@@ -5809,7 +5809,7 @@ export interface components {
              *     estimated.
              */
             cross_derivatives?: components["schemas"]["Borders"];
-            /** @description With `control_points`: 2 × 2, the inner points that are felt along u0 and u1. */
+            /** @description With `control_points`: 2 × 2, the inner points next to u0 and u1. */
             inner_points?: components["schemas"]["Point"][][];
         };
         /** @description Gregory's rational bicubic patch of 20 control points. */
@@ -5863,7 +5863,7 @@ export interface components {
         GroupSigma: {
             /**
              * Format: int64
-             * @description Its name in the request.
+             * @description Name of the group in the request.
              */
             group: number;
             /**
@@ -5894,7 +5894,7 @@ export interface components {
              * @default 3
              */
             threshold: number;
-            /** @description What becomes of a peak. Default `replace`. */
+            /** @description Treatment of a peak. Default `replace`. */
             action?: components["schemas"]["PeakAction"];
             /** @description On a grid, the axis along which windows lie; a square of both axes when not given. */
             axis?: components["schemas"]["FilterAxisName"];
@@ -5921,7 +5921,7 @@ export interface components {
              * @description Longest body of a request in bytes, after decompression.
              */
             body_limit_bytes: number;
-            /** @description Whether requests to `/v1/…` need an API key. */
+            /** @description True if requests to `/v1/…` need an API key. */
             key_required: boolean;
         };
         /** @description A grid of nodes: heights z(u, v) over two axes. */
@@ -5973,13 +5973,10 @@ export interface components {
              * @enum {string}
              */
             type: "hermite";
-            /**
-             * @description For each point its derivatives from the first on; as many as are known there, which may be
-             *     none.
-             */
+            /** @description For each point its known derivatives, from the first order; the list may be empty. */
             derivatives: components["schemas"]["Point"][][];
         };
-        /** @description A file, and what is said of it. */
+        /** @description A file and its description. */
         ImportForm: {
             /**
              * Format: binary
@@ -6043,17 +6040,16 @@ export interface components {
             sentence: string;
         };
         /**
-         * @description How much each counted node has a say in the fit, in the order of `residuals.values`; null
-         *     where a figure does not exist: without a node of leverage 1 the others do not determine the
-         *     fit there (warning `full_leverage`), and figures that divide by a σ̂ need some noise
-         *     (warning `no_noise_without`). A regularised fit is looked at with its penalty held as all
-         *     nodes made it: λ* is not chosen anew without a node. Sizes count √weight where nodes carry
-         *     weights.
+         * @description Influence of each counted node on the fit, in the order of `residuals.values`; null where a
+         *     figure does not exist: without a node of leverage 1 the other nodes do not determine the fit
+         *     (warning `full_leverage`), and figures that are divided by σ̂ need noise (warning
+         *     `no_noise_without`). For a regularised fit the penalty of all nodes is held fixed: λ* is not
+         *     chosen again without a node. Residuals include √weight where nodes have weights.
          */
         Influence: {
             /**
-             * @description hᵢ, from 0 to 1: the share of the node's own height in what is fitted there. Their sum
-             *     is the number of coefficients, or what regularisation leaves of it.
+             * @description hᵢ, from 0 to 1: derivative of the fitted height with respect to the node's own height.
+             *     The sum over the nodes is the effective number of coefficients.
              */
             leverage: number[];
             /**
@@ -6062,9 +6058,9 @@ export interface components {
              */
             internally_studentized?: (number | null)[];
             /**
-             * @description The same with the σ̂ of least squares on the other nodes: where errors are normal and
-             *     nothing is regularised, Student's t of m − n − 1 degrees of freedom; null where the
-             *     other nodes are fitted exactly: this one stands out of nothing. Absent without these.
+             * @description The same with the σ̂ of least squares without the node: for normal errors and no
+             *     regularisation, Student's t with m − n − 1 degrees of freedom; null where the other
+             *     nodes are fitted exactly. Absent without these degrees of freedom.
              */
             externally_studentized?: (number | null)[];
             /**
@@ -6078,8 +6074,8 @@ export interface components {
              */
             dffits?: (number | null)[];
             /**
-             * @description rᵢ/(1 − hᵢ), in the unit of the heights: the height less what the fit to the other nodes
-             *     says there.
+             * @description rᵢ/(1 − hᵢ), in the unit of the heights: the height minus the prediction by a fit to the
+             *     other nodes.
              */
             press_residual: (number | null)[];
             /**
@@ -6095,16 +6091,14 @@ export interface components {
             node_indices?: number[];
         };
         /**
-         * @description What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
-         *     Student's t about the estimate before it is regularised (least squares, or the robust
-         *     estimate), as nothing limits the bias of the regularised one (where `noise_sigma` is told,
-         *     t is the normal quantile in all of these: Student's with endless degrees of freedom);
-         *     `bias_aware`, the shortest interval about a filtered estimate that holds for all
-         *     coefficients within the norm limit that was given, and for no others; `posterior`,
-         *     Student's t about the mean of the posterior, which takes what was given for known, or,
-         *     where moves are estimated, an interval that is shorter where the earlier iterations predict
-         *     well. For a known σ it holds whatever the flank did, and is the same where the prior is let
-         *     go (docs/prior.md).
+         * @description Basis of an interval. `student`: Student's t about the estimate. `least_squares`: Student's
+         *     t about the unregularised estimate (least squares, or the robust estimate), where the bias
+         *     of the regularised one is unbounded. (With `noise_sigma`, t is the normal quantile in all of
+         *     these.) `bias_aware`: the shortest interval about a filtered estimate that holds for all
+         *     coefficients within the given norm limit, and for no others. `posterior`: Student's t about
+         *     the mean of the posterior, if the prior is given; if moves are estimated, an interval that
+         *     is shorter where the earlier iterations predict well. With a known σ its coverage holds for
+         *     any flank, and it is the same after a prior is dropped (docs/prior.md).
          * @enum {string}
          */
         IntervalKind: "student" | "least_squares" | "bias_aware" | "posterior";
@@ -6134,18 +6128,18 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else was said of the measurement. */
+            /** @description Note on the measurement. */
             note?: string;
             /**
              * Format: date-time
@@ -6159,7 +6153,7 @@ export interface components {
             node_count: number;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
-            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who decided; absent where no key was required. */
             decided_by?: string;
             /**
              * @description The last hundred fits in the order in which they were made; `GET …/fits/{fit_id}` has each
@@ -6168,7 +6162,7 @@ export interface components {
             fits: components["schemas"]["FitSummary"][];
             /**
              * Format: int64
-             * @description How many fits were made before those; `GET …/fits` lists all.
+             * @description Number of fits before the listed ones; `GET …/fits` lists all.
              */
             earlier_fits?: number;
             /**
@@ -6176,7 +6170,7 @@ export interface components {
              * @description When its nodes, results, texts and names were taken away; absent where they are there.
              */
             purged_at?: string;
-            /** @description What the figures of the chosen fit warn of, each with `at`. */
+            /** @description Warnings of the chosen fit's figures, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /** @description A fit of an iteration's nodes. */
@@ -6198,8 +6192,8 @@ export interface components {
             /** @description Why it was made, as it was posted. */
             reason?: string;
             /**
-             * @description What was fitted, with every default filled in: a request of its own for a refit, or with
-             *     nodes for a new fit.
+             * @description The fit request without nodes, with every default filled in. It can be sent as a refit, or
+             *     with nodes as a new fit.
              */
             spec: components["schemas"]["FitSpec"];
             /**
@@ -6208,7 +6202,7 @@ export interface components {
              */
             figures?: components["schemas"]["FitFigures"];
             result: components["schemas"]["FitResult"];
-            /** @description Of a fit that is answered by itself: what result and figures warn of, each with `at`. */
+            /** @description Warnings of result and figures, each with `at`; in the answer for a single fit. */
             warnings?: components["schemas"]["GearWarning"][];
         };
         /** @description An iteration request as a form (`multipart/form-data`). */
@@ -6300,19 +6294,20 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description What the nodes were measured with.
+             * @description Measuring instrument.
              * @example P40
              */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else is to be known of the measurement; may have line breaks. */
+            /** @description Note on the measurement; may have line breaks. */
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
             /**
-             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
-             *     takes it: after the newest correction of the flank's iteration before this one.
+             * @description Changes that were entered on the machine before this measurement, as in `POST
+             *     …/correction/applied`. They belong to the newest correction of an earlier iteration of
+             *     the flank.
              */
             applied?: components["schemas"]["AppliedRequest"];
         };
@@ -6324,7 +6319,8 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description What is done with the gear, and what its nodes are of. What is left out stays as it is.
+         * @description A decision on the gear, and changes of the nodes' description. Fields that are left out stay
+         *     unchanged.
          * @example {
          *       "decision": "remachine",
          *       "reason": "profile slope out of tolerance"
@@ -6343,14 +6339,14 @@ export interface components {
              * @example 1
              */
             tooth?: string;
-            /** @description What the axes of the nodes mean. An axis that is not given stays as it is. */
+            /** @description Quantities and units on the axes of the nodes. An axis that is left out stays unchanged. */
             axes?: components["schemas"]["Axes"];
             /** @description That the units are right, however implausible (`implausible_unit`). */
             accept_units?: boolean;
             /** @description Kept in the trace. */
             reason?: string;
         };
-        /** @description A fit request with what is known of the measurement. */
+        /** @description A fit request with details of the measurement. */
         IterationRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
@@ -6425,24 +6421,25 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description What the nodes were measured with.
+             * @description Measuring instrument.
              * @example P40
              */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else is to be known of the measurement; may have line breaks. */
+            /** @description Note on the measurement; may have line breaks. */
             note?: string;
             /** @description That the units are right, however implausible (warning `implausible_unit`). */
             accept_units?: boolean;
             /**
-             * @description What was entered on the machine before this measurement, as `POST …/correction/applied`
-             *     takes it: after the newest correction of the flank's iteration before this one.
+             * @description Changes that were entered on the machine before this measurement, as in `POST
+             *     …/correction/applied`. They belong to the newest correction of an earlier iteration of
+             *     the flank.
              */
             applied?: components["schemas"]["AppliedRequest"];
             nodes: components["schemas"]["Nodes"];
         };
-        /** @description An iteration with the fit that stands. */
+        /** @description An iteration with its chosen fit. */
         IterationSummary: {
             /** @description The flank that was measured. */
             flank?: components["schemas"]["FlankSide"];
@@ -6463,16 +6460,16 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
             /**
              * Format: date-time
@@ -6481,7 +6478,7 @@ export interface components {
             created_at: string;
             /** @description The latest decision; absent before the first. */
             decision?: components["schemas"]["DecisionName"];
-            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who decided; absent where no key was required. */
             decided_by?: string;
             /** @description The chosen fit. */
             chosen_fit: components["schemas"]["FitSummary"];
@@ -6496,21 +6493,21 @@ export interface components {
             /** @description Which factor; without it that of James and Stein, 1 − (p−2) RSS/((ν+2) Q). */
             variant?: components["schemas"]["JamesSteinVariant"];
             /**
-             * @description The factor is not let below 0. Default true, but false with the variants `hoerl_kennard` and
-             *     `efron_morris`, which name a factor as it is.
+             * @description If true, the factor is at least 0. Default true, but false with the variants `hoerl_kennard`
+             *     and `efron_morris`, which define the factor without this limit.
              */
             positive_part?: boolean;
             /**
-             * @description T, in the order of the coefficients; default 0, for `efron_morris` the grand mean. With
-             *     `standardized` the entry of the constant takes no part.
+             * @description Target T, in the order of the coefficients; default 0, for `efron_morris` the grand mean.
+             *     With `standardized` the constant's entry is ignored.
              */
             target?: number[];
         };
         /**
-         * @description Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (σ² of
-         *     `noise_sigma` in its place where it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`:
-         *     1 − (p−2) RSS/((ν+2) Q), without a target toward the grand mean, which takes one direction
-         *     (p−3). `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
+         * @description Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (or σ²
+         *     of `noise_sigma` if it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`: 1 − (p−2)
+         *     RSS/((ν+2) Q), without a target toward the grand mean, which uses one direction (p−3).
+         *     `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
          * @enum {string}
          */
         JamesSteinVariant: "hoerl_kennard" | "efron_morris" | "positive_part";
@@ -6521,16 +6518,16 @@ export interface components {
              * @description UUIDv7: ids in ascending order are jobs in order of creation.
              */
             id: string;
-            /** @description As the cell calls the job. */
+            /** @description Name of the job. */
             name: string;
-            /** @description Of the gear's drawing. */
+            /** @description Part number on the drawing. */
             part_number?: string;
-            /** @description Of this gear. */
+            /** @description Serial number of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
-            /** @description What its flanks must be like. */
+            /** @description Limits and design of its flanks. */
             requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
@@ -6589,7 +6586,7 @@ export interface components {
             iteration_number?: number;
             /**
              * Format: uuid
-             * @description Of the iteration, a UUIDv7.
+             * @description Id of the iteration, a UUIDv7.
              */
             iteration_id?: string;
             /**
@@ -6597,21 +6594,21 @@ export interface components {
              * @description The first fit of a new iteration, a new fit, or the one chosen.
              */
             fit_id?: string;
-            /** @description Of a fit: whether it stands from now on, or was only added. */
+            /** @description For a fit: true if it was chosen, false if it was only added. */
             chosen?: boolean;
             decision?: components["schemas"]["DecisionName"];
-            /** @description Of a decision, a choice, a new fit or a purge, as it was posted. */
+            /** @description Reason of a decision, a choice, a new fit or a purge, as posted. */
             reason?: string;
             /**
              * Format: uuid
-             * @description Of the stream that something happened to.
+             * @description The stream, for an event of a stream.
              */
             stream_id?: string;
-            /** @description What happened to a stream. */
+            /** @description Change of the stream's state. */
             state?: components["schemas"]["StreamEventName"];
             /**
              * Format: int64
-             * @description Of a stream's last block.
+             * @description Number of the stream's last block.
              */
             sequence?: number;
             /**
@@ -6621,22 +6618,22 @@ export interface components {
             node_count?: number;
             /**
              * Format: uuid
-             * @description Of the operation (`Prefer: respond-async`) that was begun or has ended.
+             * @description The operation (`Prefer: respond-async`) that began or ended.
              */
             operation_id?: string;
             /** @description `queued` for an operation that was begun, else how it has ended. */
             operation_state?: components["schemas"]["OperationState"];
             /**
              * Format: uuid
-             * @description Of a record that was kept with the iteration.
+             * @description The record that was stored with the iteration.
              */
             record_id?: string;
             record_kind?: components["schemas"]["RecordKind"];
-            /** @description What became of the job itself. */
+            /** @description Change of the job itself. */
             job_state?: components["schemas"]["JobEventState"];
         };
         /**
-         * @description What became of a job itself.
+         * @description Change of a job itself.
          * @enum {string}
          */
         JobEventState: "created" | "changed" | "deleted";
@@ -6645,7 +6642,7 @@ export interface components {
          * @enum {string}
          */
         JobOptionalField: "part_number" | "serial_number" | "machine" | "gear" | "requirements";
-        /** @description Some jobs, in the order that was asked for. */
+        /** @description A page of jobs in the requested order. */
         JobPage: {
             /** @description The jobs of this page. */
             items: components["schemas"]["ListedJob"][];
@@ -6653,7 +6650,7 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description Changes of a job. A field that is left out stays as it is.
+         * @description Changes of a job. Fields that are left out stay unchanged.
          * @example {
          *       "clear": [
          *         "serial_number"
@@ -6676,23 +6673,20 @@ export interface components {
             /** @description The new gear, which replaces the old one as a whole. */
             gear?: components["schemas"]["Gear"];
             /**
-             * @description The new requirements, which replace the old ones as a whole. What was answered before keeps
-             *     what it was held against.
+             * @description The new requirements, which replace the old ones as a whole. Earlier answers keep the
+             *     requirements they were compared with.
              */
             requirements?: components["schemas"]["Requirements"];
             /** @description The new tags, which replace the old ones as a whole; `{}` leaves none. */
             tags?: {
                 [key: string]: string;
             };
-            /**
-             * @description What the job shall no longer have. A field that stands here cannot be given a value at the
-             *     same time.
-             */
+            /** @description Fields to remove. A field listed here cannot be given a value in the same request. */
             clear?: components["schemas"]["JobOptionalField"][];
         };
         /**
-         * @description What is kept with an iteration: a curve, a surface, deviations, an evaluation, pitches, a
-         *     correction, the changes that were made of one, or a change of what its nodes are of.
+         * @description A record of an iteration: a curve, a surface, deviations, an evaluation, pitches, a correction,
+         *     its entered changes, or a change of the nodes' description.
          */
         JobRecord: {
             /**
@@ -6701,34 +6695,34 @@ export interface components {
              */
             id: string;
             kind: components["schemas"]["RecordKind"];
-            /** @description How it was made, in the words of the request. */
+            /** @description Method, as named in the request. */
             method: string;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller; absent where no key was required. */
             by?: string;
             /**
-             * @description Of deviations, evaluations, pitches and corrections: the gear that the job had then. It may
-             *     be changed later, and a `gear` of the request goes before it.
+             * @description For deviations, evaluations, pitches and corrections: the job's gear at that time. It may
+             *     have changed since; a `gear` in the request has precedence.
              */
             gear?: components["schemas"]["Gear"];
             /**
-             * @description The request as it was posted. Where it has no points or nodes of its own, those of the
-             *     iteration were taken. Of an import `file` (its name), `file_sha256`, `file_bytes` and
-             *     `spec`; of an imported evaluation also `gear`, `traces` (all of the file, with the signs of
-             *     DIN) and `evaluation`, with which `POST /v1/gears/evaluate` answers the same; of imported
-             *     pitches likewise what `POST /v1/gears/pitch` takes.
+             * @description The request as posted. If it has no points or nodes, those of the iteration were used. For
+             *     an import: `file` (its name), `file_sha256`, `file_bytes` and `spec`. For an imported
+             *     evaluation also `gear`, `traces` (all of the file, with the signs of DIN) and `evaluation`,
+             *     with which `POST /v1/gears/evaluate` gives the same answer; for imported pitches likewise
+             *     the request of `POST /v1/gears/pitch`.
              */
             request: Record<string, never>;
             /**
-             * @description What was answered; of a correction `nodes` and `result` only when included. Of a curve for
-             *     example what `POST /v1/curves` answers to the request.
+             * @description The answer, for example that of `POST /v1/curves`; for a correction `nodes` and `result`
+             *     only with `include`.
              */
             result: Record<string, never>;
-            /** @description What the answer and its parts warn of, each with `at`. */
+            /** @description Warnings of the answer and its parts, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
@@ -6773,7 +6767,7 @@ export interface components {
             constant: components["schemas"]["SurfaceAxis"];
             /**
              * Format: double
-             * @description Its value there.
+             * @description Value of the coordinate there.
              */
             at: number;
             /** @description The range of the other one. */
@@ -6781,13 +6775,13 @@ export interface components {
             class: components["schemas"]["ContinuityClass"];
             /** @description Distance of the two sides. */
             gap: components["schemas"]["Worst"];
-            /** @description Angle between the two normals, in degrees; left out where there are none. */
+            /** @description Angle between the two normals, in degrees; absent where a normal does not exist. */
             normal_angle_deg?: components["schemas"]["Worst"];
             /** @description Jump of S_u or S_v. */
             first_derivative: components["schemas"]["Worst"];
             /** @description Jump of S_uu, S_uv or S_vv. */
             second_derivative: components["schemas"]["Worst"];
-            /** @description Jump of a principal curvature; left out where there are none. */
+            /** @description Jump of a principal curvature; absent where it does not exist. */
             curvature?: components["schemas"]["Worst"];
         };
         /**
@@ -6939,24 +6933,24 @@ export interface components {
             include?: components["schemas"]["FitInclude"][];
             /** @description Applied to the heights before the fit, in this order. */
             filters?: components["schemas"]["Filter"][];
-            /** @description By default the iteration's own nodes with their weights, which must be of type `curve`. */
+            /** @description By default the iteration's nodes with their weights, which must be of type `curve`. */
             points?: components["schemas"]["CurvePoints"];
             method: components["schemas"]["CurveMethod"];
         };
         /** @description A key. */
         Key: {
-            /** @description 16 hexadecimal digits, which are no secret: they stand in the key behind `ffk_`. */
+            /** @description 16 hexadecimal digits, not secret: the part of the key after `ffk_`. */
             id: string;
             /** @description Whose it is; absent of a key of no tenant. */
             tenant?: string;
-            /** @description Who or what holds the key. */
+            /** @description Name of the key's holder, a person or a program. */
             name: string;
             /** @description Absent where scopes were named one by one. */
             role?: components["schemas"]["Role"];
-            /** @description What it allows. */
+            /** @description Scopes of the key. */
             scopes: components["schemas"]["Scope"][];
             kind: components["schemas"]["KeyKind"];
-            /** @description Of a certificate: the name in it. */
+            /** @description For a certificate: its subject alternative name. */
             san?: string;
             /**
              * Format: date-time
@@ -6971,7 +6965,7 @@ export interface components {
             expires_at?: string;
             /**
              * Format: date-time
-             * @description When it let somebody in last, give or take a minute; absent before the first time.
+             * @description Time of the last accepted request, within a minute; absent before the first.
              */
             last_used_at?: string;
             /**
@@ -6982,15 +6976,15 @@ export interface components {
             /** @description The key that took its place when it was rotated. */
             replaced_by?: string;
             /**
-             * @description The key itself, in the answer to the request that made it and nowhere else: nobody can tell
-             *     it again.
+             * @description The key itself, only in the answer to the request that made it. It cannot be retrieved
+             *     later.
              */
             key?: string;
-            /** @description What follows from making it. */
+            /** @description Consequences of making the key. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
-         * @description What proves a key: a secret that is sent, or a client's certificate.
+         * @description Proof of a key: a secret that is sent, or a client certificate.
          * @enum {string}
          */
         KeyKind: "secret" | "certificate";
@@ -7002,7 +6996,7 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description Changes of a key. A field that is left out stays as it is.
+         * @description Changes of a key. Fields that are left out stay unchanged.
          * @example {
          *       "name": "grinder 4"
          *     }
@@ -7026,12 +7020,12 @@ export interface components {
         KeyRotation: {
             /**
              * Format: int32
-             * @description How long the key before goes on, so that there is time to hand over the new one; 0 ends it
-             *     now.
+             * @description Seconds for which the old key stays valid, so that the new one can be distributed; 0 ends it
+             *     at once.
              */
             overlap_seconds: number;
         };
-        /** @description How knots were inserted. */
+        /** @description Report on the insertion of knots. */
         KnotInsertion: {
             /** @description Why it ended. */
             stop: components["schemas"]["KnotInsertionStop"];
@@ -7054,14 +7048,14 @@ export interface components {
             rms: number;
         };
         /**
-         * @description Why no more knots were inserted: the tolerance is met; no span that misses it holds enough
-         *     points for another knot; the most knots or rounds are reached.
+         * @description Reason why the insertion ended: the tolerance is met; no span that misses it has enough points
+         *     for another knot; the limit of knots or rounds is reached.
          * @enum {string}
          */
         KnotInsertionStop: "tolerance_met" | "no_room" | "limit_reached";
         /** @description Full knot vectors, ascending: one for a curve, `[knots of u, knots of v]` for a surface. */
         Knots: number[] | number[][];
-        /** @description What was known of an iteration's nodes. */
+        /** @description Description of an iteration's nodes. */
         KnownMeasurand: {
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -7070,7 +7064,7 @@ export interface components {
              */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
-            /** @description Whether the units were said to be right, however implausible. */
+            /** @description True if the units were confirmed although the values are implausible. */
             accept_units?: boolean;
         };
         /** @description Linear combinations of order statistics, by regression quantiles (Koenker and Bassett). */
@@ -7083,11 +7077,11 @@ export interface components {
             form: components["schemas"]["LEstimatorForm"];
             /**
              * Format: double
-             * @description Of `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
+             * @description For `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
              */
             share?: number;
             /**
-             * @description Of `quantiles`: τ of each, ascending; needed there.
+             * @description For `quantiles`, required there: τ of each, ascending.
              * @example [
              *       0.25,
              *       0.5,
@@ -7096,7 +7090,7 @@ export interface components {
              */
             quantiles?: number[];
             /**
-             * @description Of `quantiles`: the weight of each, together 1; needed there.
+             * @description For `quantiles`, required there: the weight of each, summing to 1.
              * @example [
              *       0.25,
              *       0.5,
@@ -7119,11 +7113,11 @@ export interface components {
              */
             type: "lagrange";
         };
-        /** @description What a value of λ* would give. */
+        /** @description Figures for one value of λ*. */
         LambdaCurvePoint: {
             /**
              * Format: double
-             * @description Where on the curve, as an eigenvalue of the scaled Fisher information matrix.
+             * @description λ*, as an eigenvalue of the scaled Fisher information matrix.
              */
             lambda_star: number;
             /**
@@ -7138,7 +7132,7 @@ export interface components {
             bias_norm: number;
             /**
              * Format: double
-             * @description As in `choices`.
+             * @description Same as in `choices`.
              */
             predicted_mse?: number;
             /**
@@ -7187,7 +7181,7 @@ export interface components {
             coverage?: number;
             /**
              * Format: int64
-             * @description Of the random starts; the same seed gives the same answer. Default 0.
+             * @description Seed of the random starts; the same seed gives the same answer. Default 0.
              */
             seed?: number;
         };
@@ -7206,7 +7200,7 @@ export interface components {
             shape?: number;
             /**
              * Format: double
-             * @description Of an estimated shape, asymptotic; absent at an end of its range.
+             * @description Asymptotic standard error of an estimated shape; absent at an end of its range.
              */
             shape_std_error?: number;
             /**
@@ -7216,7 +7210,7 @@ export interface components {
             log_likelihood: number;
         };
         /**
-         * @description Where a number came from.
+         * @description Source of the limit.
          * @enum {string}
          */
         LimitSource: "estimate" | "request";
@@ -7228,23 +7222,23 @@ export interface components {
              */
             type: "linear";
         };
-        /** @description A job with what became of its last iteration. */
+        /** @description A job with the status of its last iteration. */
         ListedJob: {
             /**
              * Format: uuid
              * @description UUIDv7: ids in ascending order are jobs in order of creation.
              */
             id: string;
-            /** @description As the cell calls the job. */
+            /** @description Name of the job. */
             name: string;
-            /** @description Of the gear's drawing. */
+            /** @description Part number on the drawing. */
             part_number?: string;
-            /** @description Of this gear. */
+            /** @description Serial number of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
             gear?: components["schemas"]["Gear"];
-            /** @description What its flanks must be like. */
+            /** @description Limits and design of its flanks. */
             requirements?: components["schemas"]["Requirements"];
             /** @description Names and values by which the job can be found again. */
             tags: {
@@ -7270,7 +7264,7 @@ export interface components {
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int32
-             * @description How many iterations it has.
+             * @description Number of iterations.
              */
             iteration_count: number;
             /**
@@ -7288,10 +7282,7 @@ export interface components {
             last_measured_at?: string;
             /** @description The flank that the last iteration is of. */
             flank?: components["schemas"]["FlankSide"];
-            /**
-             * @description How far the left flanks have come: as `status`, over them alone. Left out where none was
-             *     measured.
-             */
+            /** @description Status of the left flanks alone, defined as `status`. Absent where none was measured. */
             left_status?: components["schemas"]["JobStatus"];
             /** @description The same of the right flanks. */
             right_status?: components["schemas"]["JobStatus"];
@@ -7309,12 +7300,12 @@ export interface components {
              *     infinite.
              */
             condition?: number;
-            /** @description Slopes, crownings and twist by that fit; absent where it tells none. */
+            /** @description Slopes, crownings and twist by that fit; absent where the fit has none. */
             figures?: components["schemas"]["ShortFigures"];
             /**
              * Format: int32
-             * @description The class of ISO 1328-1, 1 to 11, that the evaluation found that was kept last; absent where
-             *     it found none, or something beyond 11.
+             * @description Class of ISO 1328-1, 1 to 11, in the latest evaluation; absent where the evaluation has
+             *     none, or where a figure is beyond 11.
              */
             class?: number;
         };
@@ -7337,7 +7328,7 @@ export interface components {
             state: components["schemas"]["StreamStateName"];
             /**
              * Format: int64
-             * @description Of the last block; 0 before the first.
+             * @description Number of the last block; 0 before the first.
              */
             sequence: number;
             /**
@@ -7376,8 +7367,7 @@ export interface components {
             type: "lp";
             /**
              * Format: double
-             * @description The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least
-             *     squares.
+             * @description Power p of the minimised sum Σ|r|^p: 1 is least absolute deviations, 2 least squares.
              */
             p: number;
         };
@@ -7401,9 +7391,9 @@ export interface components {
              */
             tuning?: number[];
             /**
-             * @description Of `huber`, instead of `tuning`: the share ε of gross errors, whose minimax k is taken (Eq.
-             *     10), or `estimate`: the ε in whose least favourable distribution the residuals are
-             *     likeliest.
+             * @description For `huber`, instead of `tuning`: the share ε of gross errors, which gives the minimax k
+             *     (Eq. 10), or `estimate`: the ε of the least favourable distribution that maximises the
+             *     likelihood of the residuals.
              */
             contamination?: components["schemas"]["Contamination"];
             scale?: components["schemas"]["ResidualScale"];
@@ -7530,11 +7520,11 @@ export interface components {
         };
         /** @description Jobs on one machine. */
         MachineCount: {
-            /** @description As the jobs name it. */
+            /** @description Name of the machine in the jobs. */
             machine: string;
             /**
              * Format: int64
-             * @description How many jobs name it.
+             * @description Number of jobs on it.
              */
             count: number;
         };
@@ -7544,9 +7534,9 @@ export interface components {
          */
         MachineVerdict: "as_predicted" | "weaker" | "stronger" | "different" | "undecided";
         /**
-         * @description Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2),
-         *     beside a white share of the variance. To be estimated it takes three nodes with two others
-         *     before them on their line, or neighbours at different distances.
+         * @description Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2), plus
+         *     a share of white noise in the variance. Estimating it takes three nodes with two
+         *     predecessors on their line, or neighbours at different distances.
          */
         MaternErrors: {
             /**
@@ -7565,7 +7555,7 @@ export interface components {
             estimate?: boolean;
             parameters?: components["schemas"]["MaternParameters"];
         };
-        /** @description Of Matérn's correlation. */
+        /** @description Parameters of Matérn's correlation. */
         MaternParameters: {
             /**
              * Format: double
@@ -7637,8 +7627,8 @@ export interface components {
             distribution: components["schemas"]["DistributionName"];
             /**
              * Format: double
-             * @description ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated when not given.
-             *     `laplace` takes none.
+             * @description ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated by default.
+             *     `laplace` has no shape.
              */
             shape?: number;
         };
@@ -7647,7 +7637,7 @@ export interface components {
          * @enum {string}
          */
         MeanCurve: "line" | "parabola";
-        /** @description What is known of an iteration's nodes from a change on, and what was before. */
+        /** @description A change of the nodes' description: the values before and after it. */
         MeasurandChange: {
             flank?: components["schemas"]["FlankSide"];
             /**
@@ -7656,7 +7646,7 @@ export interface components {
              */
             tooth?: string;
             axes?: components["schemas"]["Axes"];
-            /** @description Whether the units were said to be right, however implausible. */
+            /** @description True if the units were confirmed although the values are implausible. */
             accept_units?: boolean;
             before: components["schemas"]["KnownMeasurand"];
         };
@@ -7667,7 +7657,7 @@ export interface components {
              * @description ε.
              */
             contamination: number;
-            /** @description Whether ε was estimated. */
+            /** @description True if ε was estimated. */
             estimated: boolean;
             /**
              * Format: double
@@ -7681,10 +7671,10 @@ export interface components {
              */
             variance: number;
         };
-        /** @description The functions whose mixture is fitted. */
+        /** @description The basis functions of the fit. */
         Model: components["schemas"]["PolynomialModel"] | components["schemas"]["BSplineModel"] | components["schemas"]["LinearModel"];
         /**
-         * @description What the model that is chosen makes least; the number of parameters k counts the coefficients
+         * @description Criterion that the chosen model minimises; the number of parameters k counts the coefficients
          *     and σ². `aicc`: −2 ln L + 2k + 2k(k + 1)/(m − k − 1); `bic`: −2 ln L + k ln m; `press`: Σ w
          *     r²/(1 − h)²; `blocked_cv`: Σ w r² of nodes that are left out in blocks (`folds`); `reml`: −2 ln
          *     of the marginal likelihood with Zellner's prior of the coefficients.
@@ -7714,11 +7704,11 @@ export interface components {
              */
             type: "natural";
         };
-        /** @description Columns that nearly depend on each other. */
+        /** @description A near linear dependency of columns. */
         NearDependency: {
             /**
              * Format: double
-             * @description Of the scaled Fisher information matrix.
+             * @description Eigenvalue of the scaled Fisher information matrix.
              */
             eigenvalue: number;
             /**
@@ -7728,11 +7718,11 @@ export interface components {
              */
             condition_index?: number;
             /**
-             * @description The eigenvector: how much of each column takes part. Present when `collinearity` was
-             *     included.
+             * @description The eigenvector, with one entry for each column. Present with `include` of
+             *     `collinearity`.
              */
             weights?: number[];
-            /** @description The terms that take part. */
+            /** @description The terms in the dependency. */
             terms: string[];
             /**
              * Format: double
@@ -7741,7 +7731,7 @@ export interface components {
             cosine?: number;
             /**
              * Format: double
-             * @description What Eq. 26 says the cosine tends to, where there are two terms.
+             * @description For two terms: the limit of the cosine by Eq. 26.
              */
             weight_ratio?: number;
             /**
@@ -7779,18 +7769,18 @@ export interface components {
              * @description The job that it belongs to.
              */
             job_id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else was said of the measurement. */
+            /** @description Note on the measurement. */
             note?: string;
             /**
              * Format: date-time
@@ -7804,7 +7794,7 @@ export interface components {
             node_count: number;
             /** @description One, which is chosen until another one is. */
             fits: components["schemas"]["IterationFit"][];
-            /** @description What its fit and the figures warn of, each with `at`. */
+            /** @description Warnings of the fit and its figures, each with `at`. */
             warnings: components["schemas"]["GearWarning"][];
         };
         /**
@@ -7828,17 +7818,17 @@ export interface components {
          *     }
          */
         NewJob: {
-            /** @description As the cell calls the job. */
+            /** @description Name of the job. */
             name: string;
-            /** @description Of the gear's drawing. */
+            /** @description Part number on the drawing. */
             part_number?: string;
-            /** @description Of this gear. */
+            /** @description Serial number of this gear. */
             serial_number?: string;
             /** @description The machine that it is made on. */
             machine?: string;
-            /** @description What corrections and evaluations of the job's iterations refer to. */
+            /** @description The gear that corrections and evaluations of the job's iterations refer to. */
             gear?: components["schemas"]["Gear"];
-            /** @description What its flanks must be like. */
+            /** @description Limits and design of its flanks. */
             requirements?: components["schemas"]["Requirements"];
             /** @description At most 50, for finding the job again. */
             tags?: {
@@ -7854,14 +7844,14 @@ export interface components {
          *     }
          */
         NewKey: {
-            /** @description Who or what holds the key. */
+            /** @description Name of the key's holder, a person or a program. */
             name: string;
             /**
-             * @description What it allows: a role, whose scopes go together. Either this or `scopes`.
+             * @description Role of the key: a set of scopes. Either this or `scopes`.
              * @enum {string}
              */
             role?: "reader" | "operator" | "engineer" | "auditor" | "admin";
-            /** @description What it allows, one by one. Either this or `role`. */
+            /** @description Scopes of the key. Either this or `role`. */
             scopes?: ("read" | "compute" | "measure" | "judge" | "audit" | "admin")[];
             /**
              * Format: date-time
@@ -7870,7 +7860,7 @@ export interface components {
             expires_at?: string;
             /** @description A secret if it is left out. */
             kind?: components["schemas"]["KeyKind"];
-            /** @description Of a certificate: the name of a host (DNS) or the URI among its subject alternative names. */
+            /** @description For a certificate: a subject alternative name, either a host name (DNS) or a URI. */
             san?: string;
         };
         /**
@@ -8010,25 +8000,25 @@ export interface components {
         NodeUncertainty: {
             /**
              * Format: double
-             * @description Of each abscissa (of each entry for a measurement matrix).
+             * @description Standard uncertainty of each abscissa (of each entry of a measurement matrix).
              */
             position: number;
             /**
              * Format: double
-             * @description Of the height.
+             * @description Standard uncertainty of the height.
              */
             height: number;
             /**
-             * @description What is off where `position` is not 0; default `measured`, but for what takes positions as
-             *     exact (robust estimators, measurement matrices, streams, shapes near points, `height` 0),
-             *     where a warning says so and a kind is refused.
+             * @description Kind of the uncertainty where `position` is not 0; default `measured`. Robust estimators,
+             *     measurement matrices, streams, shapes near points and `height` 0 treat positions as exact:
+             *     there a warning says so, and a kind is refused.
              */
             position_kind?: components["schemas"]["PositionKind"];
         };
         /** @description Measured nodes, in the caller's own length unit. */
         Nodes: components["schemas"]["CurveNodes"] | components["schemas"]["ScatteredNodes"] | components["schemas"]["GridNodes"] | components["schemas"]["MatrixNodes"];
         /**
-         * @description Where r came from.
+         * @description Source of r.
          * @enum {string}
          */
         NormLimitSource: "estimate" | "request" | "heights" | "limits" | "prior";
@@ -8040,7 +8030,7 @@ export interface components {
              */
             type: "not_a_knot";
         };
-        /** @description How the numbers were computed. */
+        /** @description Numerical accuracy of the answer. */
         Numerics: {
             arithmetic: components["schemas"]["ArithmeticName"];
             /**
@@ -8076,7 +8066,7 @@ export interface components {
              * @enum {string}
              */
             type: "nurbs_least_squares";
-            /** @description Of the pieces. */
+            /** @description Degree of the pieces. */
             degree: number;
             /** @description The full knot vector. */
             knots: number[];
@@ -8135,28 +8125,28 @@ export interface components {
             id: string;
             /** @description Method and path of the request. */
             request: string;
-            /** @description What the request asked its caller for, and whoever asks after it. */
+            /** @description Scope that the request requires, and that reading the operation requires. */
             scope: string;
             /**
              * Format: uuid
-             * @description Of the job that the request is of.
+             * @description Job of the request.
              */
             job_id?: string;
             state: components["schemas"]["OperationState"];
             /**
              * Format: double
-             * @description How much is done, from 0 to 1, as far as the computation tells; a few seconds old where
-             *     another server does it.
+             * @description Completed share, from 0 to 1, as far as the computation reports it; a few seconds old if
+             *     another server computes it.
              */
             progress: number;
             /**
              * Format: double
-             * @description Seconds until it will have ended if it goes on as before; absent while nobody can tell.
+             * @description Estimated seconds until its end; absent where no estimate exists.
              */
             remaining_seconds?: number;
             /**
              * Format: int32
-             * @description How often it was begun: more than once where a server was lost.
+             * @description Number of starts: more than one after the loss of a server.
              */
             attempts: number;
             /**
@@ -8190,7 +8180,7 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description Where an operation stands.
+         * @description State of an operation.
          * @enum {string}
          */
         OperationState: "queued" | "running" | "succeeded" | "failed" | "cancelled";
@@ -8214,12 +8204,12 @@ export interface components {
         OtherMachines: {
             /**
              * Format: int64
-             * @description How many there are.
+             * @description Number of these machines.
              */
             machines: number;
             /**
              * Format: int64
-             * @description How many jobs name one of them.
+             * @description Number of jobs on them.
              */
             count: number;
         };
@@ -8257,7 +8247,7 @@ export interface components {
             amount: number;
             /**
              * Format: double
-             * @description As a part of the range that this coordinate has over all points.
+             * @description Relative to the range of this coordinate over all points.
              */
             relative?: number;
             /**
@@ -8270,7 +8260,7 @@ export interface components {
             /** @description The two points between which it is reached, by their numbers from 0 on. */
             between: number[];
         };
-        /** @description How λ* (spectral), k (ridge, attraction) or λ (Tikhonov) is chosen. */
+        /** @description Choice of λ* (spectral), k (ridge, attraction) or λ (Tikhonov). */
         Parameter: {
             criterion: components["schemas"]["CriterionName"];
             /**
@@ -8287,8 +8277,8 @@ export interface components {
             v: number[];
         };
         /**
-         * @description How the parameter grows from point to point, from 0 to 1: evenly, by distance, or by its square
-         *     root (calmest in sharp bends).
+         * @description Parameter of the points, from 0 to 1: uniform, by distance, or by the square root of the
+         *     distance (least overshoot in sharp bends).
          * @enum {string}
          */
         Parametrization: "uniform" | "chord_length" | "centripetal";
@@ -8332,18 +8322,18 @@ export interface components {
              * @enum {string}
              */
             type: "patchwork";
-            /** @description Where patches meet, both ends included, ascending. */
+            /** @description Parameters of the patch borders, both ends included, ascending. */
             u: number[];
-            /** @description Where patches meet, both ends included, ascending. */
+            /** @description Parameters of the patch borders, both ends included, ascending. */
             v: number[];
             /**
-             * @description For each interval of u a row, for each of v a patch over that rectangle; none a
-             *     patchwork itself.
+             * @description A row for each interval of u, in it a patch for each interval of v. A patch cannot be a
+             *     patchwork.
              */
             patches: components["schemas"]["Surface"][][];
         };
         /**
-         * @description A peak takes the median of its window, or counts as missing from there on.
+         * @description A peak is replaced by the median of its window, or counts as missing.
          * @enum {string}
          */
         PeakAction: "replace" | "remove";
@@ -8351,15 +8341,15 @@ export interface components {
         Penalty: {
             /**
              * Format: double
-             * @description λ, by which the penalty is multiplied beside the sum of squares.
+             * @description Factor λ of the penalty that is added to the sum of squares.
              */
             lambda: number;
             /** @description Left out where λ was given. */
             criterion?: components["schemas"]["CriterionName"];
-            /** @description Whether the criterion is met within the range of λ. */
+            /** @description True if the criterion is met within the range of λ. */
             reached: boolean;
         };
-        /** @description The last point repeats the first, and the curve goes on there as it begins. */
+        /** @description Periodic: the last point repeats the first, and slope and curvature are continuous there. */
         PeriodicEnds: {
             /**
              * @description The variant. (enum property replaced by openapi-typescript)
@@ -8376,7 +8366,7 @@ export interface components {
         PerturbationBounds: {
             /**
              * Format: double
-             * @description Ineq. 22; absent where it does not hold.
+             * @description Bound by Ineq. 22; absent where the inequality does not apply.
              */
             square_bound?: number;
             /**
@@ -8608,7 +8598,7 @@ export interface components {
              */
             type: "polynomial";
             form: components["schemas"]["PolynomialForm"];
-            /** @description Where the polynomial was interpolated. */
+            /** @description Abscissae of the interpolation. */
             nodes: number[];
             /**
              * @description Barycentric: Σ wᵢ yᵢ/(x − xᵢ) / Σ wᵢ/(x − xᵢ). They follow from the nodes and may be left
@@ -8619,14 +8609,11 @@ export interface components {
             values?: components["schemas"]["Point"][];
             /** @description Newton: divided differences c₀ + c₁(x − x₀) + c₂(x − x₀)(x − x₁) + …. */
             coefficients?: components["schemas"]["Point"][];
-            /**
-             * @description Newton: what the doubles of `coefficients` leave of the differences; without them a few
-             *     digits fewer.
-             */
+            /** @description Newton form: rounding remainders of `coefficients`; without them a few digits are lost. */
             coefficient_remainders?: components["schemas"]["Point"][];
         };
         /**
-         * @description How a polynomial is written.
+         * @description Form of a polynomial.
          * @enum {string}
          */
         PolynomialForm: "barycentric" | "newton";
@@ -8643,13 +8630,13 @@ export interface components {
             /** @description Default `tensor`. */
             terms?: components["schemas"]["PolynomialTerms"];
         };
-        /** @description `tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; or the products of a surface one by one, as degrees along u and v within `degree`, each with all that divide it: `[[0, 0], [1, 0], [0, 1]]`. */
+        /** @description `tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; or a list of products of a surface, as degrees along u and v within `degree`, each with all its divisors: `[[0, 0], [1, 0], [0, 1]]`. */
         PolynomialTerms: ("tensor" | "total") | number[][];
         /**
-         * @description What is off: `measured`, the place that was read (orthogonal distance regression: the true
-         *     places are estimated with the coefficients); `nominal`, the place that was reached instead of
-         *     the one given (effective variance: steep places weigh less). Either way a node has the variance
-         *     height²/weight + slope² position², up to a factor that `sigma` follows from.
+         * @description Kind of position errors. `measured`: the reading is wrong (orthogonal distance regression: the
+         *     true positions are estimated with the coefficients). `nominal`: the position reached differs
+         *     from the given one (effective variance: steep places weigh less). In both cases a node has the
+         *     variance height²/weight + slope² position², up to a factor that follows from `sigma`.
          * @enum {string}
          */
         PositionKind: "measured" | "nominal";
@@ -8664,24 +8651,24 @@ export interface components {
             rounds: number;
             /**
              * Format: double
-             * @description The share of positions in the variance of what is left of the heights, on average, 0 to 1.
+             * @description Mean share of positions in the variance of the residual heights, 0 to 1.
              */
             variance_share: number;
             /**
              * Format: double
-             * @description How far from where it was read the likeliest position of a node lies at most, in the unit of
+             * @description Largest distance between the measured and the estimated position of a node, in the unit of
              *     the abscissae; 0 for `nominal`.
              */
             largest_shift: number;
             /**
              * Format: double
-             * @description `sigma` over the `height` that was told: far from 1 where the uncertainties do not fit the
-             *     residuals. Intervals go by `sigma`.
+             * @description `sigma` divided by the given `height`: far from 1 where the uncertainties do not match the
+             *     residuals. Intervals use `sigma`.
              */
             sigma_ratio?: number;
         };
         /**
-         * @description What a positive height means.
+         * @description Meaning of a positive height.
          * @enum {string}
          */
         PositiveHeight: "material_out" | "material_in";
@@ -8727,7 +8714,7 @@ export interface components {
             level?: number;
             /** @description Which bands; default `["confidence"]`. */
             kinds?: components["schemas"]["Band"][];
-            /** @description Slopes with their intervals beside the heights; default false. */
+            /** @description If true, slopes with their intervals are included; default false. */
             slopes?: boolean;
         };
         /**
@@ -8777,8 +8764,8 @@ export interface components {
          */
         Predictions: {
             /**
-             * @description The place (from 0, as asked for) of each entry; present when some were left out because
-             *     their figures leave the range of double precision (warning `beyond_double`).
+             * @description Index (from 0, in the requested order) of the place of each entry; present when some
+             *     were left out because their figures exceed double precision (warning `beyond_double`).
              */
             place_indices?: number[];
             /**
@@ -8789,8 +8776,8 @@ export interface components {
             /** @description Heights of the estimate. */
             value: number[];
             /**
-             * @description Their standard errors, of least squares where the nodes chose λ*; absent without an
-             *     estimate of the noise.
+             * @description Standard errors, those of least squares where λ* was chosen from the nodes; absent
+             *     without an estimate of the noise.
              */
             std_error?: number[];
             /**
@@ -8804,15 +8791,15 @@ export interface components {
              */
             confidence?: number[][];
             /**
-             * @description `[low, high]` of a further measurement of weight 1 at each place by itself. Of robust
-             *     fits by their own residuals, outliers included; of a quantile there is none.
+             * @description `[low, high]` of a further measurement of weight 1 at each single place. For robust fits
+             *     by their own residuals, outliers included; absent for a quantile.
              */
             prediction?: number[][];
             /**
-             * @description `[low, high]` of the true heights of the whole domain at once, at each place; of a
-             *     linear model of all rows asked for at once. About least squares; where a norm limit was
-             *     given, and λ* does not follow from the heights, about the estimate if that band is
-             *     narrower on the whole.
+             * @description `[low, high]` of the true heights of the whole domain at once, at each place; with a
+             *     linear model of all requested rows at once. About least squares; with a norm limit, and
+             *     a λ* that does not depend on the heights, about the estimate if that band is narrower on
+             *     average.
              */
             simultaneous?: number[][];
             simultaneous_method?: components["schemas"]["SimultaneousMethod"];
@@ -8831,7 +8818,7 @@ export interface components {
             /** @description Slopes by v. */
             slope_v?: components["schemas"]["Slopes"];
         };
-        /** @description A fit request without nodes: what a fit of the stored ones would be. */
+        /** @description A fit request without nodes: the stored nodes are fitted. */
         PreviewRequest: {
             scaling?: components["schemas"]["ScalingName"];
             /**
@@ -8892,10 +8879,9 @@ export interface components {
             exclude?: components["schemas"]["NodeAt"][];
         };
         /**
-         * @description What was known of the coefficients before the nodes were measured: `mean` with `std_error` or
-         *     `covariance`; or, of iterations and their further fits, `iterations`. Then `value` of a
-         *     coefficient is the mean of the posterior and `std_error` its standard deviation, and nothing is
-         *     regularised beside: `regularization` is `none`.
+         * @description Prior knowledge of the coefficients: `mean` with `std_error` or `covariance`; or, for iterations
+         *     and their further fits, `iterations`. `value` of a coefficient is then the mean of the posterior
+         *     and `std_error` its standard deviation; `regularization` must be `none`.
          * @example {
          *       "correction": true,
          *       "iterations": "previous",
@@ -8914,46 +8900,49 @@ export interface components {
             covariance?: number[][];
             /** @description Which earlier iterations of the job. */
             iterations?: components["schemas"]["PriorIterations"];
-            /** @description How far the flank moves from one iteration to the next. Default `estimated`. */
+            /**
+             * @description Standard deviation of the flank's change from one iteration to the next. Default
+             *     `estimated`.
+             */
             move?: components["schemas"]["PriorMove"];
             /**
-             * @description Whether the change that a correction predicted which was kept with an earlier iteration is
-             *     taken to have come. Default true.
+             * @description If true, the change predicted by a correction of an earlier iteration is added to the prior.
+             *     Default true.
              */
             correction?: boolean;
         };
-        /** @description How far the nodes lie from what the prior predicts. */
+        /** @description Distance between the nodes and the prediction of the prior. */
         PriorConflict: {
             /**
              * Format: double
-             * @description `eᵀS⁻¹e/n`, e the distance from the prediction and S its covariance: about 1 where the
-             *     prior holds.
+             * @description `eᵀS⁻¹e/n`, where e is the distance from the prediction and S its covariance: about 1 if
+             *     the prior is correct.
              */
             statistic: number;
             /**
              * Format: double
-             * @description Probability of as much or more where the prior holds.
+             * @description Probability of this value or a larger one if the prior is correct.
              */
             p: number;
             /**
-             * @description Whether p is below 1e-4: the prior was let go and least squares of these nodes is
-             *     answered (warning `prior_conflict`). Where moves are estimated the intervals are made as
-             *     without a conflict: they hold whatever the flank did.
+             * @description True if p is below 1e-4: the prior is dropped, and least squares of these nodes is
+             *     returned (warning `prior_conflict`). Where moves are estimated the intervals are the
+             *     same as without a conflict: their coverage holds for any flank.
              */
             let_go: boolean;
         };
         /** @description `previous`, all earlier iterations of the same flank and tooth (the last 100 of them); or their numbers, ascending. Flanks and teeth that are not given count as equal. */
         PriorIterations: "previous" | number[];
-        /** @description `estimated`, by how far the iterations lie from each other; or the standard deviation of the move of each coefficient, above 0, in the order and unit of the answer. */
+        /** @description `estimated` from the differences between the iterations; or the standard deviation of the move of each coefficient, above 0, in the order and unit of the answer. */
         PriorMove: "estimated" | number[];
         /**
-         * @description What became of what was known before. `spectrum.eigenvalues` are those of the nodes alone,
+         * @description Effect of the prior. `spectrum.eigenvalues` are those of the nodes alone,
          *     `spectrum.regularized` those of nodes and prior together.
          */
         PriorResult: {
             /**
-             * @description The earlier iterations, oldest first; absent with `mean`. Where there was none the nodes
-             *     stand by themselves.
+             * @description The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
+             *     nodes alone are used.
              */
             iterations?: number[];
             /**
@@ -8961,7 +8950,7 @@ export interface components {
              *     fit's own spec.
              */
             fit_ids?: string[];
-            /** @description The kept corrections whose predicted changes were taken to have come, in their order. */
+            /** @description Corrections whose predicted changes were added to the prior, in their order. */
             corrections: components["schemas"]["UsedCorrection"][];
             /** @description Standard deviation of the move of each coefficient from one iteration to the next. */
             move?: number[];
@@ -8972,21 +8961,21 @@ export interface components {
              */
             move_ratio?: number;
             /**
-             * @description Whether the nodes contradict what was known; absent before that can be told (of
-             *     iterations with an estimated move from the third on; from the second where the move is
-             *     beyond 1,000 standard errors, the largest step that is allowed for).
+             * @description Test of the nodes against the prior; absent where it is not available (with iterations
+             *     and an estimated move, before the third iteration; available from the second if the move
+             *     exceeds 1,000 standard errors, the largest step allowed).
              */
             conflict?: components["schemas"]["PriorConflict"];
             /**
-             * @description Of each coefficient the share of the information that comes from the prior: 1 less its
-             *     variance over that of least squares, both for `sigma`.
+             * @description For each coefficient the share of the prior in the information: 1 minus the ratio of its
+             *     variance to that of least squares, both for `sigma`.
              */
             share: number[];
             /**
              * Format: double
-             * @description Standard deviation of a height of weight 1, by the residuals of all iterations together,
-             *     or as given. The errors of the coefficients rest on it, unless a prior with a `move` or
-             *     `mean` that was told is let go.
+             * @description Standard deviation of a height of weight 1, from the residuals of all iterations
+             *     together, or as given. Errors of the coefficients use it, unless a prior with a given
+             *     `move` or `mean` is dropped.
              */
             sigma?: number;
             /** @description Degrees of freedom of `sigma`; absent where it was given. */
@@ -9017,8 +9006,8 @@ export interface components {
              */
             code: string;
             /**
-             * @description What is wrong this time and what to do about it. Of faults in the request: the first with
-             *     its place, and how many more there are.
+             * @description What is wrong and how to correct it. For faults in the request: the first with its pointer,
+             *     and the number of further ones.
              */
             detail: string;
             /** @description Every fault found in the request (the first 100), by its place. */
@@ -9033,7 +9022,7 @@ export interface components {
              * @example /nodes/z/3/7
              */
             pointer: string;
-            /** @description What is wrong there. */
+            /** @description What is wrong there and how to correct it. */
             detail: string;
         };
         /** @description One product QSᵀ of B. */
@@ -9121,11 +9110,11 @@ export interface components {
             root: number;
         };
         /**
-         * @description What lets somebody in.
+         * @description Kind of credential.
          * @enum {string}
          */
         Proof: "secret" | "certificate" | "token";
-        /** @description What made the answer out of what. */
+        /** @description Engine, versions and digest of the input of the answer. */
         Provenance: {
             /**
              * @description Program and version that computed the answer.
@@ -9133,8 +9122,8 @@ export interface components {
              */
             engine: string;
             /**
-             * @description SHA-256 of the canonical form of nodes and spec: the same request gives the same digest
-             *     whatever its white space or key order.
+             * @description SHA-256 of the canonical form of nodes and spec, independent of white space and key
+             *     order.
              */
             input_sha256: string;
         };
@@ -9142,7 +9131,7 @@ export interface components {
         Purge: {
             /**
              * Format: uuid
-             * @description The job, whose row, numbers and audit stay.
+             * @description The job; its row, numbers and audit are kept.
              */
             job_id: string;
             /**
@@ -9152,18 +9141,21 @@ export interface components {
             purged_at: string;
             /** @description Why, as it was posted. */
             reason: string;
-            /** @description SHA-256 of the archive that has what was taken away, in 64 lower-case hexadecimal digits. */
+            /** @description SHA-256 of the archive with the removed data, in 64 lower-case hexadecimal digits. */
             archive_sha256: string;
         };
         /**
-         * @description What is to be purged, and why.
+         * @description Reason and archive digest of the purge.
          * @example {
          *       "archive_sha256": "4355a46b19d348dc2f57c046f8ef63d4538ebb936000f3c9ee954a27460dd865",
          *       "reason": "The operator asked for it"
          *     }
          */
         PurgeRequest: {
-            /** @description Why. It is kept and told to whoever asks for what was purged: name no person here. */
+            /**
+             * @description Reason of the purge. It is stored and returned with later requests for the removed data: do
+             *     not name persons here.
+             */
             reason: string;
             /**
              * @description `archive-sha256` of the archive that is kept: 64 hexadecimal digits. It must be that of the
@@ -9355,14 +9347,14 @@ export interface components {
              */
             id: string;
             kind: components["schemas"]["RecordKind"];
-            /** @description How it was made, in the words of the request. */
+            /** @description Method, as named in the request. */
             method: string;
             /**
              * Format: date-time
              * @description When it was stored.
              */
             created_at: string;
-            /** @description Who had it made: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller; absent where no key was required. */
             by?: string;
             /** @description Of a change of what the nodes are of: what is known from then on, and what was before. */
             measurand?: components["schemas"]["MeasurandChange"];
@@ -10686,7 +10678,7 @@ export interface components {
             state: components["schemas"]["StreamStateName"];
             /**
              * Format: int64
-             * @description Of the last block; 0 before the first.
+             * @description Number of the last block; 0 before the first.
              */
             sequence: number;
             /**
@@ -10757,7 +10749,7 @@ export interface components {
             warnings?: components["schemas"]["Warning"][];
         };
         /**
-         * @description What happened to a stream.
+         * @description Change of the stream's state.
          * @enum {string}
          */
         StreamEventName: "open" | "block" | "finished" | "deleted";
@@ -10773,13 +10765,13 @@ export interface components {
              */
             measured_at?: string;
             /**
-             * @description What the nodes were measured with.
+             * @description Measuring instrument.
              * @example P40
              */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
-            /** @description What else is to be known of the measurement; may have line breaks. */
+            /** @description Note on the measurement; may have line breaks. */
             note?: string;
         };
         /** @description Blocks of a stream, in order. */
@@ -11758,7 +11750,7 @@ export interface components {
              *     suspected gross errors, or implausible units; left out where it does not.
              */
             concession?: boolean;
-            /** @description Who decided so: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who decided; absent where no key was required. */
             by?: string;
             /** @description Why it was decided so, as it was posted. */
             reason?: string;
@@ -11862,16 +11854,16 @@ export interface components {
              * @description UUIDv7.
              */
             id: string;
-            /** @description Whether the units were said to be right, however implausible; left out where they were not. */
+            /** @description True if the units were confirmed although the values are implausible; absent otherwise. */
             accept_units?: boolean;
             /**
              * Format: date-time
              * @description When the nodes were measured, as it was posted.
              */
             measured_at?: string;
-            /** @description What they were measured with. */
+            /** @description Measuring instrument. */
             instrument?: string;
-            /** @description Who measured them. */
+            /** @description Operator who measured the nodes. */
             operator?: string;
             /**
              * Format: date-time

@@ -137,7 +137,7 @@ pub struct VarianceResult {
 /// The standard deviation of a height of weight 1 of a group.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct GroupSigma {
-    /// Its name in the request.
+    /// Name of the group in the request.
     pub group: i64,
     /// In the unit of the heights.
     pub sigma: f64,
@@ -167,13 +167,13 @@ pub struct PositionsResult {
     pub kind: PositionKindName,
     /// Rounds of the iteration.
     pub rounds: usize,
-    /// The share of positions in the variance of what is left of the heights, on average, 0 to 1.
+    /// Mean share of positions in the variance of the residual heights, 0 to 1.
     pub variance_share: f64,
-    /// How far from where it was read the likeliest position of a node lies at most, in the unit of
+    /// Largest distance between the measured and the estimated position of a node, in the unit of
     /// the abscissae; 0 for `nominal`.
     pub largest_shift: f64,
-    /// `sigma` over the `height` that was told: far from 1 where the uncertainties do not fit the
-    /// residuals. Intervals go by `sigma`.
+    /// `sigma` divided by the given `height`: far from 1 where the uncertainties do not match the
+    /// residuals. Intervals use `sigma`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sigma_ratio: Option<f64>,
 }

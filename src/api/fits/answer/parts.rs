@@ -77,16 +77,14 @@ answer! {
 }
 
 names! {
-    /// What an interval rests on: `student`, Student's t about the estimate; `least_squares`,
-    /// Student's t about the estimate before it is regularised (least squares, or the robust
-    /// estimate), as nothing limits the bias of the regularised one (where `noise_sigma` is told,
-    /// t is the normal quantile in all of these: Student's with endless degrees of freedom);
-    /// `bias_aware`, the shortest interval about a filtered estimate that holds for all
-    /// coefficients within the norm limit that was given, and for no others; `posterior`,
-    /// Student's t about the mean of the posterior, which takes what was given for known, or,
-    /// where moves are estimated, an interval that is shorter where the earlier iterations predict
-    /// well. For a known σ it holds whatever the flank did, and is the same where the prior is let
-    /// go (docs/prior.md).
+    /// Basis of an interval. `student`: Student's t about the estimate. `least_squares`: Student's
+    /// t about the unregularised estimate (least squares, or the robust estimate), where the bias
+    /// of the regularised one is unbounded. (With `noise_sigma`, t is the normal quantile in all of
+    /// these.) `bias_aware`: the shortest interval about a filtered estimate that holds for all
+    /// coefficients within the given norm limit, and for no others. `posterior`: Student's t about
+    /// the mean of the posterior, if the prior is given; if moves are estimated, an interval that
+    /// is shorter where the earlier iterations predict well. With a known σ its coverage holds for
+    /// any flank, and it is the same after a prior is dropped (docs/prior.md).
     #[schema(as = IntervalKind)]
     pub enum IntervalKindName from IntervalKind {
         Student = "student",
@@ -167,7 +165,7 @@ answer! {
 }
 
 names! {
-    /// Where r came from.
+    /// Source of r.
     pub enum NormLimitSource from result::NormLimitSource {
         /// The norm of the least-squares estimate.
         Estimate = "estimate",
@@ -182,7 +180,7 @@ names! {
     }
 }
 
-/// Where a number came from.
+/// Source of the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum LimitSource {
@@ -248,24 +246,24 @@ answer! {
 }
 
 answer! {
-    /// Columns that nearly depend on each other.
+    /// A near linear dependency of columns.
     #[schema(as = NearDependency)]
     pub struct NearDependencyBody from NearDependency {
         eigenvalue, condition_index, weights, terms, cosine, weight_ratio, r_squared, cause, sentence,
     } with include {
-        /// Of the scaled Fisher information matrix.
+        /// Eigenvalue of the scaled Fisher information matrix.
         eigenvalue: f64 = eigenvalue,
         /// √(greatest eigenvalue / this one); 30 and more are a matter of concern. Left out where
         /// it is infinite.
         condition_index?: f64 = condition_index,
-        /// The eigenvector: how much of each column takes part. Present when `collinearity` was
-        /// included.
+        /// The eigenvector, with one entry for each column. Present with `include` of
+        /// `collinearity`.
         weights?: Vec<f64> = include.collinearity.then_some(weights),
-        /// The terms that take part.
+        /// The terms in the dependency.
         terms: Vec<String> = terms,
         /// Cosine of the angle between the two columns, where there are two terms.
         cosine?: f64 = cosine,
-        /// What Eq. 26 says the cosine tends to, where there are two terms.
+        /// For two terms: the limit of the cosine by Eq. 26.
         weight_ratio?: f64 = weight_ratio,
         /// R² of the leading term on the others, where there are more than two.
         r_squared?: f64 = r_squared,
@@ -288,7 +286,7 @@ answer! {
     /// Bounds on the relative error of the coefficients, in the scaled columns.
     #[schema(as = PerturbationBounds)]
     pub struct PerturbationBoundsBody from PerturbationBounds { square_bound, first_order_bound } {
-        /// Ineq. 22; absent where it does not hold.
+        /// Bound by Ineq. 22; absent where the inequality does not apply.
         square_bound?: f64 = square_bound,
         /// First-order bound with the residual term.
         first_order_bound?: f64 = first_order_bound,
@@ -333,18 +331,18 @@ answer! {
 }
 
 answer! {
-    /// What a value of λ* would give.
+    /// Figures for one value of λ*.
     #[schema(as = LambdaCurvePoint)]
     pub struct LambdaCurvePointBody from LambdaCurvePoint {
         lambda_star, condition, bias_norm, predicted_mse, rms, gcv, coefficient_norm,
     } {
-        /// Where on the curve, as an eigenvalue of the scaled Fisher information matrix.
+        /// λ*, as an eigenvalue of the scaled Fisher information matrix.
         lambda_star: f64 = lambda_star,
         /// Condition number of the regularised matrix.
         condition?: f64 = condition,
         /// ‖Â − Â_B‖ in the scaled columns.
         bias_norm: f64 = bias_norm,
-        /// As in `choices`.
+        /// Same as in `choices`.
         predicted_mse?: f64 = predicted_mse,
         /// Root mean square of the residuals.
         rms: f64 = rms,
@@ -364,7 +362,7 @@ names! {
 }
 
 answer! {
-    /// How the numbers were computed.
+    /// Numerical accuracy of the answer.
     #[schema(as = Numerics)]
     pub struct NumericsBody from Numerics { arithmetic, correct_digits } {
         arithmetic: ArithmeticName = arithmetic,
@@ -380,15 +378,15 @@ pub struct Provenance<'a> {
 }
 
 answer! {
-    /// What made the answer out of what.
+    /// Engine, versions and digest of the input of the answer.
     #[derive(Eq)]
     #[schema(as = Provenance)]
     pub struct ProvenanceBody from Provenance<'a> { input_sha256 } {
         /// Program and version that computed the answer.
         #[schema(value_type = String, example = "flankfit 0.1.0")]
         engine: Cow<'static, str> = ENGINE,
-        /// SHA-256 of the canonical form of nodes and spec: the same request gives the same digest
-        /// whatever its white space or key order.
+        /// SHA-256 of the canonical form of nodes and spec, independent of white space and key
+        /// order.
         #[schema(min_length = 64, max_length = 64)]
         input_sha256: String = input_sha256,
     }

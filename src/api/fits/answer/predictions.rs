@@ -27,15 +27,15 @@ answer! {
     pub struct PredictionsBody from Predictions {
         place_indices, level, value, std_error, bias_bound, confidence, prediction, simultaneous, slopes,
     } {
-        /// The place (from 0, as asked for) of each entry; present when some were left out because
-        /// their figures leave the range of double precision (warning `beyond_double`).
+        /// Index (from 0, in the requested order) of the place of each entry; present when some
+        /// were left out because their figures exceed double precision (warning `beyond_double`).
         place_indices?: Vec<usize> = place_indices,
         /// Level of the bands.
         level: f64 = level,
         /// Heights of the estimate.
         value: Vec<f64> = value,
-        /// Their standard errors, of least squares where the nodes chose λ*; absent without an
-        /// estimate of the noise.
+        /// Standard errors, those of least squares where λ* was chosen from the nodes; absent
+        /// without an estimate of the noise.
         std_error?: Vec<f64> = std_error,
         /// Sharp bounds on the bias of each height, given r; with a `prior` as those of
         /// `coefficients[].bias_bound`.
@@ -43,13 +43,13 @@ answer! {
         /// `[low, high]` of the true height at each place by itself. Like
         /// `coefficients[].interval`: about least squares where no norm limit was given.
         confidence?: Vec<[f64; 2]> = confidence,
-        /// `[low, high]` of a further measurement of weight 1 at each place by itself. Of robust
-        /// fits by their own residuals, outliers included; of a quantile there is none.
+        /// `[low, high]` of a further measurement of weight 1 at each single place. For robust fits
+        /// by their own residuals, outliers included; absent for a quantile.
         prediction?: Vec<[f64; 2]> = prediction,
-        /// `[low, high]` of the true heights of the whole domain at once, at each place; of a
-        /// linear model of all rows asked for at once. About least squares; where a norm limit was
-        /// given, and λ* does not follow from the heights, about the estimate if that band is
-        /// narrower on the whole.
+        /// `[low, high]` of the true heights of the whole domain at once, at each place; with a
+        /// linear model of all requested rows at once. About least squares; with a norm limit, and
+        /// a λ* that does not depend on the heights, about the estimate if that band is narrower on
+        /// average.
         simultaneous?: Vec<[f64; 2]> = simultaneous.as_ref().map(|all| &all.band),
         simultaneous_method?: SimultaneousMethodName = simultaneous.as_ref().map(|all| &all.method),
         /// Half the width of `simultaneous` in standard errors, the largest of all places.

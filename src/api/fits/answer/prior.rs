@@ -8,36 +8,36 @@ use flankfit_engine::estimation::{
 };
 
 answer! {
-    /// What became of what was known before. `spectrum.eigenvalues` are those of the nodes alone,
+    /// Effect of the prior. `spectrum.eigenvalues` are those of the nodes alone,
     /// `spectrum.regularized` those of nodes and prior together.
     #[schema(as = PriorResult)]
     pub struct PriorResultBody from PriorReport {
         iterations, fit_ids, corrections, move_std_error, move_ratio, conflict, share, sigma, degrees_of_freedom,
     } {
-        /// The earlier iterations, oldest first; absent with `mean`. Where there was none the nodes
-        /// stand by themselves.
+        /// The earlier iterations, oldest first; absent with `mean`. If the list is empty, the
+        /// nodes alone are used.
         iterations?: Vec<usize> =
             iterations.as_ref().map(|all| all.iter().map(|n| *n as usize).collect::<Vec<_>>()),
         /// The fit of each that stood when this one was made. What they measured is fitted by this
         /// fit's own spec.
         fit_ids?: Vec<String> = fit_ids,
-        /// The kept corrections whose predicted changes were taken to have come, in their order.
+        /// Corrections whose predicted changes were added to the prior, in their order.
         corrections: Vec<UsedCorrectionBody> = corrections,
         /// Standard deviation of the move of each coefficient from one iteration to the next.
         moves as "move"?: Vec<f64> = move_std_error,
         /// The same in standard errors of the coefficient by these nodes alone, where it was
         /// estimated.
         move_ratio?: f64 = move_ratio,
-        /// Whether the nodes contradict what was known; absent before that can be told (of
-        /// iterations with an estimated move from the third on; from the second where the move is
-        /// beyond 1,000 standard errors, the largest step that is allowed for).
+        /// Test of the nodes against the prior; absent where it is not available (with iterations
+        /// and an estimated move, before the third iteration; available from the second if the move
+        /// exceeds 1,000 standard errors, the largest step allowed).
         conflict?: PriorConflictBody = conflict,
-        /// Of each coefficient the share of the information that comes from the prior: 1 less its
-        /// variance over that of least squares, both for `sigma`.
+        /// For each coefficient the share of the prior in the information: 1 minus the ratio of its
+        /// variance to that of least squares, both for `sigma`.
         share: Vec<f64> = share,
-        /// Standard deviation of a height of weight 1, by the residuals of all iterations together,
-        /// or as given. The errors of the coefficients rest on it, unless a prior with a `move` or
-        /// `mean` that was told is let go.
+        /// Standard deviation of a height of weight 1, from the residuals of all iterations
+        /// together, or as given. Errors of the coefficients use it, unless a prior with a given
+        /// `move` or `mean` is dropped.
         sigma?: f64 = sigma,
         /// Degrees of freedom of `sigma`; absent where it was given.
         degrees_of_freedom?: usize = degrees_of_freedom,
@@ -56,17 +56,17 @@ answer! {
 }
 
 answer! {
-    /// How far the nodes lie from what the prior predicts.
+    /// Distance between the nodes and the prediction of the prior.
     #[schema(as = PriorConflict)]
     pub struct PriorConflictBody from PriorConflict { statistic, p, let_go } {
-        /// `eᵀS⁻¹e/n`, e the distance from the prediction and S its covariance: about 1 where the
-        /// prior holds.
+        /// `eᵀS⁻¹e/n`, where e is the distance from the prediction and S its covariance: about 1 if
+        /// the prior is correct.
         statistic: f64 = statistic,
-        /// Probability of as much or more where the prior holds.
+        /// Probability of this value or a larger one if the prior is correct.
         p: f64 = p,
-        /// Whether p is below 1e-4: the prior was let go and least squares of these nodes is
-        /// answered (warning `prior_conflict`). Where moves are estimated the intervals are made as
-        /// without a conflict: they hold whatever the flank did.
+        /// True if p is below 1e-4: the prior is dropped, and least squares of these nodes is
+        /// returned (warning `prior_conflict`). Where moves are estimated the intervals are the
+        /// same as without a conflict: their coverage holds for any flank.
         let_go: bool = let_go,
     }
 }

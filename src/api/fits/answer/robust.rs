@@ -76,7 +76,7 @@ answer! {
     pub struct MinimaxBody from MinimaxReport { contamination, estimated, k, variance } {
         /// ε.
         contamination: f64 = contamination,
-        /// Whether ε was estimated.
+        /// True if ε was estimated.
         estimated: bool = estimated,
         /// Residuals up to k scales count by their squares.
         k: f64 = k,
@@ -93,7 +93,7 @@ answer! {
         /// ν of Student's distribution, p of the generalised normal, given or estimated; absent for
         /// Laplace's.
         shape?: f64 = shape,
-        /// Of an estimated shape, asymptotic; absent at an end of its range.
+        /// Asymptotic standard error of an estimated shape; absent at an end of its range.
         shape_std_error?: f64 = shape_std_error,
         /// ln L of the unregularised estimate, with every constant.
         log_likelihood: f64 = log_likelihood,

@@ -75,9 +75,9 @@ correlated! {
     Ar2Errors, Ar2Tag, Ar2Parameters
 }
 correlated! {
-    /// Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2),
-    /// beside a white share of the variance. To be estimated it takes three nodes with two others
-    /// before them on their line, or neighbours at different distances.
+    /// Matérn's correlation (1 + x) exp(−x) with x = √3 · distance / length (smoothness 3/2), plus
+    /// a share of white noise in the variance. Estimating it takes three nodes with two
+    /// predecessors on their line, or neighbours at different distances.
     MaternErrors, MaternTag, MaternParameters
 }
 
@@ -99,7 +99,7 @@ pub struct Ar2Parameters {
     pub phi: [f64; 2],
 }
 
-/// Of Matérn's correlation.
+/// Parameters of Matérn's correlation.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct MaternParameters {

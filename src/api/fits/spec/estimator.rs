@@ -61,9 +61,9 @@ pub struct MEstimatorBody {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 3, example = json!([1.345]))]
     pub tuning: Option<Vec<f64>>,
-    /// Of `huber`, instead of `tuning`: the share ε of gross errors, whose minimax k is taken (Eq.
-    /// 10), or `estimate`: the ε in whose least favourable distribution the residuals are
-    /// likeliest.
+    /// For `huber`, instead of `tuning`: the share ε of gross errors, which gives the minimax k
+    /// (Eq. 10), or `estimate`: the ε of the least favourable distribution that maximises the
+    /// likelihood of the residuals.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub contamination: Option<ContaminationBody>,
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
@@ -111,8 +111,7 @@ pub struct LpEstimator {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: LpTag,
-    /// The power of the residuals whose sum is made least: 1 least absolute deviations, 2 least
-    /// squares.
+    /// Power p of the minimised sum Σ|r|^p: 1 is least absolute deviations, 2 least squares.
     #[schema(minimum = 1, maximum = 2)]
     pub p: f64,
 }
@@ -140,7 +139,7 @@ pub struct LeastTrimmedSquaresEstimator {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.5, maximum = 1)]
     pub coverage: Option<f64>,
-    /// Of the random starts; the same seed gives the same answer. Default 0.
+    /// Seed of the random starts; the same seed gives the same answer. Default 0.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, maximum = 9007199254740991i64)]
     pub seed: Option<u64>,
@@ -168,15 +167,15 @@ pub struct LEstimatorBody {
     #[schema(inline)]
     pub kind: LEstimatorTag,
     pub form: LEstimatorForm,
-    /// Of `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
+    /// For `trimmed` and `winsorized`: share of the nodes at either end. Default 0.1.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, exclusive_maximum = 0.5)]
     pub share: Option<f64>,
-    /// Of `quantiles`: τ of each, ascending; needed there.
+    /// For `quantiles`, required there: τ of each, ascending.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 9, example = json!([0.25, 0.5, 0.75]))]
     pub quantiles: Option<Vec<f64>>,
-    /// Of `quantiles`: the weight of each, together 1; needed there.
+    /// For `quantiles`, required there: the weight of each, summing to 1.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 9, example = json!([0.25, 0.5, 0.25]))]
     pub weights: Option<Vec<f64>>,
@@ -190,8 +189,8 @@ pub struct MaximumLikelihoodEstimator {
     #[schema(inline)]
     pub kind: MaximumLikelihoodTag,
     pub distribution: DistributionName,
-    /// ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated when not given.
-    /// `laplace` takes none.
+    /// ν of `student`, 0.5 to 200; p of `generalized_normal`, 1 to 8. Estimated by default.
+    /// `laplace` has no shape.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0.5, maximum = 200)]
     pub shape: Option<f64>,

@@ -43,7 +43,7 @@ pub struct HampelFilter {
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 0, default = json!(DEFAULT_THRESHOLD))]
     pub threshold: Option<f64>,
-    /// What becomes of a peak. Default `replace`.
+    /// Treatment of a peak. Default `replace`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub action: Option<PeakAction>,
     /// On a grid, the axis along which windows lie; a square of both axes when not given.
@@ -106,7 +106,7 @@ names! {
     GaussianTag { Gaussian }
     /// The variant.
     SplineTag { Spline }
-    /// A peak takes the median of its window, or counts as missing from there on.
+    /// A peak is replaced by the median of its window, or counts as missing.
     PeakAction { Replace, Remove }
     /// The axis along which something runs; the x of a curve is `u`.
     FilterAxisName { U, V }

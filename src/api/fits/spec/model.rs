@@ -12,7 +12,7 @@ use crate::api::{
     shapes::degree::{DegreeBody, SpansBody},
 };
 
-/// The functions whose mixture is fitted.
+/// The basis functions of the fit.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Model, discriminator(property_name = "type", mapping(

@@ -26,7 +26,7 @@ pub struct PredictBody {
     /// Which bands; default `["confidence"]`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub kinds: Option<Vec<BandName>>,
-    /// Slopes with their intervals beside the heights; default false.
+    /// If true, slopes with their intervals are included; default false.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub slopes: Option<bool>,
 }

@@ -18,10 +18,9 @@ use crate::api::json::{
 };
 use flankfit_engine::estimation::spec::{Moves, Prior, PriorSpread, Which};
 
-/// What was known of the coefficients before the nodes were measured: `mean` with `std_error` or
-/// `covariance`; or, of iterations and their further fits, `iterations`. Then `value` of a
-/// coefficient is the mean of the posterior and `std_error` its standard deviation, and nothing is
-/// regularised beside: `regularization` is `none`.
+/// Prior knowledge of the coefficients: `mean` with `std_error` or `covariance`; or, for iterations
+/// and their further fits, `iterations`. `value` of a coefficient is then the mean of the posterior
+/// and `std_error` its standard deviation; `regularization` must be `none`.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Prior, example = json!({"iterations": "previous", "move": "estimated", "correction": true}))]
@@ -42,11 +41,12 @@ pub struct PriorBody {
     /// Which earlier iterations of the job.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub iterations: Option<PriorIterationsBody>,
-    /// How far the flank moves from one iteration to the next. Default `estimated`.
+    /// Standard deviation of the flank's change from one iteration to the next. Default
+    /// `estimated`.
     #[serde(default, rename = "move", deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub moves: Option<MoveBody>,
-    /// Whether the change that a correction predicted which was kept with an earlier iteration is
-    /// taken to have come. Default true.
+    /// If true, the change predicted by a correction of an earlier iteration is added to the prior.
+    /// Default true.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub correction: Option<bool>,
 }
@@ -94,8 +94,8 @@ documented!(
 documented!(
     MoveBody,
     "PriorMove",
-    "`estimated`, by how far the iterations lie from each other; or the standard deviation of the move of each \
-     coefficient, above 0, in the order and unit of the answer.",
+    "`estimated` from the differences between the iterations; or the standard deviation of the move of each \
+        coefficient, above 0, in the order and unit of the answer.",
     ObjectBuilder::new().schema_type(Type::String).enum_values(Some(["estimated"])),
     list(ObjectBuilder::new().schema_type(Type::Number), None).min_items(Some(1)),
 );

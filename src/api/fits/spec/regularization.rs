@@ -145,12 +145,12 @@ pub struct JamesSteinRegularization {
     /// Which factor; without it that of James and Stein, 1 − (p−2) RSS/((ν+2) Q).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub variant: Option<JamesSteinVariant>,
-    /// The factor is not let below 0. Default true, but false with the variants `hoerl_kennard` and
-    /// `efron_morris`, which name a factor as it is.
+    /// If true, the factor is at least 0. Default true, but false with the variants `hoerl_kennard`
+    /// and `efron_morris`, which define the factor without this limit.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub positive_part: Option<bool>,
-    /// T, in the order of the coefficients; default 0, for `efron_morris` the grand mean. With
-    /// `standardized` the entry of the constant takes no part.
+    /// Target T, in the order of the coefficients; default 0, for `efron_morris` the grand mean.
+    /// With `standardized` the constant's entry is ignored.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub target: Option<Vec<f64>>,
 }
@@ -170,10 +170,10 @@ pub struct AttractionRegularization {
     pub parameter: Option<ParameterBody>,
 }
 
-/// Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (σ² of
-/// `noise_sigma` in its place where it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`:
-/// 1 − (p−2) RSS/((ν+2) Q), without a target toward the grand mean, which takes one direction
-/// (p−3). `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
+/// Factors c of James–Stein; Q = ‖X(Â − T)‖², p directions, ν degrees of freedom, s² = RSS/ν (or σ²
+/// of `noise_sigma` if it is given). `hoerl_kennard`: 1 − (p−2) s²/Q. `efron_morris`: 1 − (p−2)
+/// RSS/((ν+2) Q), without a target toward the grand mean, which uses one direction (p−3).
+/// `positive_part`: max(0, 1 − (p−2) RSS/((ν+2) Q)).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum JamesSteinVariant {
@@ -182,7 +182,7 @@ pub enum JamesSteinVariant {
     PositivePart,
 }
 
-/// How λ* (spectral), k (ridge, attraction) or λ (Tikhonov) is chosen.
+/// Choice of λ* (spectral), k (ridge, attraction) or λ (Tikhonov).
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = Parameter)]

@@ -135,23 +135,23 @@ request! {
 #[serde(deny_unknown_fields)]
 #[schema(as = NodeUncertainty)]
 pub struct NodeUncertaintyBody {
-    /// Of each abscissa (of each entry for a measurement matrix).
+    /// Standard uncertainty of each abscissa (of each entry of a measurement matrix).
     #[schema(minimum = 0)]
     pub position: f64,
-    /// Of the height.
+    /// Standard uncertainty of the height.
     #[schema(minimum = 0)]
     pub height: f64,
-    /// What is off where `position` is not 0; default `measured`, but for what takes positions as
-    /// exact (robust estimators, measurement matrices, streams, shapes near points, `height` 0),
-    /// where a warning says so and a kind is refused.
+    /// Kind of the uncertainty where `position` is not 0; default `measured`. Robust estimators,
+    /// measurement matrices, streams, shapes near points and `height` 0 treat positions as exact:
+    /// there a warning says so, and a kind is refused.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub position_kind: Option<PositionKindName>,
 }
 
-/// What is off: `measured`, the place that was read (orthogonal distance regression: the true
-/// places are estimated with the coefficients); `nominal`, the place that was reached instead of
-/// the one given (effective variance: steep places weigh less). Either way a node has the variance
-/// height²/weight + slope² position², up to a factor that `sigma` follows from.
+/// Kind of position errors. `measured`: the reading is wrong (orthogonal distance regression: the
+/// true positions are estimated with the coefficients). `nominal`: the position reached differs
+/// from the given one (effective variance: steep places weigh less). In both cases a node has the
+/// variance height²/weight + slope² position², up to a factor that follows from `sigma`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = PositionKind)]

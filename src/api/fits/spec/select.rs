@@ -45,7 +45,7 @@ pub enum TermSearchName {
     ElasticNet,
 }
 
-/// What the model that is chosen makes least; the number of parameters k counts the coefficients
+/// Criterion that the chosen model minimises; the number of parameters k counts the coefficients
 /// and σ². `aicc`: −2 ln L + 2k + 2k(k + 1)/(m − k − 1); `bic`: −2 ln L + k ln m; `press`: Σ w
 /// r²/(1 − h)²; `blocked_cv`: Σ w r² of nodes that are left out in blocks (`folds`); `reml`: −2 ln
 /// of the marginal likelihood with Zellner's prior of the coefficients.

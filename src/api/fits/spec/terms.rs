@@ -23,9 +23,9 @@ pub enum TermsBody {
 documented!(
     TermsBody,
     "PolynomialTerms",
-    "`tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the \
-     degree; or the products of a surface one by one, as degrees along u and v within `degree`, each with all that \
-     divide it: `[[0, 0], [1, 0], [0, 1]]`.",
+    "`tensor`: every product up to the degree of each axis; `total`: those whose degrees add up to at most the degree; \
+        or a list of products of a surface, as degrees along u and v within `degree`, each with all its divisors: \
+        `[[0, 0], [1, 0], [0, 1]]`.",
     TermsName::schema(),
     list(list(whole(0), Some((2, 2))), None),
 );
@@ -78,8 +78,8 @@ impl From<TermsBody> for Terms {
     }
 }
 
-/// Which products of powers: every one up to the degree of each axis, or those whose degrees add up
-/// to at most the degree.
+/// Products of powers: all up to the degree of each axis, or those whose degrees add up to at most
+/// the degree.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum TermsName {
