@@ -11,7 +11,7 @@ use flankfit_engine::{
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;
 
-/// Something to know about the answer.
+/// A warning about the answer.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Warning)]
 pub struct WarningBody {
@@ -64,7 +64,8 @@ fn sentence(warning: &Warning) -> String {
             Shown(*norm)
         ),
         Warning::NormLimitIsEstimate { norm, along, error } => format!(
-            "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
+            "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not \
+                told \
              from 0 ({along:.2e} with a standard error of {}): bias_bound and sharp_bound hold for that r only; give \
              coefficient_norm_limit",
             Size(*error)

@@ -123,7 +123,7 @@ pub struct TracedIteration {
     pub fits: Vec<TracedFit>,
     pub choices: Vec<Choice>,
     pub decisions: Vec<DecisionEvent>,
-    /// What is kept beside the fits, oldest first.
+    /// Records of the iteration, oldest first.
     pub records: Vec<RecordSummary>,
     pub earlier: Earlier,
 }

@@ -18,7 +18,7 @@ pub enum RoleName {
     Root,
 }
 
-/// What an operation asks its caller for.
+/// Scope that an operation requires.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Scope)]

@@ -30,7 +30,7 @@ pub struct NewTenantBody {
     pub description: Option<LongText>,
 }
 
-/// Changes of a tenant. A field that is left out stays as it is.
+/// Changes of a tenant. Fields that are left out stay unchanged.
 #[derive(Clone, Debug, Default, PartialEq, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = TenantPatch, example = json!({"suspended": true}))]
@@ -39,7 +39,7 @@ pub struct TenantPatchBody {
     #[serde(default, deserialize_with = "present")]
     #[schema(value_type = Option<String>, min_length = 1, max_length = 4000)]
     pub description: Option<LongText>,
-    /// Whether its keys let nobody in.
+    /// True if its keys are refused.
     #[serde(default, deserialize_with = "present")]
     pub suspended: Option<bool>,
 }
@@ -48,12 +48,12 @@ pub struct TenantPatchBody {
 #[derive(Clone, Serialize, Deserialize, ToSchema)]
 #[schema(as = Tenant)]
 pub struct TenantBody {
-    /// By which it is known.
+    /// Name of the tenant, unique.
     pub name: String,
     /// For people.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub description: Option<String>,
-    /// Whether its keys let nobody in.
+    /// True if its keys are refused.
     pub suspended: bool,
     /// When it was stored.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
@@ -61,7 +61,8 @@ pub struct TenantBody {
     /// When it was changed last.
     #[schema(value_type = String, format = DateTime, example = "2026-11-21T08:30:00.000000Z")]
     pub updated_at: Moment,
-    /// Its first key, of the role `admin`, in the answer to the request that made the tenant.
+    /// Its first key, with the role `admin`, only in the answer to the request that made the
+    /// tenant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub admin_key: Option<KeyBody>,
 }

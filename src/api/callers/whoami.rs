@@ -10,25 +10,25 @@ use crate::{
     jobs::{ApiKey, Caller, Role, Scopes},
 };
 
-/// Who asks, as the server sees them.
+/// The caller, as the server identifies it.
 #[derive(Clone, Debug, Serialize, Deserialize, ToSchema)]
 #[schema(as = Whoami)]
 pub struct WhoamiBody {
     /// Whose jobs they see; absent of a caller of no tenant.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub tenant: Option<String>,
-    /// The name under which they act: `key-` and the id of the key, or the beginning of its digest
-    /// where the server's settings name it; of a token its subject; `anonymous` where no key is
-    /// asked for.
+    /// Name of the caller: `key-` and the id of the key, or the beginning of the key's digest if
+    /// the server's settings contain it; for a token its subject; `anonymous` where no key is
+    /// required.
     pub actor: String,
-    /// What lets them in; absent where no key is asked for.
+    /// Kind of credential; absent where no key is required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub kind: Option<ProofName>,
-    /// Absent where scopes were named one by one or a token names several roles, and where no key
-    /// is asked for.
+    /// Absent where scopes were listed one by one or a token has several roles, and where no key is
+    /// required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub role: Option<RoleName>,
-    /// What they may ask for.
+    /// Scopes of the caller.
     pub scopes: Vec<ScopeName>,
     /// The key's id, where the database has it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

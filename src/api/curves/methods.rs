@@ -77,8 +77,8 @@ pub struct CubicHermiteMethod {
     pub values: Option<Vec<PointBody>>,
 }
 
-/// Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values
-/// between those of the neighbours; `akima` is least disturbed by outlying points.
+/// Tangents of cubic pieces. `monotone` (Fritsch and Butland) keeps values between those of the
+/// neighbours; `akima` is least affected by outlying points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = Tangents)]

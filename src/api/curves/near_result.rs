@@ -56,7 +56,7 @@ pub struct SmoothingBody {
     /// Left out where λ or the degrees of freedom were given.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub criterion: Option<CriterionName>,
-    /// Whether what was asked for is reached within the range of λ.
+    /// True if the criterion is met within the range of λ.
     pub reached: bool,
     /// Trace of the smoother: how many parameters the curve is worth.
     pub effective_degrees_of_freedom: f64,

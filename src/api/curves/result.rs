@@ -42,12 +42,12 @@ pub struct BuiltCurveBody {
     pub warnings: Vec<WarningBody>,
 }
 
-/// How far a curve through points can be trusted between them: the paper's warnings about
-/// oscillation, as figures. A figure that does not exist is left out, and a warning says why.
+/// Stability of a curve through points: the paper's warnings about oscillation, as figures. A
+/// figure that does not exist is absent, and a warning says why.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Stability)]
 pub struct StabilityBody {
-    /// By how much errors of the values can grow anywhere on the curve.
+    /// Largest factor by which errors of the values grow anywhere on the curve.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lebesgue_constant: Option<f64>,
     /// The parameter at which they grow most.

@@ -33,20 +33,20 @@ use flankfit_engine::{
 #[serde(deny_unknown_fields)]
 pub struct ReplayRequest {}
 
-/// Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
+/// Comparison of a stored fit with the same fit computed again from the stored nodes.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Replay, example = json!({"identical": true}))]
 pub struct ReplayBody {
-    /// Whether the two answers are the same bit by bit.
+    /// True if the two answers are identical bit by bit.
     pub identical: bool,
     /// Largest relative difference over all numbers of the two answers; absent when they are
     /// identical, or do not line up.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub max_relative_difference: Option<f64>,
-    /// Who computed the stored answer; absent when the answers are identical.
+    /// Engine of the stored answer; absent when the answers are identical.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stored_engine: Option<String>,
-    /// Who computed it now; absent when the answers are identical.
+    /// Engine of the new answer; absent when the answers are identical.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub replay_engine: Option<String>,
 }

@@ -79,8 +79,7 @@ request! {
 }
 
 request! {
-    /// What is known of a measurement whose nodes came as a stream. All of it may be left out, and
-    /// the body with it.
+    /// Details of the measurement of a stream. All of them are optional, and so is the body.
     #[derive(Default, Deserialize)]
     #[serde(deny_unknown_fields)]
     #[schema(as = StreamFinish)]

@@ -178,7 +178,7 @@ pub struct JobSummaryBody {
 #[schema(as = StatusCount)]
 pub struct StatusCountBody {
     pub status: JobStatusName,
-    /// How many jobs have it.
+    /// Number of jobs with this status.
     pub count: u64,
 }
 
@@ -209,10 +209,10 @@ pub struct WeekCountBody {
     /// Year and week of ISO 8601, in UTC.
     #[schema(example = "2026-W47")]
     pub week: String,
-    /// Its Monday.
+    /// Date of its Monday.
     #[schema(value_type = String, format = Date, example = "2026-11-16")]
     pub begins: String,
-    /// How many jobs were changed last in it.
+    /// Number of jobs that were last changed in it.
     pub count: u64,
 }
 

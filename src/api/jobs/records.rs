@@ -16,7 +16,7 @@ use crate::{
     jobs::{List, Page, Record, RecordDraft, RecordKind, RecordSummary},
 };
 
-/// What a record is.
+/// Kind of a record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = RecordKind)]
@@ -84,7 +84,7 @@ pub struct RecordSummaryBody {
     /// Actor of the caller; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// Of a change of what the nodes are of: what is known from then on, and what was before.
+    /// For a change of the nodes' description: the values before and after it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub measurand: Option<MeasurandChangeBody>,
 }

@@ -71,7 +71,7 @@ pub struct TracedIterationBody {
     pub choices: Vec<TracedChoiceBody>,
     /// In the order in which they were made.
     pub decisions: Vec<TracedDecisionBody>,
-    /// What is kept beside the fits, oldest first.
+    /// Records of the iteration, oldest first.
     #[serde(default)]
     pub records: Vec<RecordSummaryBody>,
     /// Absent where the lists are whole.
@@ -86,9 +86,9 @@ pub struct TracedFitBody {
     #[serde(flatten)]
     #[schema(inline)]
     pub summary: FitSummaryBody,
-    /// In the order of the fit's answer; none where the job was purged.
+    /// In the order of the fit's answer; empty after a purge of the job.
     pub coefficients: Vec<CoefficientBody>,
-    /// What the fit stood on beside the nodes; absent where it had no prior.
+    /// Prior of the fit; absent without one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub prior: Option<PriorResultBody>,
 }
@@ -114,7 +114,7 @@ pub struct EarlierBody {
 pub struct TracedChoiceBody {
     /// The fit that stood from then on.
     pub fit_id: Uuid,
-    /// Who chose it: the actor of the caller; absent where no key was asked for.
+    /// Actor of the caller who chose it; absent where no key was required.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
     /// Why it was chosen, as it was posted.
@@ -130,8 +130,8 @@ pub struct TracedChoiceBody {
 #[schema(as = TracedDecision)]
 pub struct TracedDecisionBody {
     pub decision: DecisionName,
-    /// Whether it accepts what needed a reason to be accepted: a figure that does not conform,
-    /// suspected gross errors, or implausible units; left out where it does not.
+    /// True if it accepts a gear with a figure that does not conform, suspected gross errors, or
+    /// implausible units; a reason is then required. Absent otherwise.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub concession: Option<bool>,
     /// Actor of the caller who decided; absent where no key was required.

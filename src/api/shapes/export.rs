@@ -95,8 +95,8 @@ request! {
     }
 }
 
-/// Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK
-/// facets for looking; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
+/// Files of surfaces: IGES (entity 128) and STEP AP242 contain the surface itself; OBJ, STL and VTK
+/// facets for display; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = SurfaceFormat)]

@@ -68,11 +68,11 @@ pub struct PostedBlockBody {
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[schema(as = StreamNodes)]
 pub struct StreamNodesBody {
-    /// Some blocks after `after`; empty where there are none, and of a finished stream, whose nodes
-    /// are those of its iteration.
+    /// Blocks after `after`; empty where there are none, and for a finished stream, whose nodes are
+    /// those of its iteration.
     pub items: Vec<PostedBlockBody>,
-    /// Of the last block that the stream has. While it is greater than that of the last item, ask
-    /// again after that item.
+    /// Number of the stream's last block. While it is greater than that of the last item, request
+    /// the blocks after that item.
     pub sequence: u64,
     pub state: StreamStateName,
     /// The iteration that the stream has become.

@@ -93,12 +93,12 @@ pub struct EstimateBody {
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,
-    /// The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single
-    /// residuals, B). Absent, with a warning that says why, while there are too few nodes or they
-    /// do not determine the model.
+    /// The fit of all nodes so far, except the parts that need the nodes themselves (`max_abs`,
+    /// single residuals, B). Absent, with a warning that gives the reason, while the nodes do not
+    /// determine the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
-    /// Why there is no result yet, or what the result warns of.
+    /// Reason why there is no result yet, or warnings of the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<WarningBody>>,
 }
@@ -119,9 +119,9 @@ pub struct StreamBody {
     pub sequence: u64,
     /// Nodes posted so far, missing ones included.
     pub node_count: u64,
-    /// By which the weights of earlier nodes are multiplied at every node; 1 forgets nothing.
+    /// Factor of the weights of all earlier nodes at every node; 1 keeps them.
     pub forgetting_factor: f64,
-    /// What is fitted, with every default filled in.
+    /// The fit request without nodes, with every default filled in.
     #[schema(value_type = FitSpecBody)]
     pub spec: serde_json::Value,
     /// The iteration that the stream has become.
@@ -136,12 +136,12 @@ pub struct StreamBody {
     /// The estimate after the last block, as its answer had it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub result: Option<FitResultBody>,
-    /// Why an open stream has no result yet, or what the result warns of.
+    /// Reason why an open stream has no result yet, or warnings of the result.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub warnings: Option<Vec<WarningBody>>,
 }
 
-/// Whether a stream takes nodes.
+/// State of a stream.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum StreamStateName {

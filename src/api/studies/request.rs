@@ -13,7 +13,7 @@ use crate::api::{
 };
 
 request! {
-    /// What is randomised: either `x`, or `nodes` with `model`.
+    /// The matrix to randomise: either `x`, or `nodes` with `model`.
     #[serde(deny_unknown_fields)]
     pub struct RandomizationRequest as RandomizationMembers {
         /// Rows of the measurement matrix.
@@ -21,9 +21,9 @@ request! {
         optional x: Vec<Vec<f64>>,
         /// Nodes at which `model` is evaluated.
         optional nodes: NodesBody as RawNodes,
-        /// With `nodes`.
+        /// With `nodes`: the model.
         optional model: ModelBody,
-        /// With `nodes`: the box on which mapped bases live.
+        /// With `nodes`: the box of the mapped basis functions.
         optional domain: DomainBody,
         /// The true A, one for each column; with `nodes` the least-squares estimate of their
         /// heights is assumed when not given.
@@ -35,12 +35,12 @@ request! {
         /// itself.
         #[schema(min_items = 1, max_items = 200)]
         required levels: Vec<f64>,
-        /// Random matrices for each level. More give smoother figures and take longer.
+        /// Number of random matrices for each level. More give smoother figures and take longer.
         #[schema(minimum = 1, maximum = 10000)]
         required repetitions: usize,
         /// Equal seeds give equal studies. Default 0.
         optional seed: u64,
-        /// Columns in which norms and eigenvalues are understood. Default `none`, as they are.
+        /// Scaling of the columns for norms and eigenvalues. Default `none`.
         optional scaling: StudyScaling,
     }
 }

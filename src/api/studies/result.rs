@@ -24,16 +24,16 @@ use flankfit_engine::estimation::{
     spec::Criterion,
 };
 
-/// What randomising the measurement matrix does, beside what regularising does.
+/// Comparison of randomising the measurement matrix with regularising.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct RandomizationResult {
     /// Rows of the measurement matrix.
     pub count: usize,
-    /// Its columns, in order.
+    /// Names of the columns, in order.
     pub terms: Vec<String>,
     /// A, from the request or estimated from the nodes' heights.
     pub coefficients: Vec<f64>,
-    /// Where A came from.
+    /// Source of A.
     pub coefficients_source: LimitSource,
     /// σ of a height.
     pub noise_sigma: f64,
@@ -43,7 +43,7 @@ pub struct RandomizationResult {
     pub repetitions: usize,
     /// The seed that was used: the same one gives the same answer.
     pub seed: u64,
-    /// Of XᵀX, ascending.
+    /// Eigenvalues of XᵀX, ascending.
     pub eigenvalues: Vec<f64>,
     /// Least |Pearson correlation| of two columns that vary.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -57,7 +57,7 @@ pub struct RandomizationResult {
     pub along_smallest: Option<f64>,
     /// ‖A‖² in the columns of the study, by which an estimate of 0 errs.
     pub coefficient_norm_squared: f64,
-    /// What that means for reading the rest.
+    /// Note on reading the figures.
     pub remark: String,
     /// Figures of each level, in ascending order.
     pub levels: Vec<StudyLevel>,
@@ -67,7 +67,7 @@ pub struct RandomizationResult {
     pub optimum: Option<StudyOptimum>,
     /// What to know about the answer; empty where there is nothing to say.
     pub warnings: Vec<WarningBody>,
-    /// Who computed this.
+    /// Version of the engine.
     #[schema(example = "flankfit 0.1.0")]
     pub engine: String,
 }
@@ -83,11 +83,11 @@ pub struct Quartiles {
     pub q3: f64,
 }
 
-/// What one way of estimating comes to; figures that do not exist in every repetition are absent.
+/// Figures of one estimation method; those that do not exist in every repetition are absent.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyFigures {
-    /// Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-    /// regularisation makes of it.
+    /// Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+    /// matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub condition: Option<Quartiles>,
     /// log₁₀ of its determinant.
@@ -108,11 +108,11 @@ pub struct StudyLevel {
     pub level: f64,
     #[serde(flatten)]
     pub figures: StudyFigures,
-    /// ‖y − X̃ Â_R‖², what the randomised fit itself sees.
+    /// ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fitted_rss: Option<Quartiles>,
     /// The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
-    /// the largest eigenvalue has it, and where the columns depend on each other.
+    /// the largest eigenvalue gives this level, and where the columns are linearly dependent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub matrix_b: Option<StudyLevelOfB>,
 }
@@ -131,10 +131,10 @@ pub struct StudyLevelOfB {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyReferences {
     pub least_squares: StudyFigures,
-    /// Absent where the columns depend on each other.
+    /// Absent where the columns are linearly dependent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral_first_order: Option<RegularizedReference>,
-    /// Absent where the columns depend on each other.
+    /// Absent where the columns are linearly dependent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spectral_exact: Option<RegularizedReference>,
     pub ridge: RegularizedReference,
@@ -159,8 +159,8 @@ pub struct RegularizedFigures {
     /// λ* of the spectral schemes, k of ridge.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lambda_star: Option<Quartiles>,
-    /// σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
-    /// the scale of the levels.
+    /// σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
+    /// scale of the levels.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noise_to_signal: Option<Quartiles>,
     #[serde(flatten)]
@@ -188,7 +188,7 @@ pub struct StudyOptimum {
     pub least_condition: StudyRatios,
 }
 
-/// One level beside least squares, by medians.
+/// Medians of one level relative to least squares.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 pub struct StudyRatios {
     /// The level itself.

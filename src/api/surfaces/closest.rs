@@ -41,7 +41,7 @@ pub struct SurfaceFeetBody {
     /// at one of the closest points.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub signed_distances: Option<Vec<f64>>,
-    /// Whether the connection stands at right angles on the surface; where not, the closest point
+    /// True if the connecting line is perpendicular to the surface; otherwise the closest point
     /// lies on a border or an edge.
     pub orthogonal: Vec<bool>,
 }

@@ -16,10 +16,10 @@ use crate::api::{
     },
 };
 
-/// How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or
-/// every mesh of `mesh`, `bezier` the latter; `b_spline` passes through the nodes of `grid` or
+/// Method of a surface. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or every
+/// cell of `mesh`, `bezier` every cell of `mesh`; `b_spline` passes through the nodes of `grid` or
 /// `xyz`, `b_spline_least_squares` near these or near scattered `nodes`; `bezier`, `b_spline`,
-/// `nurbs` and `gregory` take `control_points` as they are.
+/// `nurbs` and `gregory` take `control_points`.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = SurfaceMethod, discriminator(property_name = "type", mapping(

@@ -31,9 +31,9 @@ use flankfit_engine::{
 const MOST_PATCHES: usize = 10_000;
 
 request! {
-    /// A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
-    /// and `nodes`. One that is kept with an iteration may say none of them: then it is made of the
-    /// iteration's nodes.
+    /// A surface to build from exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
+    /// and `nodes`. For a surface of an iteration it may have none of them: then the iteration's
+    /// nodes are used.
     pub struct SurfaceRequest as SurfaceRequestMembers {
         flatten of: SurfaceSource,
         required method: SurfaceMethodBody,

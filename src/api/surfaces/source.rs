@@ -15,12 +15,12 @@ request! {
         optional grid: HeightGridBody,
         /// Points `[x, y, z]` in rows.
         optional xyz: Vec<Vec<Vec<f64>>>,
-        /// Of `xyz`; default `chord_length`.
+        /// For `xyz`; default `chord_length`.
         optional parametrization: ParametrizationName,
         optional boundaries: BordersBody,
         optional mesh: MeshBody,
-        /// Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the
-        /// caller's unit. Default 1e-6 of the largest coordinate at their ends.
+        /// For `boundaries` and `mesh`: largest distance between two curves at their crossing, in
+        /// the unit of the request. Default 1e-6 of the largest coordinate at their ends.
         #[schema(minimum = 0)]
         optional tolerance: f64,
         /// Rows along u, within a row along v.

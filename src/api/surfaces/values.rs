@@ -39,8 +39,8 @@ request! {
     }
 }
 
-/// What is answered of a surface only when asked for. `normals` come with one derivative,
-/// `curvatures` with two without asking.
+/// Optional parts of the answer. `normals` are always included with one derivative, `curvatures`
+/// with two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = SurfaceInclude)]
@@ -55,11 +55,11 @@ pub enum SurfaceIncludeName {
 pub struct SurfaceValuesBody {
     /// Points of the surface; numbers for a graph.
     pub values: Vec<PointBody>,
-    /// With one derivative and more.
+    /// With one derivative or more.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub derivatives: Option<SurfaceDerivativesBody>,
-    /// With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z).
-    /// Left out, with a warning, where one of them does not exist.
+    /// With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
+    /// Absent, with a warning, where one of them does not exist.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub normals: Option<Vec<Vec<f64>>>,
     /// With two derivatives.

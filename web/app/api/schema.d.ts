@@ -9207,15 +9207,15 @@ export interface components {
              */
             type: "rack";
         };
-        /** @description What is randomised: either `x`, or `nodes` with `model`. */
+        /** @description The matrix to randomise: either `x`, or `nodes` with `model`. */
         RandomizationRequest: {
             /** @description Rows of the measurement matrix. */
             x?: number[][];
             /** @description Nodes at which `model` is evaluated. */
             nodes?: components["schemas"]["Nodes"];
-            /** @description With `nodes`. */
+            /** @description With `nodes`: the model. */
             model?: components["schemas"]["Model"];
-            /** @description With `nodes`: the box on which mapped bases live. */
+            /** @description With `nodes`: the box of the mapped basis functions. */
             domain?: components["schemas"]["Domain"];
             /**
              * @description The true A, one for each column; with `nodes` the least-squares estimate of their
@@ -9232,25 +9232,25 @@ export interface components {
              *     itself.
              */
             levels: number[];
-            /** @description Random matrices for each level. More give smoother figures and take longer. */
+            /** @description Number of random matrices for each level. More give smoother figures and take longer. */
             repetitions: number;
             /**
              * Format: int64
              * @description Equal seeds give equal studies. Default 0.
              */
             seed?: number;
-            /** @description Columns in which norms and eigenvalues are understood. Default `none`, as they are. */
+            /** @description Scaling of the columns for norms and eigenvalues. Default `none`. */
             scaling?: components["schemas"]["StudyScaling"];
         };
-        /** @description What randomising the measurement matrix does, beside what regularising does. */
+        /** @description Comparison of randomising the measurement matrix with regularising. */
         RandomizationResult: {
             /** @description Rows of the measurement matrix. */
             count: number;
-            /** @description Its columns, in order. */
+            /** @description Names of the columns, in order. */
             terms: string[];
             /** @description A, from the request or estimated from the nodes' heights. */
             coefficients: number[];
-            /** @description Where A came from. */
+            /** @description Source of A. */
             coefficients_source: components["schemas"]["LimitSource"];
             /**
              * Format: double
@@ -9266,7 +9266,7 @@ export interface components {
              * @description The seed that was used: the same one gives the same answer.
              */
             seed: number;
-            /** @description Of XᵀX, ascending. */
+            /** @description Eigenvalues of XᵀX, ascending. */
             eigenvalues: number[];
             /**
              * Format: double
@@ -9289,7 +9289,7 @@ export interface components {
              * @description ‖A‖² in the columns of the study, by which an estimate of 0 errs.
              */
             coefficient_norm_squared: number;
-            /** @description What that means for reading the rest. */
+            /** @description Note on reading the figures. */
             remark: string;
             /** @description Figures of each level, in ascending order. */
             levels: components["schemas"]["StudyLevel"][];
@@ -9299,7 +9299,7 @@ export interface components {
             /** @description What to know about the answer; empty where there is nothing to say. */
             warnings: components["schemas"]["Warning"][];
             /**
-             * @description Who computed this.
+             * @description Version of the engine.
              * @example flankfit 0.1.0
              */
             engine: string;
@@ -9323,12 +9323,12 @@ export interface components {
             /** @description Default `wilcoxon`. */
             scores?: components["schemas"]["ScoresName"];
         };
-        /** @description How the rank of a truncated singular value decomposition is chosen. */
+        /** @description Choice of the rank of a truncated singular value decomposition. */
         RankParameter: {
             criterion: components["schemas"]["RankCriterion"];
         };
         /**
-         * @description What a record is.
+         * @description Kind of a record.
          * @enum {string}
          */
         RecordKind: "curve" | "surface" | "deviations" | "evaluation" | "pitch" | "correction" | "gear_correction" | "measurand" | "applied";
@@ -9356,7 +9356,7 @@ export interface components {
             created_at: string;
             /** @description Actor of the caller; absent where no key was required. */
             by?: string;
-            /** @description Of a change of what the nodes are of: what is known from then on, and what was before. */
+            /** @description For a change of the nodes' description: the values before and after it. */
             measurand?: components["schemas"]["MeasurandChange"];
         };
         /** @description A fit request without nodes: the stored ones are fitted again. */
@@ -9434,11 +9434,11 @@ export interface components {
         /** @description Regularisation; default spectral with its defaults. */
         Regularization: components["schemas"]["NoRegularization"] | components["schemas"]["SpectralRegularization"] | components["schemas"]["RidgeRegularization"] | components["schemas"]["TikhonovRegularization"] | components["schemas"]["TruncatedSvdRegularization"] | components["schemas"]["JamesSteinRegularization"] | components["schemas"]["AttractionRegularization"] | components["schemas"]["RepresentativeRegularization"];
         /**
-         * @description How the estimate was regularised.
+         * @description Type of the regularisation.
          * @enum {string}
          */
         RegularizationName: "none" | "spectral" | "ridge" | "tikhonov" | "truncated_svd" | "james_stein" | "attraction" | "representative";
-        /** @description The regularisation that was applied, and what every criterion would have chosen. */
+        /** @description The applied regularisation, and the choices of all criteria. */
         RegularizationResult: {
             type: components["schemas"]["RegularizationName"];
             scheme?: components["schemas"]["SchemeName"];
@@ -9446,8 +9446,8 @@ export interface components {
             count?: number;
             /**
              * Format: double
-             * @description λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when
-             *     nothing was regularised and where there is none (truncated SVD, James–Stein, an
+             * @description λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent without
+             *     regularisation and for methods without such a parameter (truncated SVD, James–Stein, an
              *     attraction of infinite weight).
              */
             lambda_star?: number;
@@ -9455,7 +9455,7 @@ export interface components {
             rank?: number;
             /**
              * Format: double
-             * @description c of James–Stein and attraction: what is left of Â − T.
+             * @description c of James–Stein and attraction: the factor of Â − T.
              */
             shrinkage_factor?: number;
             /** @description The plateau of minimisers of Eq. 49, where there is one: [lo, hi]. */
@@ -9467,11 +9467,12 @@ export interface components {
             gamma?: number;
             criterion?: components["schemas"]["ChosenBy"];
             /**
-             * @description What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
-             *     Tikhonov the directions are those of matrix and penalty together, the most penalised
-             *     first. With a `prior` the share of the nodes along each direction in which nodes and
-             *     prior are independent, that of the prior being the rest, the least first. With
-             *     `constraints` 0 for each direction that active places hold, first, and 1 for the others.
+             * @description Factor of each direction: 1 is not regularised. In the order of `spectrum.eigenvalues`;
+             *     for Tikhonov the directions are those of matrix and penalty together, the most penalised
+             *     first. With a `prior` the share of the nodes in the information along each direction in
+             *     which nodes and prior are independent, the smallest first; the rest is the prior's. With
+             *     `constraints` first a 0 for each direction that active places hold, then 1 for the
+             *     others.
              */
             filter_factors: number[];
             /**
@@ -9486,22 +9487,22 @@ export interface components {
             largest_eigenvalue_bound?: number;
             /**
              * Format: double
-             * @description Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
-             *     choice that stands, corrected by simulation for that choice having been made by the same
-             *     nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
-             *     error in 144 simulated cases with three degrees of freedom or more, where that of the
-             *     uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
-             *     scatters by once to twice itself; of other criteria, and of Tikhonov, nothing was
-             *     simulated. Present when `predicted_mse` was included; not with `press`, `blocked_cv`,
-             *     truncated SVD, James–Stein and attraction.
+             * @description Mean squared error of the coefficients in the scaled columns: `predicted_mse` of the
+             *     applied choice, corrected by simulation for having been chosen from the same nodes. With
+             *     `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144
+             *     simulated cases with three degrees of freedom or more; the uncorrected figure is 0.28 to
+             *     1.03 times it (docs/choosing-lambda.md). A single figure scatters by once to twice its
+             *     size; other criteria, and Tikhonov, were not simulated. Present with `include` of
+             *     `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
+             *     attraction.
              */
             predicted_mse_corrected?: number;
             /** @description Present for `representative`. */
             representative?: components["schemas"]["RepresentativeResult"];
             /**
-             * @description Least squares, the criterion asked for and those that cost nothing, side by side. Of
-             *     Tikhonov with more than 64 coefficients `min_condition` stands here only where it was
-             *     asked for, or with `lambda_curve`.
+             * @description Least squares, the requested criterion and the criteria that are cheap to compute, for
+             *     comparison. For Tikhonov with more than 64 coefficients `min_condition` is included only
+             *     on request, or with `lambda_curve`.
              */
             choices: components["schemas"]["Choice"][];
         };
@@ -9511,8 +9512,8 @@ export interface components {
          */
         RegularizedReference: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -9524,8 +9525,8 @@ export interface components {
             /** @description λ* of the spectral schemes, k of ridge. */
             lambda_star?: components["schemas"]["Quartiles"];
             /**
-             * @description σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
-             *     the scale of the levels.
+             * @description σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
+             *     scale of the levels.
              */
             noise_to_signal?: components["schemas"]["Quartiles"];
             /** @description L of the spectral schemes. */
@@ -9535,7 +9536,7 @@ export interface components {
         };
         /** @description After regularisation, in the order of the directions that the eigenvalues came from. */
         RegularizedSpectrum: {
-            /** @description What each eigenvalue has become. */
+            /** @description Eigenvalues after the regularisation. */
             eigenvalues: number[];
             /**
              * Format: double
@@ -9559,13 +9560,13 @@ export interface components {
          */
         ReliefInterpolation: "bilinear" | "b_spline";
         /**
-         * @description Whether a fit, computed again from what is stored, gives the stored answer bit by bit.
+         * @description Comparison of a stored fit with the same fit computed again from the stored nodes.
          * @example {
          *       "identical": true
          *     }
          */
         Replay: {
-            /** @description Whether the two answers are the same bit by bit. */
+            /** @description True if the two answers are identical bit by bit. */
             identical: boolean;
             /**
              * Format: double
@@ -9573,16 +9574,16 @@ export interface components {
              *     identical, or do not line up.
              */
             max_relative_difference?: number;
-            /** @description Who computed the stored answer; absent when the answers are identical. */
+            /** @description Engine of the stored answer; absent when the answers are identical. */
             stored_engine?: string;
-            /** @description Who computed it now; absent when the answers are identical. */
+            /** @description Engine of the new answer; absent when the answers are identical. */
             replay_engine?: string;
         };
-        /** @description What of a regularised fit is used for others. */
+        /** @description The data of a regularised fit that other fits use. */
         RepresentativePiece: {
             /** @description The model that was fitted. */
             model: components["schemas"]["Model"];
-            /** @description Its domain; absent for a measurement matrix. */
+            /** @description Domain of the fit; absent for a measurement matrix. */
             domain?: components["schemas"]["Domain"];
             /** @description Default `first_order`. */
             scheme?: components["schemas"]["SchemeName"];
@@ -9598,7 +9599,7 @@ export interface components {
              *     columns.
              */
             directions: number[][];
-            /** @description What each column of the piece was divided by, above 0. */
+            /** @description Divisor of each column of the piece, above 0. */
             scale: number[];
         };
         /**
@@ -9620,16 +9621,16 @@ export interface components {
             iteration?: number;
             /**
              * Format: uuid
-             * @description Which of its fits; by default the one that stands. It has to be regularised by `spectral`.
+             * @description Fit of the iteration; default its chosen fit. It must be regularised by `spectral`.
              */
             fit_id?: string;
             /**
-             * @description What of the piece is used, as it is answered with `include: ["representative"]`. Found, and
-             *     kept with the fit, where `iteration` is given.
+             * @description Data of the piece, as answered with `include: ["representative"]`. Looked up, and stored
+             *     with the fit, where `iteration` is given.
              */
             piece?: components["schemas"]["RepresentativePiece"];
         };
-        /** @description How the matrix B of a representative piece suits these nodes. */
+        /** @description Fit of the matrix B of a representative piece to these nodes. */
         RepresentativeResult: {
             /** @description The iteration of the job that the piece is; absent where it was posted. */
             iteration?: number;
@@ -9637,10 +9638,10 @@ export interface components {
             fit_id?: string;
             /**
              * Format: double
-             * @description Cosine of the largest angle between the directions of the piece and as many of these
-             *     nodes' own, those with the smallest eigenvalues: 1 where both are alike, as they are
-             *     where the nodes lie at the same places. Below 0.95 the warning
-             *     `representative_misaligned` says that much of the error stays.
+             * @description Cosine of the largest angle between the regularised directions of the piece and as many
+             *     directions of these nodes, those with the smallest eigenvalues: 1 where they agree, as
+             *     for nodes at the same places. Below 0.95 the warning `representative_misaligned` gives
+             *     the share of the error that remains.
              */
             alignment: number;
         };
@@ -9809,19 +9810,19 @@ export interface components {
              * @description The constant added to the eigenvalues of the scaled Fisher information matrix.
              */
             k: number;
-            /** @description In the caller's terms, in the order of the answer's `coefficients`. */
+            /** @description In the terms of the request, in the order of the answer's `coefficients`. */
             coefficients: number[];
         };
         /**
-         * @description How a robust estimate was reached. Lengths are in the unit of the heights (times √weight,
-         *     where nodes carry weights).
+         * @description Report on a robust estimate. Lengths are in the unit of the heights (times √weight, where
+         *     nodes have weights).
          *
          *     With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias
          *     and collinearity of the answer are those of the matrix weighted with node weights times
          *     `weights`; with the other estimators those of the matrix with node weights alone.
          */
         Robust: {
-            /** @description Whether the iteration ended by its own criterion. */
+            /** @description True if the iteration met its own criterion. */
             converged: boolean;
             /**
              * @description Reweightings (`m_estimator`, `student`), Newton's steps (`lp`), fits of subsets
@@ -9837,9 +9838,8 @@ export interface components {
             /**
              * Format: double
              * @description Scale of the residuals (`m_estimator`, `least_trimmed_squares`; s, b or a of
-             *     `maximum_likelihood`; MAD for `lp`), or
-             *     `dispersion` (the others); 0 for an exact fit of most nodes, absent where too few nodes
-             *     lie off the surface to tell it.
+             *     `maximum_likelihood`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of
+             *     most nodes, absent where too few nodes have a residual.
              */
             scale?: number;
             /**
@@ -9850,8 +9850,8 @@ export interface components {
             dispersion?: number;
             /**
              * Format: double
-             * @description What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², Jaeckel's
-             *     dispersion, the squares of trimmed or winsorized nodes, or −ln L.
+             * @description Minimum of the objective: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r²,
+             *     Jaeckel's dispersion, the squares of trimmed or winsorized nodes, or −ln L.
              */
             objective: number;
             /**
@@ -9861,7 +9861,7 @@ export interface components {
              *     the matrix). Present when `robust_weights` was included.
              */
             weights?: number[];
-            /** @description How many nodes were given no weight. */
+            /** @description Number of nodes with weight 0. */
             rejected_count: number;
             /**
              * @description Posted nodes (from 0, grids row by row) that were given no weight. Present when
@@ -9874,13 +9874,13 @@ export interface components {
              *     better.
              */
             certificate?: number;
-            /** @description Whether no other coefficients do as well; where this is known. */
+            /** @description True if the minimum has no other coefficients; present where this is known. */
             unique?: boolean;
             /** @description Posted nodes that determine the surface, which passes through them. */
             vertex?: number[];
             /** @description h, the number of nodes in the trimmed sum. */
             subset_size?: number;
-            /** @description Where the iteration started. */
+            /** @description Start of the iteration. */
             start?: components["schemas"]["StartName"];
             /** @description Which solution was reached. */
             solution: components["schemas"]["SolutionName"];
@@ -9922,7 +9922,7 @@ export interface components {
          */
         ScaleRuleName: "mad_0_6745" | "mad" | "proposal2" | "fixed";
         /**
-         * @description Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
+         * @description Scaling of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
          * @enum {string}
          */
         ScalingName: "unit_length" | "none" | "standardized";
@@ -9943,12 +9943,12 @@ export interface components {
             weight?: number[];
         };
         /**
-         * @description What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
+         * @description New value of a regularised eigenvalue: near λ* (the paper's first order) or λ* exactly.
          * @enum {string}
          */
         SchemeName: "first_order" | "exact";
         /**
-         * @description What an operation asks its caller for.
+         * @description Scope that an operation requires.
          * @enum {string}
          */
         Scope: "read" | "compute" | "measure" | "judge" | "audit" | "admin" | "tenants";
@@ -9971,7 +9971,7 @@ export interface components {
         Section: {
             /**
              * Format: double
-             * @description Of the plane, in the caller's unit.
+             * @description Offset of the plane, in the unit of the request.
              */
             offset: number;
             /** @description Curves without corners, in no particular order. */
@@ -9981,22 +9981,22 @@ export interface components {
             /** @description `[x, y, z]` where the plane touches the surface in a point. */
             contact_points?: number[][];
             /**
-             * @description `[x, y, z]` of places about which the section could not be told, at most 1,000; there is a
-             *     warning then.
+             * @description `[x, y, z]` of places where the section could not be determined, at most 1,000; a warning is
+             *     included.
              */
             unresolved_points?: number[][];
-            /** @description Whether a part of the surface lies in the plane; it is no part of the curves. */
+            /** @description True if a part of the surface lies in the plane; the curves exclude it. */
             coincident: boolean;
         };
         /** @description A curve of a section. */
         SectionCurve: {
-            /** @description In space, its parameter the length; of the form `b_spline`. */
+            /** @description Curve in space with arc length as parameter; in the form `b_spline`. */
             curve?: components["schemas"]["Curve"];
             /** @description `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`. */
             points?: number[][];
-            /** @description Whether it ends where it begins, smoothly. */
+            /** @description True if it is closed and smooth at the joint. */
             closed: boolean;
-            /** @description Whether the plane touches the surface along it. */
+            /** @description True if the plane is tangent to the surface along the curve. */
             tangential: boolean;
             /**
              * Format: double
@@ -10005,8 +10005,8 @@ export interface components {
             length: number;
             /**
              * Format: double
-             * @description How far the curve, or its chords, was found from the section at worst, with rounding, in the
-             *     caller's unit.
+             * @description Largest distance found between the curve, or its chords, and the section, rounding included,
+             *     in the unit of the request.
              */
             error: number;
         };
@@ -10016,17 +10016,18 @@ export interface components {
             sections: components["schemas"]["Section"][];
         };
         /**
-         * @description How curves of sections are described.
+         * @description Form of the curves of sections.
          * @enum {string}
          */
         SectionForm: "b_spline" | "polyline";
         /** @description Sections in the order of the planes. */
         Sections: {
-            /** @description As they were asked for. */
+            /** @description In the order of the request. */
             families: components["schemas"]["SectionFamily"][];
             /**
-             * @description Where it was asked for: heights along the third vector of `mesh_frame` over distances from
-             *     the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it as it is.
+             * @description With `mesh` of the request: heights along the third vector of `mesh_frame` over distances
+             *     from the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it
+             *     unchanged.
              */
             mesh?: components["schemas"]["CurveMesh"];
             /**
@@ -10052,15 +10053,16 @@ export interface components {
             form?: components["schemas"]["SectionForm"];
             /**
              * Format: double
-             * @description How far curves or chords may be from the section, in the caller's unit. Points of
-             *     polylines lie on it to rounding. Default 1e-9 for splines and 0.001 for polylines.
+             * @description Largest distance of curves or chords from the section, in the unit of the request.
+             *     Points of polylines lie on it up to rounding. Default 1e-9 for splines and 0.001 for
+             *     polylines.
              */
             tolerance?: number;
             /**
-             * @description Whether two families at right angles are answered as a mesh of curves too: heights over
-             *     the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every plane
-             *     must then cut the surface in one curve that reaches over all planes of the other family.
-             *     Default false.
+             * @description If true, two families at right angles are also answered as a mesh of curves: heights
+             *     over the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every
+             *     plane must then cut the surface in one curve that crosses all planes of the other
+             *     family. Default false.
              */
             mesh?: boolean;
         };
@@ -10086,37 +10088,38 @@ export interface components {
             terms?: components["schemas"]["TermSearch"];
             /**
              * Format: double
-             * @description With `elastic_net` and only then: the share of the absolute values in its penalty, above 0
-             *     and at most 1 (the lasso). Default 0.5.
+             * @description With `elastic_net` only: share of the absolute values in its penalty, above 0 and at most 1
+             *     (the lasso). Default 0.5.
              */
             alpha?: number;
-            /** @description By what. */
+            /** @description Criterion of the selection. */
             criterion: components["schemas"]["ModelCriterion"];
             /**
-             * @description A product of powers never stands without those that divide it. Default true, and only the
-             *     columns of a linear model may be asked for otherwise.
+             * @description If true, a product of powers is included only with all its divisors. Default true; false is
+             *     allowed only for the columns of a linear model.
              */
             hierarchical?: boolean;
         };
         /**
-         * @description What the model that was chosen makes least.
+         * @description Criterion that the chosen model minimises.
          * @enum {string}
          */
         SelectedBy: "aicc" | "bic" | "press" | "blocked_cv" | "reml";
-        /** @description Which of several models was fitted, and what spoke for each. */
+        /** @description Selection of one of several models, with the figures of each. */
         Selection: {
-            /** @description By what the model was chosen. */
+            /** @description Criterion of the selection. */
             criterion: components["schemas"]["SelectedBy"];
             /**
-             * @description Every model that was looked at: degrees ascending, that along v running fastest; terms
-             *     in the order in which they were let go (`backward`), or came in (`elastic_net`).
+             * @description All models compared: degrees ascending, that along v fastest; terms in the order in
+             *     which they were removed (`backward`) or added (`elastic_net`).
              */
             candidates: components["schemas"]["Candidate"][];
             /** @description Which of `candidates` was fitted, from 0. */
             chosen: number;
             /**
-             * @description The model was chosen by the nodes that it is fitted to: intervals and standard errors
-             *     take it for given and hold less often than they say (docs/selection.md). Always true.
+             * @description The model was chosen from the nodes it is fitted to: intervals and standard errors
+             *     ignore this choice, and their coverage is lower than stated (docs/selection.md). Always
+             *     true.
              */
             post_selection: boolean;
         };
@@ -10342,9 +10345,9 @@ export interface components {
             right?: components["schemas"]["CorrectedTeeth"];
         };
         /**
-         * @description Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
-         *     narrower, the volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t
-         *     at the level divided by the number of rows (Bonferroni; rows of a measurement matrix).
+         * @description Method for the factor of a simultaneous band: Scheffé's, or, where that is narrower, the
+         *     volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t at the level
+         *     divided by the number of rows (Bonferroni; rows of a measurement matrix).
          * @enum {string}
          */
         SimultaneousMethod: "scheffe" | "tube" | "bonferroni";
@@ -10363,7 +10366,7 @@ export interface components {
         Slopes: {
             /** @description Slopes of the estimate. */
             value: number[];
-            /** @description Their standard errors. */
+            /** @description Standard errors of the slopes. */
             std_error?: number[];
             /** @description `[low, high]` of the true slope at each place by itself. */
             confidence?: number[][];
@@ -10377,7 +10380,7 @@ export interface components {
             lambda: number;
             /** @description Left out where λ or the degrees of freedom were given. */
             criterion?: components["schemas"]["CriterionName"];
-            /** @description Whether what was asked for is reached within the range of λ. */
+            /** @description True if the criterion is met within the range of λ. */
             reached: boolean;
             /**
              * Format: double
@@ -10557,7 +10560,7 @@ export interface components {
              * @description Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
              */
             log10_determinant?: number;
-            /** @description Singular values that the arithmetic tells from 0. */
+            /** @description Number of singular values above rounding error. */
             rank: number;
             regularized: components["schemas"]["RegularizedSpectrum"];
         };
@@ -10597,13 +10600,13 @@ export interface components {
             worst_tooth: string;
         };
         /**
-         * @description How far a curve through points can be trusted between them: the paper's warnings about
-         *     oscillation, as figures. A figure that does not exist is left out, and a warning says why.
+         * @description Stability of a curve through points: the paper's warnings about oscillation, as figures. A
+         *     figure that does not exist is absent, and a warning says why.
          */
         Stability: {
             /**
              * Format: double
-             * @description By how much errors of the values can grow anywhere on the curve.
+             * @description Largest factor by which errors of the values grow anywhere on the curve.
              */
             lebesgue_constant?: number;
             /**
@@ -10628,7 +10631,7 @@ export interface components {
             interpolation_error: number;
         };
         /**
-         * @description Where an iteration starts; trimmed squares of half the nodes withstand gross errors of
+         * @description Start of an iteration; least trimmed squares of half the nodes tolerates gross errors in
          *     nearly half of them.
          * @enum {string}
          */
@@ -10638,7 +10641,7 @@ export interface components {
             status: components["schemas"]["JobStatus"];
             /**
              * Format: int64
-             * @description How many jobs have it.
+             * @description Number of jobs with this status.
              */
             count: number;
         };
@@ -10688,10 +10691,10 @@ export interface components {
             node_count: number;
             /**
              * Format: double
-             * @description By which the weights of earlier nodes are multiplied at every node; 1 forgets nothing.
+             * @description Factor of the weights of all earlier nodes at every node; 1 keeps them.
              */
             forgetting_factor: number;
-            /** @description What is fitted, with every default filled in. */
+            /** @description The fit request without nodes, with every default filled in. */
             spec: components["schemas"]["FitSpec"];
             /**
              * Format: int32
@@ -10710,7 +10713,7 @@ export interface components {
             updated_at: string;
             /** @description The estimate after the last block, as its answer had it. */
             result?: components["schemas"]["FitResult"];
-            /** @description Why an open stream has no result yet, or what the result warns of. */
+            /** @description Reason why an open stream has no result yet, or warnings of the result. */
             warnings?: components["schemas"]["Warning"][];
         };
         /** @description A block of nodes. */
@@ -10740,12 +10743,12 @@ export interface components {
              */
             node_count: number;
             /**
-             * @description The fit of all nodes so far, but for what needs the nodes themselves (`max_abs`, single
-             *     residuals, B). Absent, with a warning that says why, while there are too few nodes or they
-             *     do not determine the model.
+             * @description The fit of all nodes so far, except the parts that need the nodes themselves (`max_abs`,
+             *     single residuals, B). Absent, with a warning that gives the reason, while the nodes do not
+             *     determine the model.
              */
             result?: components["schemas"]["FitResult"];
-            /** @description Why there is no result yet, or what the result warns of. */
+            /** @description Reason why there is no result yet, or warnings of the result. */
             warnings?: components["schemas"]["Warning"][];
         };
         /**
@@ -10753,10 +10756,7 @@ export interface components {
          * @enum {string}
          */
         StreamEventName: "open" | "block" | "finished" | "deleted";
-        /**
-         * @description What is known of a measurement whose nodes came as a stream. All of it may be left out, and
-         *     the body with it.
-         */
+        /** @description Details of the measurement of a stream. All of them are optional, and so is the body. */
         StreamFinish: {
             /**
              * Format: date-time
@@ -10777,14 +10777,14 @@ export interface components {
         /** @description Blocks of a stream, in order. */
         StreamNodes: {
             /**
-             * @description Some blocks after `after`; empty where there are none, and of a finished stream, whose nodes
-             *     are those of its iteration.
+             * @description Blocks after `after`; empty where there are none, and for a finished stream, whose nodes are
+             *     those of its iteration.
              */
             items: components["schemas"]["PostedStreamBlock"][];
             /**
              * Format: int64
-             * @description Of the last block that the stream has. While it is greater than that of the last item, ask
-             *     again after that item.
+             * @description Number of the stream's last block. While it is greater than that of the last item, request
+             *     the blocks after that item.
              */
             sequence: number;
             state: components["schemas"]["StreamStateName"];
@@ -10802,15 +10802,15 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description Whether a stream takes nodes.
+         * @description State of a stream.
          * @enum {string}
          */
         StreamStateName: "open" | "finished";
         /** @description One criterion for λ* or k, applied in every repetition with the study's σ. */
         StudyChoice: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10822,17 +10822,17 @@ export interface components {
             /** @description λ* of the spectral schemes, k of ridge. */
             lambda_star?: components["schemas"]["Quartiles"];
             /**
-             * @description σ_B/σ_X of the spectral schemes: how large B is beside the columns that it is added to, on
-             *     the scale of the levels.
+             * @description σ_B/σ_X of the spectral schemes: size of B relative to the columns it is added to, on the
+             *     scale of the levels.
              */
             noise_to_signal?: components["schemas"]["Quartiles"];
             criterion: components["schemas"]["ChosenBy"];
         };
-        /** @description What one way of estimating comes to; figures that do not exist in every repetition are absent. */
+        /** @description Figures of one estimation method; those that do not exist in every repetition are absent. */
         StudyFigures: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10845,8 +10845,8 @@ export interface components {
         /** @description One level of randomisation. */
         StudyLevel: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10860,11 +10860,11 @@ export interface components {
              * @description k, the level: how strongly the matrices are perturbed.
              */
             level: number;
-            /** @description ‖y − X̃ Â_R‖², what the randomised fit itself sees. */
+            /** @description ‖y − X̃ Â_R‖², the residual sum of squares in the randomised matrix. */
             fitted_rss?: components["schemas"]["Quartiles"];
             /**
              * @description The regularising matrix B of Eq. 40 of the same level, σ_B/σ_X = k; absent where no λ* up to
-             *     the largest eigenvalue has it, and where the columns depend on each other.
+             *     the largest eigenvalue gives this level, and where the columns are linearly dependent.
              */
             matrix_b?: components["schemas"]["StudyLevelOfB"];
         };
@@ -10874,8 +10874,8 @@ export interface components {
          */
         StudyLevelOfB: {
             /**
-             * @description Condition of the matrix that is inverted: X̃ᵀX̃ of a level, XᵀX of least squares, what
-             *     regularisation makes of it.
+             * @description Condition of the inverted matrix: X̃ᵀX̃ of a level, XᵀX of least squares, or the regularised
+             *     matrix.
              */
             condition?: components["schemas"]["Quartiles"];
             /** @description log₁₀ of its determinant. */
@@ -10920,7 +10920,7 @@ export interface components {
              */
             least_condition: components["schemas"]["StudyRatios"];
         };
-        /** @description One level beside least squares, by medians. */
+        /** @description Medians of one level relative to least squares. */
         StudyRatios: {
             /**
              * Format: double
@@ -10946,9 +10946,9 @@ export interface components {
         /** @description The same heights, estimated with X as it is. */
         StudyReferences: {
             least_squares: components["schemas"]["StudyFigures"];
-            /** @description Absent where the columns depend on each other. */
+            /** @description Absent where the columns are linearly dependent. */
             spectral_first_order?: components["schemas"]["RegularizedReference"];
-            /** @description Absent where the columns depend on each other. */
+            /** @description Absent where the columns are linearly dependent. */
             spectral_exact?: components["schemas"]["RegularizedReference"];
             ridge: components["schemas"]["RegularizedReference"];
         };
@@ -10992,47 +10992,47 @@ export interface components {
              */
             signed_distances?: number[];
             /**
-             * @description Whether the connection stands at right angles on the surface; where not, the closest point
+             * @description True if the connecting line is perpendicular to the surface; otherwise the closest point
              *     lies on a border or an edge.
              */
             orthogonal: boolean[];
         };
         /**
-         * @description Files of surfaces: IGES (entity 128) and STEP AP242 hold the surface itself; OBJ, STL and VTK
-         *     facets for looking; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
+         * @description Files of surfaces: IGES (entity 128) and STEP AP242 contain the surface itself; OBJ, STL and VTK
+         *     facets for display; CSV, Abaqus and ADINA a mesh of quadrilaterals for finite elements.
          * @enum {string}
          */
         SurfaceFormat: "iges" | "step" | "obj" | "stl" | "stl_text" | "vtk" | "csv_nodes" | "csv_elements" | "abaqus" | "adina";
         /**
-         * @description What is answered of a surface only when asked for. `normals` come with one derivative,
-         *     `curvatures` with two without asking.
+         * @description Optional parts of the answer. `normals` are always included with one derivative, `curvatures`
+         *     with two.
          * @enum {string}
          */
         SurfaceInclude: "fundamental_forms" | "area";
         /**
-         * @description How a surface is made. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or
-         *     every mesh of `mesh`, `bezier` the latter; `b_spline` passes through the nodes of `grid` or
+         * @description Method of a surface. `coons_bilinear`, `coons_bicubic` and `gregory` fill `boundaries` or every
+         *     cell of `mesh`, `bezier` every cell of `mesh`; `b_spline` passes through the nodes of `grid` or
          *     `xyz`, `b_spline_least_squares` near these or near scattered `nodes`; `bezier`, `b_spline`,
-         *     `nurbs` and `gregory` take `control_points` as they are.
+         *     `nurbs` and `gregory` take `control_points`.
          */
         SurfaceMethod: components["schemas"]["CoonsBilinearMethod"] | components["schemas"]["CoonsBicubicMethod"] | components["schemas"]["GregoryMethod"] | components["schemas"]["BezierMethod"] | components["schemas"]["BSplineSurfaceMethod"] | components["schemas"]["BSplineLeastSquaresSurfaceMethod"] | components["schemas"]["NurbsSurfaceMethod"];
         /**
-         * @description A surface to build, of exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
-         *     and `nodes`. One that is kept with an iteration may say none of them: then it is made of the
-         *     iteration's nodes.
+         * @description A surface to build from exactly one of `grid`, `xyz`, `boundaries`, `mesh`, `control_points`
+         *     and `nodes`. For a surface of an iteration it may have none of them: then the iteration's
+         *     nodes are used.
          */
         SurfaceRequest: {
             grid?: components["schemas"]["HeightGrid"];
             /** @description Points `[x, y, z]` in rows. */
             xyz?: number[][][];
-            /** @description Of `xyz`; default `chord_length`. */
+            /** @description For `xyz`; default `chord_length`. */
             parametrization?: components["schemas"]["Parametrization"];
             boundaries?: components["schemas"]["Borders"];
             mesh?: components["schemas"]["CurveMesh"];
             /**
              * Format: double
-             * @description Of `boundaries` and `mesh`: how far apart two curves may be where they meet, in the
-             *     caller's unit. Default 1e-6 of the largest coordinate at their ends.
+             * @description For `boundaries` and `mesh`: largest distance between two curves at their crossing, in
+             *     the unit of the request. Default 1e-6 of the largest coordinate at their ends.
              */
             tolerance?: number;
             /** @description Rows along u, within a row along v. */
@@ -11078,11 +11078,11 @@ export interface components {
         SurfaceValues: {
             /** @description Points of the surface; numbers for a graph. */
             values: components["schemas"]["Point"][];
-            /** @description With one derivative and more. */
+            /** @description With one derivative or more. */
             derivatives?: components["schemas"]["SurfaceDerivatives"];
             /**
-             * @description With one derivative and more: unit normals along S_u × S_v; of a graph those of (u, v, z).
-             *     Left out, with a warning, where one of them does not exist.
+             * @description With one derivative or more: unit normals along S_u × S_v; for a graph those of (u, v, z).
+             *     Absent, with a warning, where one of them does not exist.
              */
             normals?: number[][];
             /** @description With two derivatives. */
@@ -11320,18 +11320,18 @@ export interface components {
          */
         TableUnit: "nm" | "um" | "mm" | "in" | "deg" | "arcmin" | "rad";
         /**
-         * @description Where the tangents of cubic pieces come from. `monotone` (Fritsch and Butland) keeps values
-         *     between those of the neighbours; `akima` is least disturbed by outlying points.
+         * @description Tangents of cubic pieces. `monotone` (Fritsch and Butland) keeps values between those of the
+         *     neighbours; `akima` is least affected by outlying points.
          * @enum {string}
          */
         Tangents: "given" | "finite_difference" | "catmull_rom" | "parabola" | "monotone" | "akima" | "modified_akima";
         /** @description A tenant: a plant with its jobs and keys. */
         Tenant: {
-            /** @description By which it is known. */
+            /** @description Name of the tenant, unique. */
             name: string;
             /** @description For people. */
             description?: string;
-            /** @description Whether its keys let nobody in. */
+            /** @description True if its keys are refused. */
             suspended: boolean;
             /**
              * Format: date-time
@@ -11345,7 +11345,10 @@ export interface components {
              * @example 2026-11-21T08:30:00.000000Z
              */
             updated_at: string;
-            /** @description Its first key, of the role `admin`, in the answer to the request that made the tenant. */
+            /**
+             * @description Its first key, with the role `admin`, only in the answer to the request that made the
+             *     tenant.
+             */
             admin_key?: components["schemas"]["Key"];
         };
         /** @description Some tenants, newest first. */
@@ -11356,7 +11359,7 @@ export interface components {
             next_cursor?: string;
         };
         /**
-         * @description Changes of a tenant. A field that is left out stays as it is.
+         * @description Changes of a tenant. Fields that are left out stay unchanged.
          * @example {
          *       "suspended": true
          *     }
@@ -11364,14 +11367,14 @@ export interface components {
         TenantPatch: {
             /** @description The new description. */
             description?: string;
-            /** @description Whether its keys let nobody in. */
+            /** @description True if its keys are refused. */
             suspended?: boolean;
         };
         /**
-         * @description How subsets of terms are found. `backward`: from all terms on, that one goes whose loss raises
-         *     the residual sum of squares least. `elastic_net`: the terms that elastic-net estimates keep as
-         *     their penalty λ falls through 100 values, by coordinate descent; polynomials as Chebyshev
-         *     polynomials on the box of the nodes, columns in unit variance, the constant free.
+         * @description Search for subsets of terms. `backward`: starting from all terms, removes the term that raises
+         *     the residual sum of squares least. `elastic_net`: the terms of elastic-net estimates for 100
+         *     decreasing values of the penalty λ, by coordinate descent; polynomials as Chebyshev polynomials
+         *     on the box of the nodes, columns in unit variance, the constant unpenalised.
          * @enum {string}
          */
         TermSearch: "backward" | "elastic_net";
@@ -11393,8 +11396,8 @@ export interface components {
              */
             order: number;
             /**
-             * @description `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one
-             *     positive. Default all 1.
+             * @description `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; at least 0, and one above
+             *     0. Default all 1.
              */
             weights?: number[];
             /** @description λ. Default `min_mse`. */
@@ -11732,7 +11735,7 @@ export interface components {
              * @description The fit that stood from then on.
              */
             fit_id: string;
-            /** @description Who chose it: the actor of the caller; absent where no key was asked for. */
+            /** @description Actor of the caller who chose it; absent where no key was required. */
             by?: string;
             /** @description Why it was chosen, as it was posted. */
             reason?: string;
@@ -11746,8 +11749,8 @@ export interface components {
         TracedDecision: {
             decision: components["schemas"]["DecisionName"];
             /**
-             * @description Whether it accepts what needed a reason to be accepted: a figure that does not conform,
-             *     suspected gross errors, or implausible units; left out where it does not.
+             * @description True if it accepts a gear with a figure that does not conform, suspected gross errors, or
+             *     implausible units; a reason is then required. Absent otherwise.
              */
             concession?: boolean;
             /** @description Actor of the caller who decided; absent where no key was required. */
@@ -11828,9 +11831,9 @@ export interface components {
             by?: string;
             /** @description Why it was made, as it was posted. */
             reason?: string;
-            /** @description In the order of the fit's answer; none where the job was purged. */
+            /** @description In the order of the fit's answer; empty after a purge of the job. */
             coefficients: components["schemas"]["Coefficient"][];
-            /** @description What the fit stood on beside the nodes; absent where it had no prior. */
+            /** @description Prior of the fit; absent without one. */
             prior?: components["schemas"]["PriorResult"];
         };
         /** @description An iteration in the trace. */
@@ -11878,21 +11881,24 @@ export interface components {
             choices: components["schemas"]["TracedChoice"][];
             /** @description In the order in which they were made. */
             decisions: components["schemas"]["TracedDecision"][];
-            /** @description What is kept beside the fits, oldest first. */
+            /** @description Records of the iteration, oldest first. */
             records?: components["schemas"]["RecordSummary"][];
             /** @description Absent where the lists are whole. */
             earlier?: components["schemas"]["EarlierEntries"];
         };
-        /** @description Only the directions of the largest singular values are kept; dependent columns are answered too. */
+        /** @description Keeps only the directions of the largest singular values; allows linearly dependent columns. */
         TruncatedSvdRegularization: {
             /**
              * @description The variant. (enum property replaced by openapi-typescript)
              * @enum {string}
              */
             type: "truncated_svd";
-            /** @description How many are kept: from 1 to the rank of the scaled columns. Either this or `parameter`. */
+            /**
+             * @description Number of directions kept: from 1 to the rank of the scaled columns. Either this or
+             *     `parameter`.
+             */
             rank?: number;
-            /** @description By what the rank is chosen. */
+            /** @description Criterion that chooses the rank. */
             parameter?: components["schemas"]["RankParameter"];
         };
         /** @description S u v/4. */
@@ -11924,34 +11930,35 @@ export interface components {
             record_id: string;
         };
         /**
-         * @description Variances of the errors: `constant` (the default), `hc3`, or an object that says what they
-         *     follow. For what takes `errors`.
+         * @description Variances of the errors: `constant` (the default), `hc3`, or an object with a variance model.
+         *     Allowed where `errors` is.
          */
         Variance: components["schemas"]["VarianceName"] | components["schemas"]["EstimatedVariance"];
         /**
-         * @description `constant`: one for all nodes, over their weights. `hc3`: any; standard errors are those of the
-         *     sandwich HC3 about least squares, each with degrees of freedom of its own. With few noisy nodes
-         *     95 % intervals hold in 0.94 and more of 60 nodes, in 0.90 and more of 20 (docs/errors.md).
+         * @description `constant`: one variance for all nodes, divided by their weights. `hc3`: any variances; standard
+         *     errors are those of the sandwich HC3 about least squares, each with its own degrees of freedom.
+         *     With few noisy nodes 95 % intervals have a coverage of 0.94 or more for 60 nodes, and of 0.90 or
+         *     more for 20 (docs/errors.md).
          * @enum {string}
          */
         VarianceName: "constant" | "hc3";
         /** @description Variances that were estimated. */
         VarianceResult: {
-            /** @description Of `groups`, by their names. */
+            /** @description For `groups`, by their names. */
             groups?: components["schemas"]["GroupSigma"][];
             /**
              * Format: double
-             * @description Of `power_of`.
+             * @description For `power_of`: the exponent.
              */
             exponent?: number;
             /**
              * Format: double
-             * @description Where the standard deviation of a height of weight 1 is `residuals.sigma`: the geometric
-             *     mean of the coordinate.
+             * @description Coordinate at which the standard deviation of a height of weight 1 is `residuals.sigma`: the
+             *     geometric mean of the coordinate.
              */
             at?: number;
         };
-        /** @description Something to know about the answer. */
+        /** @description A warning about the answer. */
         Warning: {
             /** @description Stable name. */
             code: string;
@@ -11977,36 +11984,36 @@ export interface components {
             week: string;
             /**
              * Format: date
-             * @description Its Monday.
+             * @description Date of its Monday.
              * @example 2026-11-16
              */
             begins: string;
             /**
              * Format: int64
-             * @description How many jobs were changed last in it.
+             * @description Number of jobs that were last changed in it.
              */
             count: number;
         };
         /** @description Weights of control points: numbers for a curve, rows of numbers for a surface. */
         Weights: number[] | number[][];
-        /** @description Who asks, as the server sees them. */
+        /** @description The caller, as the server identifies it. */
         Whoami: {
             /** @description Whose jobs they see; absent of a caller of no tenant. */
             tenant?: string;
             /**
-             * @description The name under which they act: `key-` and the id of the key, or the beginning of its digest
-             *     where the server's settings name it; of a token its subject; `anonymous` where no key is
-             *     asked for.
+             * @description Name of the caller: `key-` and the id of the key, or the beginning of the key's digest if
+             *     the server's settings contain it; for a token its subject; `anonymous` where no key is
+             *     required.
              */
             actor: string;
-            /** @description What lets them in; absent where no key is asked for. */
+            /** @description Kind of credential; absent where no key is required. */
             kind?: components["schemas"]["Proof"];
             /**
-             * @description Absent where scopes were named one by one or a token names several roles, and where no key
-             *     is asked for.
+             * @description Absent where scopes were listed one by one or a token has several roles, and where no key is
+             *     required.
              */
             role?: components["schemas"]["Role"];
-            /** @description What they may ask for. */
+            /** @description Scopes of the caller. */
             scopes: components["schemas"]["Scope"][];
             /** @description The key's id, where the database has it. */
             key_id?: string;

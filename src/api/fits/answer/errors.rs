@@ -122,14 +122,14 @@ impl From<&ErrorsReport> for ErrorsResult {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = VarianceResult)]
 pub struct VarianceResult {
-    /// Of `groups`, by their names.
+    /// For `groups`, by their names.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub groups: Option<Vec<GroupSigma>>,
-    /// Of `power_of`.
+    /// For `power_of`: the exponent.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub exponent: Option<f64>,
-    /// Where the standard deviation of a height of weight 1 is `residuals.sigma`: the geometric
-    /// mean of the coordinate.
+    /// Coordinate at which the standard deviation of a height of weight 1 is `residuals.sigma`: the
+    /// geometric mean of the coordinate.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<f64>,
 }

@@ -119,7 +119,7 @@ answer! {
         log10_condition?: f64 = log10_condition,
         /// Sum of the decimal logarithms of the eigenvalues; left out where one is 0.
         log10_determinant?: f64 = log10_determinant,
-        /// Singular values that the arithmetic tells from 0.
+        /// Number of singular values above rounding error.
         rank: usize = rank,
         regularized: RegularizedSpectrumBody = regularized,
     }
@@ -129,7 +129,7 @@ answer! {
     /// After regularisation, in the order of the directions that the eigenvalues came from.
     #[schema(as = RegularizedSpectrum)]
     pub struct RegularizedSpectrumBody from RegularizedSpectrum { eigenvalues, condition, log10_determinant } {
-        /// What each eigenvalue has become.
+        /// Eigenvalues after the regularisation.
         eigenvalues: Vec<f64> = eigenvalues,
         /// Greatest over least; left out where it is infinite.
         condition?: f64 = condition,

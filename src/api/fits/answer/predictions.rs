@@ -69,7 +69,7 @@ answer! {
     pub struct SlopesBody from Slopes { value, std_error, confidence } {
         /// Slopes of the estimate.
         value: Vec<f64> = value,
-        /// Their standard errors.
+        /// Standard errors of the slopes.
         std_error?: Vec<f64> = std_error,
         /// `[low, high]` of the true slope at each place by itself.
         confidence?: Vec<[f64; 2]> = confidence,
@@ -77,9 +77,9 @@ answer! {
 }
 
 names! {
-    /// Where the factor of a simultaneous band comes from: Scheffé's method, or, where that is
-    /// narrower, the volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t
-    /// at the level divided by the number of rows (Bonferroni; rows of a measurement matrix).
+    /// Method for the factor of a simultaneous band: Scheffé's, or, where that is narrower, the
+    /// volume of a tube (Naiman; Sun and Loader; curves and surfaces) or Student's t at the level
+    /// divided by the number of rows (Bonferroni; rows of a measurement matrix).
     #[schema(as = SimultaneousMethod)]
     pub enum SimultaneousMethodName from SimultaneousMethod {
         Scheffe = "scheffe",

@@ -18,7 +18,7 @@ use flankfit_engine::estimation::{
 };
 
 names! {
-    /// How the estimate was regularised.
+    /// Type of the regularisation.
     pub enum RegularizationName from RegularizationKind {
         None = "none",
         Spectral = "spectral",
@@ -32,7 +32,7 @@ names! {
 }
 
 answer! {
-    /// The regularisation that was applied, and what every criterion would have chosen.
+    /// The applied regularisation, and the choices of all criteria.
     pub struct RegularizationResult from RegularizationReport {
         kind, scheme, count, lambda_star, rank, shrinkage_factor, lambda_star_interval, gamma, criterion, fixed,
         filter_factors, matrix_norm_squared, largest_eigenvalue_bound, predicted_mse_corrected, representative,
@@ -42,13 +42,13 @@ answer! {
         scheme?: SchemeName = scheme.map(|scheme| Name(scheme_name(scheme))),
         /// L: how many of the smallest eigenvalues were regularised.
         count?: usize = count,
-        /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent when
-        /// nothing was regularised and where there is none (truncated SVD, James–Stein, an
+        /// λ* of the spectral schemes, k of ridge and attraction, λ of Tikhonov; absent without
+        /// regularisation and for methods without such a parameter (truncated SVD, James–Stein, an
         /// attraction of infinite weight).
         lambda_star?: f64 = lambda_star,
         /// Directions that a truncated singular value decomposition keeps.
         rank?: usize = rank,
-        /// c of James–Stein and attraction: what is left of Â − T.
+        /// c of James–Stein and attraction: the factor of Â − T.
         shrinkage_factor?: f64 = shrinkage_factor,
         /// The plateau of minimisers of Eq. 49, where there is one: [lo, hi].
         #[schema(value_type = Option<Vec<f64>>, min_items = 2, max_items = 2)]
@@ -56,30 +56,31 @@ answer! {
         /// λ* − λ₁.
         gamma?: f64 = gamma,
         criterion?: ChosenBy = if *fixed { Some(FIXED) } else { criterion.map(Criterion::name) }.map(Name),
-        /// What is left of each direction: 1 is all. In the order of `spectrum.eigenvalues`; for
-        /// Tikhonov the directions are those of matrix and penalty together, the most penalised
-        /// first. With a `prior` the share of the nodes along each direction in which nodes and
-        /// prior are independent, that of the prior being the rest, the least first. With
-        /// `constraints` 0 for each direction that active places hold, first, and 1 for the others.
+        /// Factor of each direction: 1 is not regularised. In the order of `spectrum.eigenvalues`;
+        /// for Tikhonov the directions are those of matrix and penalty together, the most penalised
+        /// first. With a `prior` the share of the nodes in the information along each direction in
+        /// which nodes and prior are independent, the smallest first; the rest is the prior's. With
+        /// `constraints` first a 0 for each direction that active places hold, then 1 for the
+        /// others.
         filter_factors: Vec<f64> = filter_factors,
         /// ‖B‖² (Eq. 41).
         matrix_norm_squared?: f64 = matrix_norm_squared,
         /// Ineq. 48.
         largest_eigenvalue_bound?: f64 = largest_eigenvalue_bound,
-        /// Mean squared error of the coefficients in the scaled columns: the `predicted_mse` of the
-        /// choice that stands, corrected by simulation for that choice having been made by the same
-        /// nodes. With `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true
-        /// error in 144 simulated cases with three degrees of freedom or more, where that of the
-        /// uncorrected one is 0.28 to 1.03 times it (docs/choosing-lambda.md). A single figure
-        /// scatters by once to twice itself; of other criteria, and of Tikhonov, nothing was
-        /// simulated. Present when `predicted_mse` was included; not with `press`, `blocked_cv`,
-        /// truncated SVD, James–Stein and attraction.
+        /// Mean squared error of the coefficients in the scaled columns: `predicted_mse` of the
+        /// applied choice, corrected by simulation for having been chosen from the same nodes. With
+        /// `min_mse` of the matrix B and ridge its mean is 0.78 to 1.22 times the true error in 144
+        /// simulated cases with three degrees of freedom or more; the uncorrected figure is 0.28 to
+        /// 1.03 times it (docs/choosing-lambda.md). A single figure scatters by once to twice its
+        /// size; other criteria, and Tikhonov, were not simulated. Present with `include` of
+        /// `predicted_mse`; not with `press`, `blocked_cv`, truncated SVD, James–Stein and
+        /// attraction.
         predicted_mse_corrected?: f64 = predicted_mse_corrected,
         /// Present for `representative`.
         representative?: RepresentativeResultBody = representative,
-        /// Least squares, the criterion asked for and those that cost nothing, side by side. Of
-        /// Tikhonov with more than 64 coefficients `min_condition` stands here only where it was
-        /// asked for, or with `lambda_curve`.
+        /// Least squares, the requested criterion and the criteria that are cheap to compute, for
+        /// comparison. For Tikhonov with more than 64 coefficients `min_condition` is included only
+        /// on request, or with `lambda_curve`.
         choices: Vec<ChoiceBody> = choices,
     }
 }
@@ -112,7 +113,7 @@ answer! {
     pub struct RidgeTracePointBody from RidgeTracePoint { k, coefficients } {
         /// The constant added to the eigenvalues of the scaled Fisher information matrix.
         k: f64 = k,
-        /// In the caller's terms, in the order of the answer's `coefficients`.
+        /// In the terms of the request, in the order of the answer's `coefficients`.
         coefficients: Vec<f64> = coefficients,
     }
 }

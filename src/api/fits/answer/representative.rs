@@ -9,17 +9,17 @@ use flankfit_engine::estimation::{
 };
 
 answer! {
-    /// How the matrix B of a representative piece suits these nodes.
+    /// Fit of the matrix B of a representative piece to these nodes.
     #[schema(as = RepresentativeResult)]
     pub struct RepresentativeResultBody from RepresentativeReport { of, alignment } {
         /// The iteration of the job that the piece is; absent where it was posted.
         iteration?: usize = of.iteration.map(|number| number as usize),
         /// The fit of it that was used.
         fit_id?: String = of.fit_id,
-        /// Cosine of the largest angle between the directions of the piece and as many of these
-        /// nodes' own, those with the smallest eigenvalues: 1 where both are alike, as they are
-        /// where the nodes lie at the same places. Below 0.95 the warning
-        /// `representative_misaligned` says that much of the error stays.
+        /// Cosine of the largest angle between the regularised directions of the piece and as many
+        /// directions of these nodes, those with the smallest eigenvalues: 1 where they agree, as
+        /// for nodes at the same places. Below 0.95 the warning `representative_misaligned` gives
+        /// the share of the error that remains.
         alignment: f64 = alignment,
     }
 }

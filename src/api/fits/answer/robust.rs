@@ -8,8 +8,8 @@ use flankfit_engine::estimation::{
 };
 
 answer! {
-    /// How a robust estimate was reached. Lengths are in the unit of the heights (times √weight,
-    /// where nodes carry weights).
+    /// Report on a robust estimate. Lengths are in the unit of the heights (times √weight, where
+    /// nodes have weights).
     ///
     /// With `m_estimator`, `least_trimmed_squares` and `trimmed` the spectrum, regularisation, bias
     /// and collinearity of the answer are those of the matrix weighted with node weights times
@@ -19,7 +19,7 @@ answer! {
         converged, iterations, tolerance_reached, scale, dispersion, objective, weights, rejected, certificate,
         unique, vertex, subset_size, start, solution, minimax, likelihood, coefficients,
     } with include {
-        /// Whether the iteration ended by its own criterion.
+        /// True if the iteration met its own criterion.
         converged: bool = converged,
         /// Reweightings (`m_estimator`, `student`), Newton's steps (`lp`), fits of subsets
         /// (`least_trimmed_squares`), changes of the vertex (the others).
@@ -28,22 +28,21 @@ answer! {
         /// to the largest (`lp`).
         tolerance_reached?: f64 = tolerance_reached,
         /// Scale of the residuals (`m_estimator`, `least_trimmed_squares`; s, b or a of
-        /// `maximum_likelihood`; MAD for `lp`), or
-        /// `dispersion` (the others); 0 for an exact fit of most nodes, absent where too few nodes
-        /// lie off the surface to tell it.
+        /// `maximum_likelihood`; MAD for `lp`), or `dispersion` (the others); 0 for an exact fit of
+        /// most nodes, absent where too few nodes have a residual.
         scale?: f64 = scale,
         /// τ: without regularisation std_error² is τ² times the diagonal of (XᵀX)⁻¹, X with the
         /// node weights. Absent where it does not exist.
         dispersion?: f64 = dispersion,
-        /// What is least: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r², Jaeckel's
-        /// dispersion, the squares of trimmed or winsorized nodes, or −ln L.
+        /// Minimum of the objective: Σρ(r/s), Σ|r|, Σ|r|^p, Σρ_τ(r), the sum of the h smallest r²,
+        /// Jaeckel's dispersion, the squares of trimmed or winsorized nodes, or −ln L.
         objective: f64 = objective,
         /// One per counted node, in the order posted. `m_estimator`: ψ(u)/u.
         /// `least_trimmed_squares`: 1 in the sum, 0 not. The others: influence per unit of
         /// residual, relative to what a residual of one scale has, at most 1 (these do not enter
         /// the matrix). Present when `robust_weights` was included.
         weights?: Vec<f64> = include.robust_weights.then_some(weights),
-        /// How many nodes were given no weight.
+        /// Number of nodes with weight 0.
         rejected_count: usize = rejected.len(),
         /// Posted nodes (from 0, grids row by row) that were given no weight. Present when
         /// `robust_weights` was included.
@@ -51,13 +50,13 @@ answer! {
         /// Largest dual on the vertex; at most 1 (but for rounding) proves that nothing does
         /// better.
         certificate?: f64 = certificate,
-        /// Whether no other coefficients do as well; where this is known.
+        /// True if the minimum has no other coefficients; present where this is known.
         unique?: bool = unique,
         /// Posted nodes that determine the surface, which passes through them.
         vertex?: Vec<usize> = vertex,
         /// h, the number of nodes in the trimmed sum.
         subset_size?: usize = subset_size,
-        /// Where the iteration started.
+        /// Start of the iteration.
         start?: StartName = start.map(|start| Serialized(StartName::from(start))),
         /// Which solution was reached.
         solution: SolutionName = solution,

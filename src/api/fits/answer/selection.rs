@@ -8,18 +8,19 @@ use flankfit_engine::estimation::{
 };
 
 answer! {
-    /// Which of several models was fitted, and what spoke for each.
+    /// Selection of one of several models, with the figures of each.
     #[schema(as = Selection)]
     pub struct SelectionBody from Selection { criterion, candidates, chosen } {
-        /// By what the model was chosen.
+        /// Criterion of the selection.
         criterion: SelectedBy = criterion,
-        /// Every model that was looked at: degrees ascending, that along v running fastest; terms
-        /// in the order in which they were let go (`backward`), or came in (`elastic_net`).
+        /// All models compared: degrees ascending, that along v fastest; terms in the order in
+        /// which they were removed (`backward`) or added (`elastic_net`).
         candidates: Vec<CandidateBody> = candidates,
         /// Which of `candidates` was fitted, from 0.
         chosen: usize = chosen,
-        /// The model was chosen by the nodes that it is fitted to: intervals and standard errors
-        /// take it for given and hold less often than they say (docs/selection.md). Always true.
+        /// The model was chosen from the nodes it is fitted to: intervals and standard errors
+        /// ignore this choice, and their coverage is lower than stated (docs/selection.md). Always
+        /// true.
         post_selection: bool = true,
     }
 }
@@ -65,7 +66,7 @@ answer! {
 }
 
 names! {
-    /// What the model that was chosen makes least.
+    /// Criterion that the chosen model minimises.
     pub enum SelectedBy from ModelCriterion {
         Aicc = "aicc",
         Bic = "bic",

@@ -184,8 +184,8 @@ impl From<&Errors> for ErrorsBody {
     }
 }
 
-/// Variances of the errors: `constant` (the default), `hc3`, or an object that says what they
-/// follow. For what takes `errors`.
+/// Variances of the errors: `constant` (the default), `hc3`, or an object with a variance model.
+/// Allowed where `errors` is.
 #[derive(Clone, Debug, PartialEq, Serialize, ToSchema)]
 #[serde(untagged)]
 #[schema(as = Variance)]
@@ -194,9 +194,10 @@ pub enum VarianceBody {
     Estimated(EstimatedVariance),
 }
 
-/// `constant`: one for all nodes, over their weights. `hc3`: any; standard errors are those of the
-/// sandwich HC3 about least squares, each with degrees of freedom of its own. With few noisy nodes
-/// 95 % intervals hold in 0.94 and more of 60 nodes, in 0.90 and more of 20 (docs/errors.md).
+/// `constant`: one variance for all nodes, divided by their weights. `hc3`: any variances; standard
+/// errors are those of the sandwich HC3 about least squares, each with its own degrees of freedom.
+/// With few noisy nodes 95 % intervals have a coverage of 0.94 or more for 60 nodes, and of 0.90 or
+/// more for 20 (docs/errors.md).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum VarianceName {

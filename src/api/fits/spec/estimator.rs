@@ -236,7 +236,7 @@ names! {
     /// Huber's is convex; the others give far nodes no weight at all and may have several local
     /// solutions.
     LossName { Huber, Tukey, Hampel, Andrews }
-    /// Where an iteration starts; trimmed squares of half the nodes withstand gross errors of
+    /// Start of an iteration; least trimmed squares of half the nodes tolerates gross errors in
     /// nearly half of them.
     StartName { LeastSquares, LeastTrimmedSquares }
     /// Scores of ranks: `wilcoxon` i/(m + 1) − 1/2, `normal` (van der Waerden) Φ⁻¹(i/(m + 1)).

@@ -90,8 +90,8 @@ pub struct TikhonovRegularization {
     /// change of its bending.
     #[schema(minimum = 0, maximum = 3)]
     pub order: usize,
-    /// `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; none negative, one
-    /// positive. Default all 1.
+    /// `[w_u, w_v]` for a surface, `[w]` for a curve or a linear model; at least 0, and one above
+    /// 0. Default all 1.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(min_items = 1, max_items = 2)]
     pub weights: Option<Vec<f64>>,
@@ -100,23 +100,24 @@ pub struct TikhonovRegularization {
     pub parameter: Option<ParameterBody>,
 }
 
-/// Only the directions of the largest singular values are kept; dependent columns are answered too.
+/// Keeps only the directions of the largest singular values; allows linearly dependent columns.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 pub struct TruncatedSvdRegularization {
     #[serde(rename = "type")]
     #[schema(inline)]
     pub kind: TruncatedSvdTag,
-    /// How many are kept: from 1 to the rank of the scaled columns. Either this or `parameter`.
+    /// Number of directions kept: from 1 to the rank of the scaled columns. Either this or
+    /// `parameter`.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub rank: Option<usize>,
-    /// By what the rank is chosen.
+    /// Criterion that chooses the rank.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub parameter: Option<RankParameterBody>,
 }
 
-/// How the rank of a truncated singular value decomposition is chosen.
+/// Choice of the rank of a truncated singular value decomposition.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[serde(deny_unknown_fields)]
 #[schema(as = RankParameter)]

@@ -24,11 +24,11 @@ pub struct RepresentativeRegularization {
     #[serde(skip_serializing_if = "Option::is_none")]
     #[schema(minimum = 1)]
     pub iteration: Option<u32>,
-    /// Which of its fits; by default the one that stands. It has to be regularised by `spectral`.
+    /// Fit of the iteration; default its chosen fit. It must be regularised by `spectral`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub fit_id: Option<Uuid>,
-    /// What of the piece is used, as it is answered with `include: ["representative"]`. Found, and
-    /// kept with the fit, where `iteration` is given.
+    /// Data of the piece, as answered with `include: ["representative"]`. Looked up, and stored
+    /// with the fit, where `iteration` is given.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub piece: Option<PieceBody>,
 }
@@ -56,13 +56,13 @@ tags! {
     RepresentativeTag = Representative,
 }
 
-/// What of a regularised fit is used for others.
+/// The data of a regularised fit that other fits use.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = RepresentativePiece)]
 pub struct PieceBody {
     /// The model that was fitted.
     pub model: ModelBody,
-    /// Its domain; absent for a measurement matrix.
+    /// Domain of the fit; absent for a measurement matrix.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub domain: Option<DomainBody>,
     /// Default `first_order`.
@@ -78,7 +78,7 @@ pub struct PieceBody {
     /// columns.
     #[schema(min_items = 1)]
     pub directions: Vec<Vec<f64>>,
-    /// What each column of the piece was divided by, above 0.
+    /// Divisor of each column of the piece, above 0.
     #[schema(min_items = 1)]
     pub scale: Vec<f64>,
 }

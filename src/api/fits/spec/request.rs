@@ -178,7 +178,7 @@ impl From<PositionKind> for PositionKindName {
     }
 }
 
-/// Of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
+/// Scaling of X's columns before the eigen analysis; default `unit_length`, `none` is the paper's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum ScalingName {

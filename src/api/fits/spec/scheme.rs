@@ -5,7 +5,7 @@ use utoipa::ToSchema;
 
 use flankfit_engine::estimation::spec::Scheme;
 
-/// What the scheme makes of an eigenvalue: near λ* (the paper's first order) or λ* exactly.
+/// New value of a regularised eigenvalue: near λ* (the paper's first order) or λ* exactly.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum SchemeName {

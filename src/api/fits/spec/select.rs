@@ -20,23 +20,23 @@ pub struct SelectBody {
     /// Subsets of the model's own terms are looked at (of a linear model: of its columns).
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub terms: Option<TermSearchName>,
-    /// With `elastic_net` and only then: the share of the absolute values in its penalty, above 0
-    /// and at most 1 (the lasso). Default 0.5.
+    /// With `elastic_net` only: share of the absolute values in its penalty, above 0 and at most 1
+    /// (the lasso). Default 0.5.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     #[schema(exclusive_minimum = 0, maximum = 1)]
     pub alpha: Option<f64>,
-    /// By what.
+    /// Criterion of the selection.
     pub criterion: ModelCriterionName,
-    /// A product of powers never stands without those that divide it. Default true, and only the
-    /// columns of a linear model may be asked for otherwise.
+    /// If true, a product of powers is included only with all its divisors. Default true; false is
+    /// allowed only for the columns of a linear model.
     #[serde(default, deserialize_with = "present", skip_serializing_if = "Option::is_none")]
     pub hierarchical: Option<bool>,
 }
 
-/// How subsets of terms are found. `backward`: from all terms on, that one goes whose loss raises
-/// the residual sum of squares least. `elastic_net`: the terms that elastic-net estimates keep as
-/// their penalty λ falls through 100 values, by coordinate descent; polynomials as Chebyshev
-/// polynomials on the box of the nodes, columns in unit variance, the constant free.
+/// Search for subsets of terms. `backward`: starting from all terms, removes the term that raises
+/// the residual sum of squares least. `elastic_net`: the terms of elastic-net estimates for 100
+/// decreasing values of the penalty λ, by coordinate descent; polynomials as Chebyshev polynomials
+/// on the box of the nodes, columns in unit variance, the constant unpenalised.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = TermSearch)]

@@ -13,10 +13,11 @@ use flankfit_engine::geometry::{
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Sections)]
 pub struct SectionsBody {
-    /// As they were asked for.
+    /// In the order of the request.
     pub families: Vec<SectionFamilyBody>,
-    /// Where it was asked for: heights along the third vector of `mesh_frame` over distances from
-    /// the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it as it is.
+    /// With `mesh` of the request: heights along the third vector of `mesh_frame` over distances
+    /// from the origin along the first and the second. `mesh` of `POST /v1/surfaces` takes it
+    /// unchanged.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub mesh: Option<MeshBody>,
     /// The unit vectors `[x, y, z]` along which u, v and heights of the mesh are counted: the
@@ -43,7 +44,7 @@ pub struct SectionFamilyBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = Section)]
 pub struct SectionBody {
-    /// Of the plane, in the caller's unit.
+    /// Offset of the plane, in the unit of the request.
     pub offset: f64,
     /// Curves without corners, in no particular order.
     pub curves: Vec<SectionCurveBody>,
@@ -53,11 +54,11 @@ pub struct SectionBody {
     /// `[x, y, z]` where the plane touches the surface in a point.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub contact_points: Vec<Vec<f64>>,
-    /// `[x, y, z]` of places about which the section could not be told, at most 1,000; there is a
-    /// warning then.
+    /// `[x, y, z]` of places where the section could not be determined, at most 1,000; a warning is
+    /// included.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unresolved_points: Vec<Vec<f64>>,
-    /// Whether a part of the surface lies in the plane; it is no part of the curves.
+    /// True if a part of the surface lies in the plane; the curves exclude it.
     pub coincident: bool,
 }
 
@@ -65,20 +66,20 @@ pub struct SectionBody {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, ToSchema)]
 #[schema(as = SectionCurve)]
 pub struct SectionCurveBody {
-    /// In space, its parameter the length; of the form `b_spline`.
+    /// Curve in space with arc length as parameter; in the form `b_spline`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub curve: Option<CurveBody>,
     /// `[x, y, z]` each, of a closed curve the first one again at the end; of the form `polyline`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub points: Option<Vec<Vec<f64>>>,
-    /// Whether it ends where it begins, smoothly.
+    /// True if it is closed and smooth at the joint.
     pub closed: bool,
-    /// Whether the plane touches the surface along it.
+    /// True if the plane is tangent to the surface along the curve.
     pub tangential: bool,
     /// Length of the section's curve, in the caller's unit.
     pub length: f64,
-    /// How far the curve, or its chords, was found from the section at worst, with rounding, in the
-    /// caller's unit.
+    /// Largest distance found between the curve, or its chords, and the section, rounding included,
+    /// in the unit of the request.
     pub error: f64,
 }
 

@@ -36,14 +36,15 @@ request! {
         required families: Vec<PlaneFamilyBody>,
         /// Default `b_spline`.
         optional form: SectionFormName,
-        /// How far curves or chords may be from the section, in the caller's unit. Points of
-        /// polylines lie on it to rounding. Default 1e-9 for splines and 0.001 for polylines.
+        /// Largest distance of curves or chords from the section, in the unit of the request.
+        /// Points of polylines lie on it up to rounding. Default 1e-9 for splines and 0.001 for
+        /// polylines.
         #[schema(exclusive_minimum = 0)]
         optional tolerance: f64,
-        /// Whether two families at right angles are answered as a mesh of curves too: heights over
-        /// the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every plane
-        /// must then cut the surface in one curve that reaches over all planes of the other family.
-        /// Default false.
+        /// If true, two families at right angles are also answered as a mesh of curves: heights
+        /// over the frame of their normals, as `mesh` of `POST /v1/surfaces` takes them. Every
+        /// plane must then cut the surface in one curve that crosses all planes of the other
+        /// family. Default false.
         optional mesh: bool,
     }
 }
@@ -61,7 +62,7 @@ pub struct PlaneFamilyBody {
     pub offsets: Vec<f64>,
 }
 
-/// How curves of sections are described.
+/// Form of the curves of sections.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, ToSchema)]
 #[serde(rename_all = "snake_case")]
 #[schema(as = SectionForm)]
