@@ -185,7 +185,7 @@ fn warn_if_open(state: &AppState) {
     if !state.callers.key_required() && !settings.bind.ip().is_loopback() {
         tracing::warn!(
             address = %settings.bind,
-            "no key is asked for: whoever reaches this address may do everything; make keys with `flankfit keys create`"
+            "no key is required: every client of this address may do everything; make keys with `flankfit keys create`"
         );
     }
 }

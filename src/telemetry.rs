@@ -79,7 +79,7 @@ pub const AUDIT_SEAL_INTERVAL: &str = "flankfit_audit_seal_interval_seconds";
 /// Spans that no collector has got. Label: `reason` (`queue`: it was full; `export`: the collector
 /// did not take them).
 pub const SPANS_DROPPED: &str = "flankfit_trace_spans_dropped_total";
-/// 1 where the identity provider told its keys when it was asked last.
+/// 1 if the last request for the identity provider's keys succeeded.
 pub const IDENTITY_PROVIDER_UP: &str = "flankfit_identity_provider_up";
 /// Bytes of bodies and answers that are held.
 pub const BODY_MEMORY: &str = "flankfit_body_memory_bytes";
@@ -189,7 +189,11 @@ pub fn metrics() -> &'static PrometheusHandle {
         );
         metrics::describe_gauge!(AUDIT_SEAL_INTERVAL, metrics::Unit::Seconds, "Time between seals, as it is set");
         metrics::describe_counter!(SPANS_DROPPED, "Spans that no collector has got, by reason");
-        metrics::describe_gauge!(IDENTITY_PROVIDER_UP, "1 where the identity provider told its keys last");
+        metrics::describe_gauge!(
+            IDENTITY_PROVIDER_UP,
+            "1 if the last request for the identity provider's keys \
+            succeeded"
+        );
         metrics::describe_gauge!(BODY_MEMORY, metrics::Unit::Bytes, "Bytes of bodies and unsent answers that are held");
         metrics::describe_gauge!(CONNECTIONS, "Connections that are open");
         metrics::describe_counter!(STORE_RETRIES, "Transactions of the store that were tried again");

@@ -136,7 +136,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "Points of both flanks of a tooth, registered by a turn and two shifts"
     ),
     example!("gear_flank_surface", "gear_flank_surface", "Slopes, crownings and twist of a flank, held against limits"),
-    example!("simulate_closed_loop", "closed_loop", "Settings that cannot be told apart, by two ways to correct"),
+    example!("simulate_closed_loop", "closed_loop", "Settings that cannot be separated, with two correction methods"),
     example!(
         "create_iteration_correction",
         "iteration_correction",
@@ -168,7 +168,7 @@ pub const REQUEST_EXAMPLES: &[RequestExample] = &[
         "preview",
         "Whether a larger λ* would do, with the fitted heights; stores nothing"
     ),
-    example!("choose_fit", "chosen_fit", "Another fit stands from now on (put in the id of a stored fit)"),
+    example!("choose_fit", "chosen_fit", "Choose another fit (put in the id of a stored fit)"),
     example!("create_stream", "stream", "A flank that is fitted while the probe moves, on a domain known beforehand"),
     example!("add_stream_nodes", "stream_block", "The first block of nodes"),
     example!("finish_stream", "stream_finish", "What is known of the measurement"),

@@ -26,7 +26,7 @@ pub struct Problem {
     #[schema(value_type = String, format = "uri", example = "urn:flankfit:problem:invalid_request")]
     pub kind: Cow<'static, str>,
     /// The kind of problem in words; the same for every occurrence.
-    #[schema(value_type = String, example = "The request holds what cannot be accepted")]
+    #[schema(value_type = String, example = "The request is invalid")]
     pub title: Cow<'static, str>,
     /// The HTTP status.
     #[schema(example = 422)]

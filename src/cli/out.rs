@@ -10,7 +10,7 @@ pub struct Out(StdoutLock<'static>);
 
 /// The reader has closed the pipe: this is not a failure and is not reported.
 #[derive(Debug, thiserror::Error)]
-#[error("the reader of standard output has left")]
+#[error("standard output was closed")]
 struct ReaderLeft;
 
 pub fn out() -> Out {

@@ -215,7 +215,11 @@ async fn read_gears(State(state): State<AppState>, payload: Payload) -> Result<R
         let FileForm { file, name, spec, mapping } = &*form;
         for (part, given) in [("spec", spec.is_some()), ("mapping", mapping.is_some())] {
             if given {
-                return Err(Problem::invalid(Faults::one(format!("/{part}"), "nothing is to be said of this file")));
+                return Err(Problem::invalid(Faults::one(
+                    format!("/{part}"),
+                    "this file takes no such part: leave it \
+                    out",
+                )));
             }
         }
         gears::answer(file, name.as_deref())

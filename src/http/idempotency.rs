@@ -49,7 +49,7 @@ impl FromRequestParts<AppState> for IdempotencyKey {
         if values.next().is_some() {
             return Err(Problem::new(
                 ProblemCode::MalformedRequest,
-                "Idempotency-Key stands twice; send one, since one key names one request.",
+                "Idempotency-Key occurs twice; send one, since one key names one request.",
             ));
         }
         match value.to_str() {

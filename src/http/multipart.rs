@@ -144,7 +144,7 @@ fn split(
             return Err(foreign(&charset));
         }
         if found[place].replace(part).is_some() {
-            return Err(malformed(&format!("the part `{name}` stands twice")));
+            return Err(malformed(&format!("the part `{name}` occurs twice; send it once")));
         }
     }
     Ok(WithPermit::new(found, permit))

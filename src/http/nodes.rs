@@ -67,10 +67,7 @@ async fn read_nodes(
         let (form, permit) = read_any_file(payload, limit)?.into_parts();
         let FileForm { file, name: _, spec, mapping } = &form;
         if spec.is_some() {
-            return Err(Problem::invalid(Faults::one(
-                "/spec",
-                "nothing else is to be said of a table than its mapping",
-            )));
+            return Err(Problem::invalid(Faults::one("/spec", "a table takes a mapping only: leave this part out")));
         }
         Ok(WithPermit::new(proposal::answer(file, mapping.as_ref(), with_nodes)?, permit))
     };

@@ -181,7 +181,7 @@ impl Operation {
             if !self.parameters.contains(name) {
                 faults.push(pointer(), self.unknown());
             } else if given[..i].iter().any(|(before, _)| before == name) {
-                faults.push(pointer(), "the query parameter stands twice; give it once");
+                faults.push(pointer(), "the query parameter occurs twice; give it once");
             }
         }
         faults.into_result(())

@@ -85,7 +85,7 @@ pub enum RepositoryError {
     #[error("the idempotency key is taken")]
     KeyTaken,
     /// A task is done by another now, or was cancelled; nothing is stored for it.
-    #[error("the task is not this process's any more")]
+    #[error("the task belongs to another process now")]
     LeaseLost,
     /// The tasks of the tenant take as much as they may.
     #[error("the tasks of the tenant take {held} bytes")]

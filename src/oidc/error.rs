@@ -7,7 +7,7 @@ pub enum TokenError {
     Malformed,
     #[error("it is signed by none of RS256, PS256, ES256 and EdDSA")]
     Algorithm,
-    #[error("its header names what must be understood and is not")]
+    #[error("its header has a critical extension that is not supported")]
     Critical,
     #[error("the provider has no key of this name for its algorithm")]
     UnknownKey,
@@ -23,9 +23,9 @@ pub enum TokenError {
     NotYet,
     #[error("it lacks the claim `{0}`, or has it in another form")]
     Claim(&'static str),
-    #[error("its claim of the role names none of this server's")]
+    #[error("its role claim has no role of this server")]
     Role,
-    #[error("its claim of the tenant names what cannot be one")]
+    #[error("its tenant claim is no valid tenant name")]
     Tenant,
     /// The provider has never been reached.
     #[error("the keys of the identity provider are not known")]

@@ -45,7 +45,7 @@ enum FetchError {
     },
     #[error("GET {url} was answered {status}")]
     Status { url: String, status: u16 },
-    #[error("GET {url} was answered with what is not as agreed: {source}")]
+    #[error("the answer to GET {url} is invalid: {source}")]
     Form {
         url: String,
         #[source]
@@ -53,11 +53,11 @@ enum FetchError {
     },
     #[error("{url} describes another issuer")]
     OtherIssuer { url: String },
-    #[error("{url} names keys that are not to be had by TLS")]
+    #[error("the key address in {url} does not use TLS")]
     Insecure { url: String },
     #[error("{url} has no key for RS256, PS256, ES256 or EdDSA")]
     NoKeys { url: String },
-    #[error("the thread that asks was lost")]
+    #[error("the thread that requests the keys has ended")]
     Lost,
 }
 
@@ -177,11 +177,12 @@ impl Provider {
                 let known = self.current.write().unwrap_or_else(PoisonError::into_inner).replace(Arc::new(keys));
                 match known {
                     None => tracing::info!(%issuer, keys = count, "tokens of the identity provider are accepted"),
-                    Some(_) => tracing::debug!(%issuer, keys = count, "the identity provider told its keys"),
+                    Some(_) => tracing::debug!(%issuer, keys = count, "the identity provider sent its keys"),
                 }
             }
             Err(error) if self.current().is_none() => {
-                tracing::warn!(%error, "the identity provider does not tell its keys: no token is accepted until it does");
+                tracing::warn!(%error, "the identity provider does not tell its keys: no token is accepted until it \
+                    does");
             }
             Err(error) => tracing::warn!(%error, "the identity provider does not tell its keys: those known go on"),
         }

@@ -113,7 +113,7 @@ async fn sums_of_nearly_dependent_terms_are_answered_when_asked_for() {
     assert!((number(&sums[0]["value"]) - 5.0).abs() < 0.1 && number(&sums[0]["std_error"]) < 0.1, "{sums:?}");
     let [low, high] = [0, 1].map(|at| number(&sums[0]["interval"][at]));
     assert!(low < 5.0 && 5.0 < high);
-    assert!(sums[0]["sentence"].as_str().unwrap().contains("cannot be told apart"));
+    assert!(sums[0]["sentence"].as_str().unwrap().contains("cannot be separated"));
     let factors = &answer["matrix_b_factors"];
     assert_eq!(factors["products"][0]["q"].as_array().unwrap().len(), 12);
     assert_eq!(factors["products"][0]["s"].as_array().unwrap().len(), 2);

@@ -236,7 +236,7 @@ async fn what_is_no_prior_of_these_nodes_is_refused() {
     both["regularization"] = json!({"type": "ridge", "parameter": {"criterion": "gcv"}});
     let refused = send(app.post(&iterations, both.to_string())).await;
     assert_eq!(refused.pointers(), ["/regularization"]);
-    assert!(refused.text.contains("nothing is regularised beside"), "{}", refused.text);
+    assert!(refused.text.contains("excludes regularisation"), "{}", refused.text);
     // nothing was stored
     let trace = send(app.get(&format!("{job}/trace"))).await.json();
     assert_eq!(trace["iterations"].as_array().unwrap().len(), 6);

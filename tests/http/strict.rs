@@ -194,7 +194,7 @@ async fn what_stands_twice_is_said_beside_other_faults() {
     let body = format!(r#"{{{gear},"traces":[{trace}],"traces":[]}}"#);
     let answer = send(app.post("/v1/gears/evaluate", body)).await;
     assert_eq!(answer.pointers(), ["/traces/0/tooth", "/traces", "/evaluation"]);
-    assert!(answer.text.contains("stands twice"), "{}", answer.text);
+    assert!(answer.text.contains("occurs twice"), "{}", answer.text);
     app.stop().await;
 }
 
@@ -237,7 +237,7 @@ async fn a_misspelt_field_hides_nothing_beside_it() {
 async fn a_name_of_a_map_stands_once() {
     let app = TestApp::start().await;
     let answer = send(app.post("/v1/jobs", r#"{"name": "a", "tags": {"a": "1", "a": "2"}}"#)).await;
-    assert!(answer.text.contains("stands twice"), "{}", answer.text);
+    assert!(answer.text.contains("occurs twice"), "{}", answer.text);
     assert_eq!(answer.pointers(), ["/tags/a"]);
     let example = include_str!("../../examples/requests/iteration_correction.json");
     let limits = r#""limits": {"twice": {"min": -1}, "twice": {"min": -20},"#;
@@ -247,6 +247,6 @@ async fn a_name_of_a_map_stands_once() {
     assert_eq!(made.status, 201);
     let path = format!("{iterations}/1/correction");
     let answer = send(app.post(&path, example.replacen(r#""limits": {"#, limits, 1))).await;
-    assert!(answer.text.contains("stands twice"), "{}", answer.text);
+    assert!(answer.text.contains("occurs twice"), "{}", answer.text);
     app.stop().await;
 }

@@ -79,7 +79,7 @@ async fn the_detail_alone_is_worth_logging() {
     ] {
         let problem = app.fit(&format!("{{{request}}}")).await.problem(422, "invalid_request");
         assert_eq!(problem["detail"], detail, "{problem}");
-        assert_eq!(problem["title"], "The request holds what cannot be accepted");
+        assert_eq!(problem["title"], "The request is invalid");
     }
     let answer = send(app.post("/v1/jobs", r#"{"name":""}"#)).await.problem(422, "invalid_request");
     assert_eq!(answer["detail"], "/name: a text of 1 to 200 characters is wanted; this one is empty.");

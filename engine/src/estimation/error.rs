@@ -52,7 +52,8 @@ pub enum Unconverged {
     RankDispersion,
     /// Positions of nodes that are off.
     #[error(
-        "the positions of the nodes did not settle: they are too uncertain for this model; take fewer terms, or say `nominal`"
+        "the positions of the nodes did not converge: they are too uncertain for this model; take fewer terms, or take \
+            `nominal`"
     )]
     Positions,
     /// The registration of a measured flank.

@@ -79,10 +79,10 @@ pub enum Remark {
     #[error("the line {0} is no result")]
     NoResult(String),
     /// A header code again.
-    #[error("header code {0} stands here again")]
+    #[error("header code {0} occurs here again")]
     RepeatedCode(u32),
     /// A result code again.
-    #[error("the result {0} stands here again")]
+    #[error("the result {0} occurs here again")]
     RepeatedResult(u32),
     /// The unit of angles.
     #[error("angles are “{0}”; only decimal degrees are taken from the header")]
@@ -150,7 +150,7 @@ pub enum Remark {
         figures: &'static str,
     },
     /// The order of a grid's values.
-    #[error("the order of the topography's amounts is not said; coordinates are taken to run fastest")]
+    #[error("the order of the topography's amounts is not given; coordinates are taken to run fastest")]
     OrderAssumed,
     /// Points without a grid.
     #[error("the points of the topography fill no grid")]

@@ -46,7 +46,7 @@ pub enum KnotFault {
         before: f64,
     },
     /// A knot of higher multiplicity than degree + 1.
-    #[error("the knot {} stands more than degree + 1 = {most} times", Shown(*.value))]
+    #[error("the knot {} occurs more than degree + 1 = {most} times", Shown(*.value))]
     TooMany {
         /// Index of its first occurrence too many.
         index: usize,

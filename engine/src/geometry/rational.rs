@@ -19,7 +19,7 @@ pub enum WeightFault {
     },
     /// What is fitted must be seen: a control point of weight 0 moves nothing.
     #[error(
-        "the weight {value} is not a finite number greater than 0, so that nothing tells its control point",
+        "the weight {value} is not a finite number greater than 0, so its control point is undetermined",
         value = Shown(*.value)
     )]
     NotPositive {

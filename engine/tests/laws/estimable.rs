@@ -72,7 +72,7 @@ fn sums_and_their_errors_are_those_of_least_squares() {
             let worst = sum.terms.iter().map(|t| found.coefficients[place(t)].least_squares_std_error.unwrap());
             assert!(worst.fold(0.0, f64::max) > 10.0 * error, "{sum:?}");
             assert!(sum.weights.contains(&1.0) && (1.0..=30.0).contains(&sum.condition_index));
-            assert!(sum.sentence.contains("cannot be told apart") && sum.sentence.contains(&sum.terms[0]));
+            assert!(sum.sentence.contains("cannot be separated") && sum.sentence.contains(&sum.terms[0]));
         }
     }
 }
@@ -95,7 +95,7 @@ fn sentences_are_true_as_printed() {
         let sums = found.estimable.as_ref().unwrap();
         assert!(!sums.is_empty());
         for sum in sums {
-            let (_, equation) = sum.sentence.split_once("known is ").unwrap();
+            let (_, equation) = sum.sentence.split_once("is known: ").unwrap();
             let (left, right) =
                 equation.replace('−', "-").split_once(" = ").map(|(l, r)| (l.to_owned(), r.to_owned())).unwrap();
             let (right, level) = right.split_once(" with ").unwrap();

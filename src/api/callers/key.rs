@@ -211,7 +211,7 @@ impl NewKeyBody {
                 None
             }
             (KeyKindName::Certificate, None) => {
-                faults.push("/san", "name the host or the URI that stands in the certificate");
+                faults.push("/san", "give a host name or a URI among the subject alternative names of the certificate");
                 None
             }
         };

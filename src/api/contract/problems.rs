@@ -11,7 +11,7 @@ use crate::api::{
 pub fn example(status: &str) -> Option<Value> {
     use ProblemCode as Code;
     let (code, detail) = match status {
-        "400" => (Code::MalformedBody, "Line 1, column 14: `]` stands where a value is expected."),
+        "400" => (Code::MalformedBody, "Line 1, column 14: `]` found where a value is expected."),
         "401" => (Code::Unauthorized, "Send the key as `Authorization: Bearer …` or as `x-api-key`."),
         "403" => (Code::Forbidden, "This asks for the scope `judge`; this caller has `read`, `compute`."),
         "404" => (Code::NotFound, "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04."),

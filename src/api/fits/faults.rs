@@ -139,20 +139,17 @@ fn of_prior(reason: &PriorReason) -> String {
             "earlier iterations are those of a job, and this request has none: give `mean` with `std_error` or \
              `covariance`"
         }
-        PriorReason::FilterOnTop => {
-            "with a `prior` nothing is regularised beside: it says how large coefficients are; leave `regularization` \
-             out, or take `none`"
-        }
+        PriorReason::FilterOnTop => "a `prior` excludes regularisation: leave `regularization` out, or take `none`",
         PriorReason::LeastSquaresOnly => {
             "a `prior` is for the estimator `least_squares`, whose errors it is weighed against"
         }
         PriorReason::Standardized => {
-            "a `prior` is of all coefficients, the constant too, which `standardized` leaves aside"
+            "a `prior` is of all coefficients, the constant too, which `standardized` excludes"
         }
         PriorReason::NormLimit => {
             "the `prior` says how large the coefficients are: a limit of their norm cannot be given as well"
         }
-        PriorReason::NoNoise => "there is no estimate of the noise to weigh the `prior` against: tell `noise_sigma`",
+        PriorReason::NoNoise => "there is no estimate of the noise to weigh the `prior` against: give `noise_sigma`",
         other => return other.to_string(),
     };
     said.to_owned()
@@ -162,16 +159,16 @@ fn of_constraint(reason: &ConstraintReason) -> String {
     let said = match reason {
         ConstraintReason::LeastSquaresOnly => "`constraints` are for the estimator `least_squares`",
         ConstraintReason::Regularized => {
-            "with `constraints` nothing is regularised beside: leave `regularization` out, or take `none`"
+            "`constraints` exclude regularisation: leave `regularization` out, or take `none`"
         }
         ConstraintReason::WithPrior => {
-            "`prior` and `constraints` cannot be had together: the posterior would be that of a truncated distribution"
+            "`prior` and `constraints` exclude each other: the posterior would be that of a truncated distribution"
         }
         ConstraintReason::WithErrors => {
             "`constraints` are for independent errors of one variance: leave `errors` and `variance` out"
         }
         ConstraintReason::NoNoise => {
-            "as many coefficients as nodes leave no estimate of the noise, which `constraints` need: tell `noise_sigma`"
+            "as many coefficients as nodes leave no estimate of the noise, which `constraints` need: give `noise_sigma`"
         }
         other => return other.to_string(),
     };
@@ -222,7 +219,8 @@ fn near(reason: &NearReason) -> String {
         NearReason::NoSpectrum => "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
         NearReason::FewNodes { coefficients, nodes } => {
             return format!(
-                "{coefficients} coefficients cannot be determined from {nodes} counted nodes: take fewer spans, or ask for \
+                "{coefficients} coefficients cannot be determined from {nodes} counted nodes: take fewer spans, or ask \
+                    for \
                  `tikhonov`"
             );
         }

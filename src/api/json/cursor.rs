@@ -100,9 +100,9 @@ impl<'a> Cursor<'a> {
         match self.peek() {
             None => self.fault(format!("the text ends where {wanted} is expected")),
             Some(byte) if byte.is_ascii_graphic() => {
-                self.fault(format!("`{}` stands where {wanted} is expected", char::from(byte)))
+                self.fault(format!("`{}` found where {wanted} is expected", char::from(byte)))
             }
-            Some(byte) => self.fault(format!("the byte 0x{byte:02x} stands where {wanted} is expected")),
+            Some(byte) => self.fault(format!("the byte 0x{byte:02x} found where {wanted} is expected")),
         }
     }
 

@@ -94,7 +94,7 @@ fn walk<'a, M: Members<'a>>(
         }
         match members.take(&name, cursor)? {
             Taken::Once => {}
-            Taken::Again => faults.push(format!("{at}/{name}"), "the field stands twice"),
+            Taken::Again => faults.push(format!("{at}/{name}"), "the field occurs twice; give it once"),
             Taken::Unknown => {
                 faults.push_with(format!("{at}/{}", escape(&name)), || unknown(&name, members));
                 cursor.skip_value()?;

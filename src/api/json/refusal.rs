@@ -53,7 +53,7 @@ impl Refusal {
 
     /// A field that stands twice.
     pub fn twice(key: &str) -> Self {
-        Self::new(Wrong::Twice(key.to_owned()), "the field stands twice".to_owned())
+        Self::new(Wrong::Twice(key.to_owned()), "the field occurs twice; give it once".to_owned())
     }
 
     /// The same, met at `location` unless it was met deeper.

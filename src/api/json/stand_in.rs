@@ -70,7 +70,7 @@ impl<'de> Deserializer<'de> for StandIn {
         visitor: V,
     ) -> Result<V::Value, Refusal> {
         if self.depth == DEEPEST {
-            return Err(Refusal::value("nothing can stand in for it"));
+            return Err(Refusal::value("no placeholder exists"));
         }
         visitor.visit_map(Members { keys: fields, depth: self.depth + 1 })
     }
@@ -87,7 +87,7 @@ impl<'de> Deserializer<'de> for StandIn {
 
     /// The `type` of a union: whichever stood in, fields of the others would be called unknown.
     fn deserialize_identifier<V: Visitor<'de>>(self, _: V) -> Result<V::Value, Refusal> {
-        Err(Refusal::value("nothing can stand in for it"))
+        Err(Refusal::value("no placeholder exists"))
     }
 
     serde::forward_to_deserialize_any! {

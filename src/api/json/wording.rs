@@ -193,7 +193,7 @@ mod tests {
     fn fields_are_named() {
         let said = |text: &str| fault_of::<Pair>(text);
         assert_eq!(said("{}"), ("/a".into(), "missing".into()));
-        assert_eq!(said(r#"{"a":1,"a":2}"#), ("/a".into(), "the field stands twice".into()));
+        assert_eq!(said(r#"{"a":1,"a":2}"#), ("/a".into(), "the field occurs twice; give it once".into()));
         let nothing = fault_of::<Nothing>(r#"{"b":1}"#);
         assert_eq!(nothing, ("/b".into(), "there is no such field; expected none".into()));
         assert_eq!(said(r#"{"b`c":1}"#), ("/b`c".into(), "there is no such field; expected `a`".into()));

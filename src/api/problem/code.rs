@@ -74,7 +74,7 @@ pub enum ProblemCode {
     StoreUnavailable,
     /// 503: the store was lost before it said whether something was stored.
     OutcomeUnknown,
-    /// 503: the identity provider has not told its keys yet.
+    /// 503: the identity provider has not sent its keys yet.
     IssuerUnavailable,
     /// 503: the process is about to end.
     Draining,
@@ -131,11 +131,16 @@ impl ProblemCode {
             Self::InvalidKey => (401, "urn:flankfit:problem:invalid_key", "The API key or token cannot be used"),
             Self::Forbidden => (403, "urn:flankfit:problem:forbidden", "The caller may not do this"),
             Self::CrossSite => (403, "urn:flankfit:problem:cross_site", "A web page of another site may not do this"),
-            Self::NotFound => (404, "urn:flankfit:problem:not_found", "There is nothing here"),
+            Self::NotFound => (404, "urn:flankfit:problem:not_found", "Not found"),
             Self::MethodNotAllowed => {
                 (405, "urn:flankfit:problem:method_not_allowed", "The method is not offered here")
             }
-            Self::NotAcceptable => (406, "urn:flankfit:problem:not_acceptable", "The wanted form is not offered here"),
+            Self::NotAcceptable => (
+                406,
+                "urn:flankfit:problem:not_acceptable",
+                "The requested media type is not \
+                available",
+            ),
             Self::BodyTimeout => (408, "urn:flankfit:problem:body_timeout", "The request body took too long"),
             Self::Conflict => (409, "urn:flankfit:problem:conflict", "The resource's state does not allow this"),
             Self::ImplausibleUnit => {
@@ -172,9 +177,7 @@ impl ProblemCode {
                 (415, "urn:flankfit:problem:unsupported_media_type", "The media type is not supported")
             }
             Self::UnknownHost => (421, "urn:flankfit:problem:unknown_host", "The request is for another host"),
-            Self::InvalidRequest => {
-                (422, "urn:flankfit:problem:invalid_request", "The request holds what cannot be accepted")
-            }
+            Self::InvalidRequest => (422, "urn:flankfit:problem:invalid_request", "The request is invalid"),
             Self::RankDeficient => (422, "urn:flankfit:problem:rank_deficient", "The columns are linearly dependent"),
             Self::NotConverged => (422, "urn:flankfit:problem:not_converged", "The computation did not converge"),
             Self::IdempotencyKeyReused => (
@@ -183,7 +186,7 @@ impl ProblemCode {
                 "The idempotency key was used with another request",
             ),
             Self::TooManyRequests => (429, "urn:flankfit:problem:too_many_requests", "Too many requests"),
-            Self::Internal => (500, "urn:flankfit:problem:internal", "Something went wrong inside the service"),
+            Self::Internal => (500, "urn:flankfit:problem:internal", "Internal error"),
             Self::Interrupted => {
                 (500, "urn:flankfit:problem:interrupted", "The operation was interrupted again and again")
             }

@@ -41,7 +41,7 @@ impl Net {
 pub fn equal_rows<T>(rows: &[Vec<T>], at: &str, faults: &mut Faults) -> Option<usize> {
     let columns = rows.first().map_or(0, Vec::len);
     if columns == 0 {
-        faults.push(at, "at least one row with at least one value must stand here");
+        faults.push(at, "at least one row with at least one value is required");
         return None;
     }
     let before = faults.count();

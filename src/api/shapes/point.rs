@@ -84,7 +84,7 @@ pub fn read_by(
         return None;
     }
     let Some(dimension) = known else {
-        faults.push(pointer, "at least one value must stand here");
+        faults.push(pointer, "at least one value is required");
         return None;
     };
     Some((dimension, values))

@@ -17,7 +17,7 @@ impl From<StreamError> for Problem {
             StreamError::BlockChanged { sequence, expected } => format!(
                 "Block {sequence} was posted before with other nodes; the stream expects block {expected} next."
             ),
-            StreamError::NoNodes => "The stream has no nodes; there is nothing to make an iteration of.".to_owned(),
+            StreamError::NoNodes => "The stream has no nodes; send nodes before you finish it.".to_owned(),
         };
         Problem::new(ProblemCode::Conflict, detail)
     }

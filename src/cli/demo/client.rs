@@ -28,7 +28,7 @@ pub enum ClientError {
     },
     #[error("{method} {url} was answered {status}: {problem}")]
     Refused { method: &'static str, url: String, status: u16, problem: String },
-    #[error("{method} {url} was answered {status} with a body that is not as agreed: {source}")]
+    #[error("{method} {url} was answered {status} with an invalid body: {source}")]
     Unexpected {
         method: &'static str,
         url: String,

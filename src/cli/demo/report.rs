@@ -150,7 +150,7 @@ pub fn fits(fits: &[&IterationFitBody], chosen: Uuid) -> String {
             short_or_absent(result.spectrum.regularized.condition),
             short(result.bias.norm),
             short(result.residuals.rms),
-            if fit.id == chosen { "← stands".into() } else { String::new() },
+            if fit.id == chosen { "← chosen".into() } else { String::new() },
         ]);
     }
     table.to_string()
@@ -187,7 +187,7 @@ pub fn trace(trace: &TraceBody) -> String {
             cells
         };
         for choice in &iteration.choices {
-            let what = format!("{} stands", label(choice.fit_id));
+            let what = format!("{} is chosen", label(choice.fit_id));
             events.push((choice.created_at.0, remark(what, reason(&choice.reason))));
         }
         for decision in &iteration.decisions {

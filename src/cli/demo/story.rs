@@ -30,7 +30,7 @@ pub enum StoryError {
     Output(#[from] io::Error),
     #[error("iteration {0} was answered without a fit")]
     NoFit(u32),
-    #[error("an example of the project is no JSON: {0}")]
+    #[error("an example of the project is not JSON: {0}")]
     Example(#[from] serde_json::Error),
 }
 

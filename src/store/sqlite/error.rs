@@ -37,7 +37,8 @@ pub enum OpenError {
     )]
     InUse { path: PathBuf, lock: PathBuf },
     #[error(
-        "the database {path} has another name (a hard link), by which another server could write it; remove that name, or \
+        "the database {path} has another name (a hard link), by which another server could write it; remove that name, \
+            or \
          name a copy", path = path.display()
     )]
     Linked { path: PathBuf },
@@ -109,9 +110,7 @@ pub fn failure(error: &sqlx::Error) -> RepositoryError {
             Some(INTERRUPTED) => RepositoryError::Unavailable("the read took too long and was ended".into()),
             Some(FULL) => RepositoryError::Unavailable("the disk is full".into()),
             Some(READ_ONLY) => RepositoryError::Unavailable("the database is read-only".into()),
-            Some(INPUT_OUTPUT) => {
-                RepositoryError::Unavailable(format!("the disk does not do what it is told: {error}"))
-            }
+            Some(INPUT_OUTPUT) => RepositoryError::Unavailable(format!("the disk does not write: {error}")),
             _ => RepositoryError::Failed(error.to_string()),
         },
     }

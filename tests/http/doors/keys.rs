@@ -75,7 +75,7 @@ async fn a_server_that_lets_everybody_in_warns_off_loopback() {
         let (heard, _while_heard) = Heard::here();
         let app = App::start(settings).await.unwrap();
         let said = heard.take();
-        assert_eq!(said.contains("WARN") && said.contains("no key is asked for"), warns, "{address} {auth:?}: {said}");
+        assert_eq!(said.contains("WARN") && said.contains("no key is required"), warns, "{address} {auth:?}: {said}");
         drop(app);
     }
 }

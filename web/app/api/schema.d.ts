@@ -8991,7 +8991,7 @@ export interface components {
             type: string;
             /**
              * @description The kind of problem in words; the same for every occurrence.
-             * @example The request holds what cannot be accepted
+             * @example The request is invalid
              */
             title: string;
             /**
@@ -12101,7 +12101,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12167,7 +12167,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12278,7 +12278,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12322,7 +12322,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12410,7 +12410,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12476,7 +12476,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12587,7 +12587,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12631,7 +12631,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12699,7 +12699,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -12765,7 +12765,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -12876,7 +12876,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -12920,7 +12920,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -12988,7 +12988,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13054,7 +13054,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13165,7 +13165,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13209,7 +13209,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13277,7 +13277,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13343,7 +13343,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13454,7 +13454,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13498,7 +13498,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13590,7 +13590,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13656,7 +13656,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -13767,7 +13767,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -13811,7 +13811,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -13899,7 +13899,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -13965,7 +13965,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14076,7 +14076,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14120,7 +14120,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14188,7 +14188,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14254,7 +14254,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14365,7 +14365,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14409,7 +14409,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14477,7 +14477,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14543,7 +14543,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14654,7 +14654,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -14698,7 +14698,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -14786,7 +14786,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -14852,7 +14852,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -14963,7 +14963,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15007,7 +15007,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15100,7 +15100,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -15166,7 +15166,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15277,7 +15277,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15321,7 +15321,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15458,7 +15458,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15506,7 +15506,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15550,7 +15550,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15627,7 +15627,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -15693,7 +15693,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -15825,7 +15825,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -15869,7 +15869,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -15977,7 +15977,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16025,7 +16025,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16069,7 +16069,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16182,7 +16182,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -16203,7 +16203,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16251,7 +16251,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16295,7 +16295,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16407,7 +16407,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -16518,7 +16518,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16562,7 +16562,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -16638,7 +16638,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -16704,7 +16704,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -16725,7 +16725,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -16899,7 +16899,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -16943,7 +16943,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17059,7 +17059,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -17080,7 +17080,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17149,7 +17149,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17193,7 +17193,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17295,7 +17295,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -17361,7 +17361,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -17382,7 +17382,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17535,7 +17535,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17579,7 +17579,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17694,7 +17694,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -17715,7 +17715,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -17763,7 +17763,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -17807,7 +17807,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -17885,7 +17885,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -17951,7 +17951,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -17972,7 +17972,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18125,7 +18125,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18169,7 +18169,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18283,7 +18283,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -18304,7 +18304,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18373,7 +18373,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18417,7 +18417,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18535,7 +18535,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -18556,7 +18556,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18604,7 +18604,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -18648,7 +18648,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -18751,7 +18751,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -18817,7 +18817,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -18838,7 +18838,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -18991,7 +18991,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19035,7 +19035,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19155,7 +19155,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -19176,7 +19176,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19245,7 +19245,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19289,7 +19289,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19367,7 +19367,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -19433,7 +19433,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -19454,7 +19454,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19607,7 +19607,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19651,7 +19651,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19766,7 +19766,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -19787,7 +19787,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -19856,7 +19856,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -19900,7 +19900,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -19973,7 +19973,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20039,7 +20039,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -20060,7 +20060,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20192,7 +20192,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20236,7 +20236,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20304,7 +20304,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20370,7 +20370,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20481,7 +20481,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20525,7 +20525,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20594,7 +20594,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20660,7 +20660,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -20771,7 +20771,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -20815,7 +20815,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -20883,7 +20883,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -20949,7 +20949,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21060,7 +21060,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21104,7 +21104,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21172,7 +21172,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21238,7 +21238,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21349,7 +21349,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21393,7 +21393,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21461,7 +21461,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21527,7 +21527,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21638,7 +21638,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21682,7 +21682,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -21750,7 +21750,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -21816,7 +21816,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -21927,7 +21927,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -21971,7 +21971,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22039,7 +22039,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22105,7 +22105,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22216,7 +22216,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22260,7 +22260,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22329,7 +22329,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22395,7 +22395,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22506,7 +22506,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22550,7 +22550,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22619,7 +22619,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22685,7 +22685,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -22796,7 +22796,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -22840,7 +22840,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -22908,7 +22908,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -22974,7 +22974,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23085,7 +23085,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23129,7 +23129,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23197,7 +23197,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23263,7 +23263,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23374,7 +23374,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23418,7 +23418,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23498,7 +23498,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23564,7 +23564,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -23585,7 +23585,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -23738,7 +23738,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -23782,7 +23782,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -23863,7 +23863,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -23929,7 +23929,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -23950,7 +23950,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24103,7 +24103,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24147,7 +24147,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24228,7 +24228,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -24294,7 +24294,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -24315,7 +24315,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24468,7 +24468,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24512,7 +24512,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24631,7 +24631,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -24652,7 +24652,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -24742,7 +24742,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -24786,7 +24786,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -24866,7 +24866,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -24932,7 +24932,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -24953,7 +24953,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25106,7 +25106,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25150,7 +25150,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25267,7 +25267,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -25288,7 +25288,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25357,7 +25357,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25401,7 +25401,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25479,7 +25479,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -25545,7 +25545,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -25566,7 +25566,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -25698,7 +25698,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -25742,7 +25742,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -25822,7 +25822,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -25888,7 +25888,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -25909,7 +25909,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26062,7 +26062,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26106,7 +26106,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26184,7 +26184,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26250,7 +26250,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -26271,7 +26271,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26403,7 +26403,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26447,7 +26447,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26548,7 +26548,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26614,7 +26614,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -26635,7 +26635,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -26788,7 +26788,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -26832,7 +26832,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -26906,7 +26906,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -26972,7 +26972,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27083,7 +27083,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27127,7 +27127,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27207,7 +27207,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27273,7 +27273,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -27294,7 +27294,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27447,7 +27447,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27491,7 +27491,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27592,7 +27592,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -27658,7 +27658,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -27679,7 +27679,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -27832,7 +27832,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -27876,7 +27876,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -27994,7 +27994,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -28015,7 +28015,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28063,7 +28063,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28107,7 +28107,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28226,7 +28226,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -28247,7 +28247,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28316,7 +28316,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28360,7 +28360,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28454,7 +28454,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -28520,7 +28520,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28652,7 +28652,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28696,7 +28696,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -28812,7 +28812,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -28833,7 +28833,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -28881,7 +28881,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -28925,7 +28925,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29041,7 +29041,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -29062,7 +29062,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29110,7 +29110,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29154,7 +29154,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29265,7 +29265,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -29286,7 +29286,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29334,7 +29334,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29378,7 +29378,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29491,7 +29491,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29539,7 +29539,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29583,7 +29583,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29696,7 +29696,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29744,7 +29744,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -29788,7 +29788,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -29863,7 +29863,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -29929,7 +29929,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -29950,7 +29950,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -29998,7 +29998,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30042,7 +30042,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30114,7 +30114,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -30180,7 +30180,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30228,7 +30228,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30272,7 +30272,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30388,7 +30388,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -30409,7 +30409,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30478,7 +30478,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30522,7 +30522,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30602,7 +30602,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -30668,7 +30668,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -30689,7 +30689,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -30842,7 +30842,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -30886,7 +30886,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -30999,7 +30999,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -31020,7 +31020,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31089,7 +31089,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31133,7 +31133,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31245,7 +31245,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -31335,7 +31335,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31379,7 +31379,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31493,7 +31493,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -31514,7 +31514,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31583,7 +31583,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31627,7 +31627,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -31705,7 +31705,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -31771,7 +31771,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -31792,7 +31792,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -31945,7 +31945,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -31989,7 +31989,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32069,7 +32069,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32135,7 +32135,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -32156,7 +32156,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32309,7 +32309,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32353,7 +32353,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32417,7 +32417,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -32483,7 +32483,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -32573,7 +32573,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32617,7 +32617,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32730,7 +32730,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -32751,7 +32751,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -32799,7 +32799,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -32843,7 +32843,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -32940,7 +32940,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -33006,7 +33006,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -33027,7 +33027,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33180,7 +33180,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33224,7 +33224,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33337,7 +33337,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33385,7 +33385,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33429,7 +33429,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33543,7 +33543,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -33564,7 +33564,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -33612,7 +33612,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33656,7 +33656,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33765,7 +33765,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -33813,7 +33813,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -33857,7 +33857,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -33969,7 +33969,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -34059,7 +34059,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34103,7 +34103,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34216,7 +34216,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34264,7 +34264,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34308,7 +34308,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34385,7 +34385,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -34451,7 +34451,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34583,7 +34583,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34627,7 +34627,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34740,7 +34740,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -34761,7 +34761,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -34809,7 +34809,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -34853,7 +34853,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -34962,7 +34962,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -35031,7 +35031,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35075,7 +35075,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35151,7 +35151,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -35217,7 +35217,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -35238,7 +35238,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35391,7 +35391,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35435,7 +35435,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35515,7 +35515,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -35581,7 +35581,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -35602,7 +35602,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35734,7 +35734,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35778,7 +35778,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -35886,7 +35886,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -35934,7 +35934,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -35978,7 +35978,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36091,7 +36091,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36139,7 +36139,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36183,7 +36183,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36260,7 +36260,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -36326,7 +36326,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36458,7 +36458,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36502,7 +36502,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36615,7 +36615,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -36636,7 +36636,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -36684,7 +36684,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -36728,7 +36728,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -36804,7 +36804,7 @@ export interface operations {
                     /**
                      * @example {
                      *       "code": "malformed_body",
-                     *       "detail": "Line 1, column 14: `]` stands where a value is expected.",
+                     *       "detail": "Line 1, column 14: `]` found where a value is expected.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 400,
                      *       "title": "The request body cannot be read",
@@ -36870,7 +36870,7 @@ export interface operations {
                      *       "detail": "There is no job 01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c04.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 404,
-                     *       "title": "There is nothing here",
+                     *       "title": "Not found",
                      *       "type": "urn:flankfit:problem:not_found"
                      *     }
                      */
@@ -36891,7 +36891,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37023,7 +37023,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37067,7 +37067,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37133,7 +37133,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37181,7 +37181,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37202,7 +37202,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37274,7 +37274,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37322,7 +37322,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37343,7 +37343,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */
@@ -37407,7 +37407,7 @@ export interface operations {
                      *       "detail": "The answer comes as application/json or text/csv.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 406,
-                     *       "title": "The wanted form is not offered here",
+                     *       "title": "The requested media type is not available",
                      *       "type": "urn:flankfit:problem:not_acceptable"
                      *     }
                      */
@@ -37455,7 +37455,7 @@ export interface operations {
                      *       ],
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 422,
-                     *       "title": "The request holds what cannot be accepted",
+                     *       "title": "The request is invalid",
                      *       "type": "urn:flankfit:problem:invalid_request"
                      *     }
                      */
@@ -37476,7 +37476,7 @@ export interface operations {
                      *       "detail": "The fault is on this side; it has been logged under the request id.",
                      *       "request_id": "01938f6e-4d2c-7a10-9c3b-5f7e2a8d1c05",
                      *       "status": 500,
-                     *       "title": "Something went wrong inside the service",
+                     *       "title": "Internal error",
                      *       "type": "urn:flankfit:problem:internal"
                      *     }
                      */

@@ -134,7 +134,7 @@ browserTest(
   async ({ page, open, job }) => {
     await job();
     await open("/jobs?status=nonsense");
-    await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).waitFor();
+    await page.getByRole("heading", { name: "The request is invalid" }).waitFor();
     await page.getByRole("navigation", { name: "Jobs by status" }).getByRole("link", { name: "All 1" }).click();
     await page.getByRole("link", { name: "Pump gear" }).waitFor();
   },

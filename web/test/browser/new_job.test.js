@@ -65,7 +65,7 @@ browserTest("what the server refuses stands at its field", { statuses: [422] }, 
   assert.equal(await field.getAttribute("aria-invalid"), "true");
   const told = await field.getAttribute("aria-describedby");
   assert.match((await page.locator(`#${told?.split(" ")[0]}`).textContent()) ?? "", /89/);
-  await page.getByRole("heading", { name: "The request holds what cannot be accepted" }).first().waitFor();
+  await page.getByRole("heading", { name: "The request is invalid" }).first().waitFor();
 });
 
 browserTest(

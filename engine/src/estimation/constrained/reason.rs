@@ -16,10 +16,10 @@ pub enum ConstraintReason {
     #[error("constraints are for least squares, whose sum of squares they keep least")]
     LeastSquaresOnly,
     /// A regularisation beside.
-    #[error("with constraints nothing is regularised beside: what says how far the best is from others needs Σ w r²")]
+    #[error("constraints exclude regularisation: their proof of optimality needs Σ w r² alone")]
     Regularized,
     /// A prior beside.
-    #[error("a prior and constraints cannot be had together: the posterior would be that of a truncated distribution")]
+    #[error("a prior and constraints exclude each other: the posterior would be that of a truncated distribution")]
     WithPrior,
     /// A model of the errors beside.
     #[error("constraints are for independent errors of one variance, by which Σ w r² measures what they cost")]
@@ -91,6 +91,6 @@ pub enum ConstraintReason {
     #[error("the nodes do not determine every coefficient: take fewer terms")]
     Undetermined,
     /// No estimate of the noise.
-    #[error("as many coefficients as nodes leave no estimate of the noise: tell its standard deviation")]
+    #[error("as many coefficients as nodes leave no estimate of the noise: give its standard deviation")]
     NoNoise,
 }

@@ -58,7 +58,7 @@ pub enum NodesReason {
     #[error("a column name is empty")]
     EmptyName,
     /// Two columns of one name.
-    #[error("the name `{name}` stands twice")]
+    #[error("the name `{name}` occurs twice")]
     RepeatedName {
         /// The caller's name.
         name: String,

@@ -40,7 +40,8 @@ pub enum ModelReason {
     MatrixTakesLinear,
     /// Fewer nodes than coefficients.
     #[error(
-        "{coefficients} coefficients cannot be determined from {nodes} counted nodes: lower the degree or measure more nodes"
+        "{coefficients} coefficients cannot be determined from {nodes} counted nodes: lower the degree or measure more \
+            nodes"
     )]
     TooFewNodes {
         /// Coefficients of the model.
@@ -84,7 +85,7 @@ pub enum ModelReason {
     RepeatedTerm([usize; 2]),
     /// A product without one that divides it.
     #[error(
-        "[{}, {}] without [{}, {}], which divides it: what is fitted would depend on where u and v are 0",
+        "[{}, {}] without [{}, {}], which divides it: the fit would depend on the origin of u and v",
         .term[0], .term[1], .divisor[0], .divisor[1]
     )]
     MissingDivisor {

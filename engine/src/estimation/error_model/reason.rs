@@ -16,7 +16,7 @@ pub enum ErrorsReason {
     #[error("only the nodes of a grid lie on lines along {}: take the order", .0.name())]
     NoLines(Along),
     /// Lines of nodes that are in order by themselves.
-    #[error("curves and grids tell their lines themselves")]
+    #[error("curves and grids already define their lines")]
     LinesGiven,
     /// A list with an entry for each posted node.
     #[error("{}, but there are {nodes} nodes", entries(*.given))]
@@ -41,10 +41,10 @@ pub enum ErrorsReason {
     #[error("{} is no share: at least 0 and below 1", Shown(*.0))]
     Nugget(f64),
     /// Heights that determine each other.
-    #[error("with these parameters heights determine their neighbours to rounding: tell a weaker correlation")]
+    #[error("with these parameters heights determine their neighbours to rounding: give a weaker correlation")]
     Singular,
     /// Residuals that tell no correlation.
-    #[error("the residuals determine no correlation: tell its parameters, or take the errors as independent")]
+    #[error("the residuals determine no correlation: give its parameters, or take the errors as independent")]
     Undetermined,
     /// Lines without neighbours.
     #[error("{}", few_neighbours(*.pairs, *.least))]
@@ -63,7 +63,7 @@ pub enum ErrorsReason {
         least: usize,
     },
     /// Nothing is left of the heights.
-    #[error("the model meets every height exactly, so that nothing can be told of the errors: leave this out")]
+    #[error("the model fits every height exactly, so the errors cannot be estimated: leave this out")]
     NoResiduals,
     /// Too little is left to estimate from.
     #[error("{nodes} nodes for {coefficients} coefficients leave too little to estimate the errors from")]
@@ -91,10 +91,10 @@ pub enum ErrorsReason {
     #[error("perturbation bounds are those of independent errors of equal variance")]
     Uncertainty,
     /// Nodes left out.
-    #[error("press and blocked_cv leave out nodes, of which correlated neighbours would still tell: take another")]
+    #[error("press and blocked_cv need independent nodes: take another criterion")]
     Press,
     /// A prior beside parameters that are estimated.
-    #[error("a prior is weighed against errors whose correlations are told, or whose variances are")]
+    #[error("a prior needs errors with given correlations or variances: they cannot be estimated with it")]
     Prior,
     /// Earlier iterations, whose errors nothing is said of.
     #[error("earlier iterations are weighed with independent errors of one variance")]
@@ -103,7 +103,7 @@ pub enum ErrorsReason {
     #[error("either correlated errors or unequal variances, not both")]
     Both,
     /// A σ beside variances that are taken from the residuals.
-    #[error("variances are taken from the residuals, not from a σ that is told")]
+    #[error("variances are estimated from the residuals: leave out the given σ")]
     Sigma,
     /// More groups than are kept apart.
     #[error("{groups} groups, but a fit with so many coefficients estimates the variances of up to {most}")]
@@ -114,7 +114,7 @@ pub enum ErrorsReason {
         most: usize,
     },
     /// A node that determines a coefficient alone.
-    #[error("a node alone determines a coefficient: its residual says nothing of its variance")]
+    #[error("a coefficient depends on one node alone: its residual does not show its variance")]
     Alone,
     /// A group whose variance is not determined.
     #[error("the residuals do not determine the variance of every group: join small groups")]
@@ -123,7 +123,10 @@ pub enum ErrorsReason {
     #[error("a node lies at 0, where a power of the coordinate gives no variance")]
     Zero,
     /// A coordinate that is the same at every node.
-    #[error("the coordinate is the same at every node, which tells no power of it: take another, groups or hc3")]
+    #[error(
+        "the coordinate is the same at every node, so no power of it can be estimated: take another, groups or \
+        hc3"
+    )]
     Level,
     /// A power that is not determined.
     #[error("the residuals determine no power between -6 and 6")]

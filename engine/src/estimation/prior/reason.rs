@@ -10,13 +10,13 @@ pub enum PriorReason {
     #[error("earlier iterations are those of a job, and this request has none: give mean and spread")]
     NoJob,
     /// A regularisation beside a prior.
-    #[error("with a prior nothing is regularised beside: it says how large coefficients are, take `none`")]
+    #[error("a prior excludes regularisation: take `none`")]
     FilterOnTop,
     /// An estimator other than least squares.
     #[error("a prior is for least squares, whose errors it is weighed against")]
     LeastSquaresOnly,
     /// Standardised columns.
-    #[error("a prior is of all coefficients, the constant too, which standardised columns leave aside")]
+    #[error("a prior is of all coefficients, the constant too, which standardised columns exclude")]
     Standardized,
     /// A limit of the norm beside a prior.
     #[error("the prior says how large the coefficients are: a limit of their norm cannot be given as well")]

@@ -85,7 +85,7 @@ pub enum RegularizationReason {
     #[error("directions are of length 1 and at right angles to each other; this one is not")]
     NotOrthonormal,
     /// Dependent columns.
-    #[error("the nodes do not determine every coefficient, and no piece can mend that: take fewer terms")]
+    #[error("the nodes do not determine every coefficient, and no piece changes that: take fewer terms")]
     PieceUndetermined,
     /// Differences of too few coefficients.
     #[error(

@@ -65,9 +65,9 @@ pub enum Warning {
     },
     /// r is the norm of an estimate that is not distinguishable from 0 where it matters most.
     #[error(
-        "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not told \
-         from 0 ({along:.2e} with a standard error of {}): the bounds of the bias hold for that r only; give \
-         the limit of the norm", Size(*.error)
+        "r = ‖Â‖ = {norm:.3e} is an estimate, and along the direction that the nodes determine worst it is not \
+         distinguishable from 0 ({along:.2e} with a standard error of {}): the bounds of the bias hold for that r \
+         only; give the limit of the norm", Size(*.error)
     )]
     NormLimitIsEstimate {
         /// ‖Â‖.
@@ -263,9 +263,7 @@ pub enum Warning {
     )]
     DependentLevels(Vec<f64>),
     /// A study without noise.
-    #[error(
-        "without noise least squares is exact, and nothing that randomising does can be better: there is no optimum"
-    )]
+    #[error("without noise least squares is exact, and randomising cannot improve it: there is no optimum")]
     NoNoise,
     /// Predictions and covariances of coefficients that the nodes leave free.
     #[error("the nodes do not determine every coefficient, so that heights elsewhere and covariances have no limit")]
@@ -464,7 +462,8 @@ pub enum Warning {
     PriorConflict(PriorConflict),
     /// A prior of iterations whose noise is another.
     #[error(
-        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as if \
+        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as \
+            if \
          they were the same; compare the set-ups and the weights", Size(.0.now), Size(.0.earlier)
     )]
     UnequalNoise(UnequalNoise),

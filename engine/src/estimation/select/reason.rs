@@ -13,7 +13,10 @@ pub enum SelectionReason {
     #[error("degrees are chosen of polynomials: take the model polynomial, or choose terms of a linear model")]
     PolynomialsOnly,
     /// Terms of B-splines.
-    #[error("the functions of a B-spline stand together: choose degrees or terms of polynomials, or columns")]
+    #[error(
+        "functions of a B-spline cannot be selected one by one: choose degrees or terms of polynomials, or \
+        columns"
+    )]
     NotOfSplines,
     /// Powers without those that divide them.
     #[error(
@@ -25,7 +28,7 @@ pub enum SelectionReason {
     #[error("{} is not above 0 and at most 1", Shown(*.0))]
     Alpha(f64),
     /// Something known before.
-    #[error("a prior is of the coefficients of one model: choose the model first, then tell the prior")]
+    #[error("a prior is of the coefficients of one model: choose the model first, then give the prior")]
     WithPrior,
     /// Errors that are not white.
     #[error("the figures of models are those of independent errors of one variance: choose the model first")]
@@ -56,7 +59,8 @@ pub enum SelectionReason {
         nodes: usize,
     },
     /// More coefficients than nodes.
-    #[error("the largest model has {}, of {nodes} counted nodes", counted(*.coefficients, "coefficient", "coefficients"))]
+    #[error("the largest model has {}, of {nodes} counted \
+        nodes", counted(*.coefficients, "coefficient", "coefficients"))]
     TooFewNodes {
         /// Of the largest model.
         coefficients: usize,

@@ -50,10 +50,10 @@ pub enum RegistrationReason {
     #[error("no motion is free")]
     NoMotion,
     /// A motion is there twice.
-    #[error("`{}` stands twice", .0.name())]
+    #[error("`{}` occurs twice; give it once", .0.name())]
     Twice(Motion),
     /// On a spur gear the axial shift alone.
-    #[error("the flanks of a spur gear are the same along the axis: no point tells an axial shift")]
+    #[error("the flanks of a spur gear are the same along the axis: no point determines an axial shift")]
     SpurAxialShift,
     /// Another number of weights than of points.
     #[error("{given}, but {points} would match the points")]

@@ -98,7 +98,7 @@ pub enum MachineReason {
     Share(f64),
     /// Too few nodes are left.
     #[error(
-        "it leaves {}, from which {} cannot be told",
+        "it leaves {}, too few for {}",
         counted(*.nodes, "node", "nodes"), counted(*.settings, "setting", "settings")
     )]
     TooFew {

@@ -58,8 +58,16 @@ fn errors(correlation: Correlation, along: Option<AlongName>, lines: Option<Vec<
 /// Parameters are either told or estimated.
 fn told(estimate: Option<bool>, given: bool, faults: &mut Faults) -> Option<()> {
     match (estimate, given) {
-        (Some(true), true) => faults.push(format!("{AT}/estimate"), "the parameters are told: leave one of both out"),
-        (Some(false), false) => faults.push(format!("{AT}/parameters"), "missing: with `estimate` false they are told"),
+        (Some(true), true) => faults.push(
+            format!("{AT}/estimate"),
+            "`parameters` are given: leave out either \
+            `estimate` or `parameters`",
+        ),
+        (Some(false), false) => faults.push(
+            format!("{AT}/parameters"),
+            "missing: with `estimate` false the parameters \
+            are required",
+        ),
         _ => return Some(()),
     }
     None

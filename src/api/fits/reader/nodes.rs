@@ -83,7 +83,7 @@ impl<'a> RawNodes<'a> {
             }
         };
         if twice {
-            self.faults.push(format!("/nodes/{key}"), "the field stands twice");
+            self.faults.push(format!("/nodes/{key}"), "the field occurs twice; give it once");
         }
         Ok(())
     }

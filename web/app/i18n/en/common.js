@@ -44,7 +44,7 @@ export default {
   notAllowed: "This key may not do that",
   notFound: "This is not there",
   changedMeanwhile: "Somebody else has changed this meanwhile",
-  invalidRequest: "The request holds what cannot be accepted",
+  invalidRequest: "The request is invalid",
   overloaded: "The server has too much to do",
   storeUnavailable: "The store does not answer",
   tooMany: "Too many requests",

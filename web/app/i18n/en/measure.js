@@ -32,7 +32,7 @@ export default {
   changedOnDisk: "This file was changed after it was read here. Remove it and choose it again.",
   remove: "Remove",
   reading: "Being read …",
-  fault_json: "This is no JSON:",
+  fault_json: "This is not JSON:",
   fault_empty: "The file is empty.",
   fault_columns: "Which columns are places and heights is not known.",
   fault_table: "The table cannot be read.",

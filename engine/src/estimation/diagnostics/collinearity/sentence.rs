@@ -53,7 +53,7 @@ pub(super) fn sentence(
             text.push_str(" (R² = ");
             append(&mut text, near_one(r_squared));
             text.push_str(", ");
-            "): their coefficients cannot be told apart"
+            "): their coefficients cannot be separated"
         }
         ([a, ..], _, _) => {
             for part in ["the column ", a, " is nearly 0", place, " ("] {
