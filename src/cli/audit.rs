@@ -22,9 +22,9 @@ use crate::{
     },
 };
 
-/// Something is not as it was written.
+/// A fault was found.
 const BROKEN: u8 = 1;
-/// It could not be found out.
+/// The verification could not be completed.
 const UNKNOWN: u8 = 2;
 
 #[derive(Debug, Args)]
@@ -35,8 +35,8 @@ pub struct AuditArguments {
 
 #[derive(Debug, Subcommand)]
 enum AuditCommand {
-    /// Verify chains, the rows that they tell of, and seals. Exit code 0: all is as it was written;
-    /// 1: something is not, and each line says where; 2: it could not be found out.
+    /// Verify chains, the rows they have digests of, and seals. Exit code 0: intact; 1: faults, one
+    /// on each line; 2: the verification could not be completed.
     Verify(VerifyArguments),
 }
 
@@ -45,14 +45,14 @@ struct VerifyArguments {
     /// Only the chain of this job, and the seals of its tenant.
     #[arg(long)]
     job: Option<Uuid>,
-    /// Every chain of every tenant; so it is without --job, too.
+    /// Every chain of every tenant (the default without --job).
     #[arg(long, conflicts_with = "job")]
     all: bool,
-    /// A file of seals that was kept elsewhere, as --audit-seal-file of the server writes it; may
-    /// be given several times.
+    /// A copy of the file of seals that --audit-seal-file of the server writes; may be given
+    /// several times.
     #[arg(long, value_name = "SEALS")]
     against: Vec<PathBuf>,
-    /// File (PEM) with the public key by which every seal must be signed.
+    /// File (PEM) with the public key that every seal must be signed with.
     #[arg(long, value_name = "FILE")]
     public_key: Option<PathBuf>,
     /// The database: sqlite://FILE, or postgres://USER@HOST/NAME.

@@ -35,7 +35,8 @@ pub fn run(arguments: &BackupArguments) -> Result<(), CommandError> {
     Ok(writeln!(out(), "{} copied to {}", source.path().display(), arguments.file.display())?)
 }
 
-/// How much of a file is in another one, 0 to 1. A copy has no gaps and may be shorter.
+/// Returns the share of a file that is in another one, 0 to 1. A copy has no gaps and may be
+/// shorter.
 fn part(from: &Path, to: &Path) -> f64 {
     let [from, to] = [from, to].map(|file| fs::metadata(file).map_or(0, |about| about.len()) as f64);
     (to / from.max(1.0)).min(1.0)

@@ -37,21 +37,21 @@ use flankfit_engine::{
 
 #[derive(Debug, Args)]
 pub struct EvaluateArguments {
-    /// Curves (.mka) or values (.mew) of a gear tester, a table of points (with --gear) or a REXS
-    /// model; `-` reads standard input.
+    /// File with curves (.mka) or values (.mew) of a gear tester, a table of points (with --gear)
+    /// or a REXS model; `-` reads standard input.
     file: PathBuf,
     /// The gear as JSON; replaces the gear data of the file.
     #[arg(long, value_name = "FILE")]
     gear: Option<PathBuf>,
-    /// Evaluation settings as JSON, as the `evaluation` of `POST /v1/gears/evaluate`; ranges left
-    /// out are taken from the file.
+    /// Evaluation settings as JSON, as `evaluation` of `POST /v1/gears/evaluate`; default ranges
+    /// are those of the file.
     #[arg(long, value_name = "FILE")]
     settings: Option<PathBuf>,
-    /// In a REXS model, the id of the gear whose topographies are evaluated; without it the gears
-    /// are listed.
+    /// Id of the gear in a REXS model whose topographies are evaluated; without it the gears are
+    /// listed.
     #[arg(long, value_name = "ID")]
     component: Option<String>,
-    /// Print JSON as `POST /v1/gears/evaluate` answers it (for points and topographies, `POST
+    /// Print the JSON answer of `POST /v1/gears/evaluate` (for points and topographies, of `POST
     /// /v1/gears/deviations`) instead of a table.
     #[arg(long)]
     json: bool,

@@ -16,14 +16,14 @@ use crate::config::parse_address;
 
 #[derive(Debug, Args)]
 pub struct HealthcheckArguments {
-    /// The address that the server listens on.
+    /// Address of the server.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     bind: SocketAddr,
-    /// The address of its listener for operation, which is asked where there is one.
+    /// Address of its second listener (--ops-bind), which is then checked instead.
     #[arg(long, env = "FLANKFIT_OPS_BIND", value_parser = parse_address)]
     ops_bind: Option<SocketAddr>,
-    /// The certificate of the server: with it the address is asked by TLS. That the answer comes
-    /// from this address is enough; the certificate is for clients elsewhere and is not looked at.
+    /// Certificate of the server; with it the check uses TLS. The certificate itself is not
+    /// verified.
     #[arg(long, env = "FLANKFIT_TLS_CERT")]
     tls_cert: Option<PathBuf>,
     /// Seconds to wait for the answer.
@@ -67,7 +67,7 @@ pub fn run(arguments: &HealthcheckArguments) -> Result<(), CommandError> {
     }
 }
 
-/// A server that listens everywhere is asked at home.
+/// A server that listens on all addresses is checked on the loopback address.
 fn at_home(mut address: SocketAddr) -> SocketAddr {
     if address.ip().is_unspecified() {
         address.set_ip(match address {

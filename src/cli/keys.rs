@@ -24,31 +24,31 @@ pub struct KeysArguments {
 
 #[derive(Debug, Subcommand)]
 enum KeysCommand {
-    /// Make a key and print it, once.
+    /// Make a key and print it; it cannot be printed again.
     Create(CreateArguments),
 }
 
 #[derive(Debug, Args)]
 struct CreateArguments {
-    /// The tenant; made if it does not exist. Without it for the role `root`, which is of none.
+    /// Tenant of the key, made if it does not exist. The role `root` has none.
     #[arg(long, value_parser = parse_tenant)]
     tenant: Option<Tenant>,
-    /// What the key allows: reader, operator, engineer, auditor, admin or root.
+    /// Role of the key: reader, operator, engineer, auditor, admin or root.
     #[arg(long, value_parser = parse_role)]
     role: Role,
     /// Name of the key's holder, a person or a program.
     #[arg(long, default_value = "made on the database")]
     name: String,
-    /// The database: sqlite://FILE, which no server may have open, or postgres://USER@HOST/NAME.
+    /// Database: sqlite://FILE, with no server running on it, or postgres://USER@HOST/NAME.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
     database_url: String,
-    /// PostgreSQL: whether a database without a schema is given one.
+    /// PostgreSQL: who makes the schema of a database without one.
     #[arg(long, env = "FLANKFIT_MIGRATE", value_enum, default_value_t = MigrateMode::Auto)]
     migrate: MigrateMode,
-    /// PostgreSQL: URL that goes past a pooler, for migrations.
+    /// PostgreSQL: URL for migrations that bypasses a pooler.
     #[arg(long, env = "FLANKFIT_DATABASE_DIRECT_URL", hide_env_values = true)]
     database_direct_url: Option<String>,
-    /// PostgreSQL: go on although the server's settings let it lose what was stored.
+    /// PostgreSQL: continue although the server's settings may lose stored data.
     #[arg(long, env = "FLANKFIT_UNSAFE_STORE")]
     unsafe_store: bool,
 }

@@ -21,12 +21,12 @@ use crate::{
 
 #[derive(Debug, Args)]
 pub struct ExportArguments {
-    /// The file to make; one that exists is not overwritten.
+    /// File to write; an existing file is not overwritten.
     file: PathBuf,
-    /// Only this job.
+    /// Id of the job to export; without it all jobs.
     #[arg(long)]
     job: Option<Uuid>,
-    /// The database: sqlite://FILE, or postgres://USER@HOST/NAME. A server may use it meanwhile.
+    /// Database: sqlite://FILE, or postgres://USER@HOST/NAME; a server may be running on it.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
     database_url: String,
 }
@@ -35,19 +35,19 @@ pub struct ExportArguments {
 pub struct ImportArguments {
     /// A file that `flankfit export` wrote.
     file: PathBuf,
-    /// The database: sqlite://FILE, which no server may have open, or postgres://OWNER@HOST/NAME,
-    /// by the user who owns it.
+    /// Database: sqlite://FILE, with no server running on it, or postgres://OWNER@HOST/NAME with
+    /// the owner's role.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", default_value = "sqlite://flankfit.db", hide_env_values = true)]
     database_url: String,
 }
 
 #[derive(Debug, Args)]
 pub struct CopyArguments {
-    /// The database whose jobs are copied; a server may use it meanwhile.
+    /// Source database; a server may be running on it.
     #[arg(long, value_name = "URL", env = "FLANKFIT_COPY_FROM", hide_env_values = true)]
     from: String,
-    /// The database in which they are stored: sqlite://FILE, which no server may have open, or
-    /// postgres://OWNER@HOST/NAME, by the user who owns it.
+    /// Target database: sqlite://FILE, with no server running on it, or postgres://OWNER@HOST/NAME
+    /// with the owner's role.
     #[arg(long, value_name = "URL", env = "FLANKFIT_COPY_TO", hide_env_values = true)]
     to: String,
 }
@@ -56,7 +56,7 @@ fn runtime() -> io::Result<Runtime> {
     Builder::new_current_thread().enable_all().build()
 }
 
-/// What became of some jobs.
+/// Numbers of jobs stored and skipped.
 #[derive(Default)]
 struct Count {
     stored: usize,
@@ -114,7 +114,7 @@ fn write(runtime: &Runtime, from: &dyn Holdings, keys: &[Key], to: &Path) -> Res
     Ok(count)
 }
 
-/// Which of some jobs the database has not; none is stored before all were looked at.
+/// Returns the jobs that the database lacks; all are checked before the first is stored.
 fn new_of(runtime: &Runtime, to: &dyn Holdings, jobs: &[(Key, Digested)]) -> Result<Vec<bool>, ArchiveError> {
     // a store that is not reached is told of, even where there is nothing for it
     if jobs.is_empty() {
@@ -125,8 +125,7 @@ fn new_of(runtime: &Runtime, to: &dyn Holdings, jobs: &[(Key, Digested)]) -> Res
     jobs.iter().map(|(key, told)| is_new((key, told))).collect()
 }
 
-/// Ends the storing, also where it has stopped at a job: whoever takes a database file elsewhere
-/// takes all that is stored.
+/// Closes the store, also after a failed job, so that the database file is complete.
 fn closed(runtime: &Runtime, to: &dyn Holdings, stored: Result<Count, CommandError>) -> Result<Count, CommandError> {
     let closed = runtime.block_on(to.close());
     let count = stored?;

@@ -9,7 +9,7 @@ use crate::store::{PostgresSettings, migrate};
 
 #[derive(Debug, Args)]
 pub struct MigrateArguments {
-    /// The database, by a user who owns it and past any pooler: postgres://OWNER@HOST/NAME.
+    /// Database, with the owner's role and bypassing a pooler: postgres://OWNER@HOST/NAME.
     #[arg(long, env = "FLANKFIT_DATABASE_URL", hide_env_values = true)]
     database_url: String,
 }

@@ -51,24 +51,24 @@ enum Command {
     Fit(fit::FitArguments),
     /// Evaluate a file of a gear tester (.mka, .mew), offline, as a table.
     Evaluate(evaluate::EvaluateArguments),
-    /// Randomise a measurement matrix and show what that does to the estimate; by default on the
+    /// Randomise a measurement matrix and show the effect on the estimate; by default for the
     /// profile of a flank.
     Study(study::StudyArguments),
     /// Print the OpenAPI document.
     Openapi(openapi::OpenapiArguments),
-    /// Copy the database to a new file, consistently, also while a server writes to it.
+    /// Copy the database consistently to a new file; a server may be running on it.
     Backup(backup::BackupArguments),
-    /// Write jobs, with all that was stored of them and who changed it, to a new file.
+    /// Write jobs with all their data and their audit to a new file.
     Export(life::ExportArguments),
-    /// Store the jobs of a file that `flankfit export` wrote.
+    /// Store the jobs of a file written by `flankfit export`.
     Import(life::ImportArguments),
-    /// Store the jobs of a database in another one, of either kind.
+    /// Copy the jobs of a database to another one, of either kind.
     Copy(life::CopyArguments),
-    /// Make or renew the schema of a PostgreSQL database. (SQLite's is renewed at start.)
+    /// Create or upgrade the schema of a PostgreSQL database. (SQLite is upgraded at start.).
     Migrate(migrate::MigrateArguments),
-    /// Make API keys on the database.
+    /// Make API keys in the database.
     Keys(keys::KeysArguments),
-    /// Verify who changed what.
+    /// Verify the audit.
     Audit(audit::AuditArguments),
     /// Check that a running server answers; exit code 0 if it does.
     Healthcheck(healthcheck::HealthcheckArguments),
@@ -113,7 +113,7 @@ fn arguments() -> Result<Arguments, Refused> {
     Arguments::from_arg_matches(&matches).map_err(Refused::Said)
 }
 
-/// A server that listens everywhere is reached at this machine's own address.
+/// A server that listens on all addresses is reached on the loopback address.
 fn reachable(address: SocketAddr) -> SocketAddr {
     let mut address = address;
     if address.ip().is_unspecified() {

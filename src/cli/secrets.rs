@@ -20,12 +20,12 @@ const SECRETS: [&str; 6] = [
     "FLANKFIT_API_KEYS_SHA256",
     "OTEL_EXPORTER_OTLP_HEADERS",
 ];
-/// Stands for what is not told.
+/// Placeholder for a secret in messages.
 const HIDDEN: &str = "(not shown)";
-/// What wrong arguments end the program with, as clap does.
+/// Exit code for wrong arguments, as in clap.
 const USAGE: u8 = 2;
 
-/// Why a secret cannot be had.
+/// Reason why a secret cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum SecretError {
     #[error("{name} and {name}_FILE are both set: leave one of them out")]
@@ -34,18 +34,18 @@ pub enum SecretError {
     File { name: &'static str, file: PathBuf, source: io::Error },
 }
 
-/// Why there are no arguments.
+/// Reason why the arguments were not read.
 #[derive(Debug)]
 pub enum Refused {
-    /// Help, the version, or what is wrong with the arguments.
+    /// Help, the version, or the errors in the arguments.
     Said(clap::Error),
-    /// What is wrong, without what may be a secret.
+    /// The error without parts that may be secret.
     Hidden(String),
     Secret(SecretError),
 }
 
 impl Refused {
-    /// Tells it, and what the program ends with.
+    /// Prints it and returns the exit code.
     pub fn tell(self) -> ExitCode {
         match self {
             Refused::Said(error) => {
@@ -65,11 +65,11 @@ impl Refused {
     }
 }
 
-/// What a variable names a file for, and the file.
+/// The setting that a variable gives a file for, and the file.
 type Named = (&'static str, PathBuf);
 
-/// The arguments, with secrets from files where `variable` names such. Only files of the command
-/// that is asked for are read.
+/// Returns the arguments, with secrets read from the files that variables name. Only files for the
+/// given subcommand are read.
 pub fn matches(
     command: Command,
     arguments: impl IntoIterator<Item = OsString>,
@@ -116,12 +116,12 @@ fn with_its_file(arg: Arg, name: &str) -> Arg {
     arg.help(format!("{help}; or in the file that {name}_FILE names"))
 }
 
-/// The file that is named for an argument.
+/// Returns the file that the environment names for an argument.
 fn named<'a>(arg: &Arg, files: &'a [Named]) -> Option<&'a Named> {
     files.iter().find(|(name, _)| secret(arg) == Some(*name))
 }
 
-/// The values from files that the command asked for needs.
+/// Returns the values from files for the given subcommand.
 fn read(command: &Command, matches: &ArgMatches, files: &[Named]) -> Result<Vec<(&'static str, String)>, SecretError> {
     let (mut command, mut matches) = (command, matches);
     while let Some((name, below)) = matches.subcommand() {
@@ -151,7 +151,7 @@ fn hidden_flags(command: &Command) -> Vec<String> {
     own.chain(command.get_subcommands().flat_map(hidden_flags)).collect()
 }
 
-/// What clap says, without values of such arguments and without what has a user in front of a host.
+/// Returns clap's message without values of such arguments and without user and password of URLs.
 fn hide(mut error: clap::Error, hidden: &[String], arguments: &[OsString]) -> Refused {
     if let Some(ContextValue::String(arg)) = error.get(ContextKind::InvalidArg)
         && arg.split(' ').next().is_some_and(|flag| hidden.iter().any(|hidden| hidden == flag))
@@ -178,7 +178,7 @@ mod tests {
 
     const CANARY: &str = "canary-2718281828";
 
-    /// The value of `id` of the command that is asked for, where these variables name files.
+    /// Returns the value of `id` of the given subcommand, if these variables name files.
     fn value(arguments: &[&str], files: &[(&str, &Path)], id: &str) -> Result<Option<String>, String> {
         let variable = |name: &str| {
             let file = files.iter().find(|(of, _)| name.strip_suffix("_FILE") == Some(*of));

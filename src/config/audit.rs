@@ -9,8 +9,8 @@ pub struct AuditSettings {
     /// File (PEM, PKCS#8) with the Ed25519 key that signs seals of the audit.
     #[arg(long, env = "FLANKFIT_AUDIT_SIGNING_KEY")]
     pub audit_signing_key: Option<PathBuf>,
-    /// File to which seals of the audit are appended, a JSON object a line, to be kept where nobody
-    /// who owns the database can change it.
+    /// File to which seals of the audit are appended, one JSON object per line; keep it where no
+    /// administrator of the database can change it.
     #[arg(long, env = "FLANKFIT_AUDIT_SEAL_FILE")]
     pub audit_seal_file: Option<PathBuf>,
     /// Seconds between seals of the audit.

@@ -2,29 +2,30 @@
 
 use clap::ValueEnum;
 
-/// Whether callers need a key.
+/// Authentication of callers.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum Authentication {
-    /// Once the store is PostgreSQL, a digest or an issuer is given, or a key exists at start.
+    /// Required if the store is PostgreSQL, a digest or an issuer is configured, or a key exists at
+    /// start.
     #[default]
     Auto,
     Required,
-    /// Nobody is asked; keys that are sent are not looked at.
+    /// No key is required; keys that are sent are ignored.
     Off,
 }
 
-/// The role of the keys that the settings name.
+/// Role of the keys in the settings.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum KeysRole {
     /// Reads and computes.
     Reader,
-    /// Stores measurements as well.
+    /// Also stores measurements.
     Operator,
-    /// Decides as well.
+    /// Also decides.
     #[default]
     Engineer,
-    /// Reads, and reads who did what.
+    /// Reads, and reads the audit.
     Auditor,
-    /// Reads who did what, and makes keys.
+    /// Reads the audit, and makes keys.
     Admin,
 }

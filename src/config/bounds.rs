@@ -3,21 +3,21 @@
 
 use std::{fmt::Display, ops::RangeInclusive, str::FromStr};
 
-/// Seconds of a day: nobody waits longer for an answer, or for the end of a server.
+/// Seconds of a day, the upper bound of times to wait.
 pub const DAY: u64 = 86_400;
 /// Seconds of thirty days.
 pub const MONTH: u64 = 30 * DAY;
-/// Bytes that the body of a small fit has.
+/// Bytes of the body of a small fit.
 pub const LEAST_BODY: usize = 1 << 10;
-/// Bytes for bodies of some requests at a time.
+/// Least memory in bytes for the bodies of some requests at a time.
 pub const LEAST_MEMORY: usize = 1 << 20;
-/// Bytes, more than machines have.
+/// Upper bound of memory in bytes.
 pub const MOST_BYTES: usize = 1 << 40;
-/// Threads, more than machines have processors.
+/// Upper bound of threads.
 pub const MOST_WORKERS: usize = 4096;
-/// Requests that wait, more than anybody waits behind.
+/// Upper bound of waiting requests.
 pub const MOST_WAITING: usize = 1 << 20;
-/// Connections, as many as open files that systems allow.
+/// Upper bound of connections: the most open files of a system.
 pub const MOST_CONNECTIONS: usize = 1 << 20;
 
 /// Reads a whole number within bounds.
@@ -37,7 +37,7 @@ mod tests {
 
     use crate::config::ServeSettings;
 
-    /// What is said against a setting; nothing where it is taken.
+    /// Returns the error of a setting, `None` where it is valid.
     fn refusal(flag: &str, value: &str) -> Option<String> {
         let command = ServeSettings::augment_args(Command::new("serve")).mut_args(|arg| arg.env(None::<&'static str>));
         let arguments = ["serve".to_owned(), format!("{flag}={value}"), "--archive-dir=archives".to_owned()];

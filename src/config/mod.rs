@@ -37,7 +37,7 @@ pub use store::{MigrateMode, PostgresArguments};
 pub use tls::{ClientAuthentication, TlsSettings};
 pub use traces::{EndpointError, HeadersError, TraceSettings};
 
-/// How log lines look.
+/// Format of log lines.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub enum LogFormat {
     /// Human-readable lines.
@@ -49,17 +49,17 @@ pub enum LogFormat {
 #[derive(Clone, Debug, Args)]
 pub struct ServeSettings {
     /// Address (or name of this machine) and port to listen on, such as 0.0.0.0:8080 or
-    /// localhost:8080; port 0 takes any free one.
+    /// localhost:8080; port 0 selects a free one.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080", value_parser = parse_address)]
     pub bind: SocketAddr,
-    /// Address and port of a second listener, for /readyz and /metrics, which are then nowhere else
-    /// (/healthz is on both); plain HTTP.
+    /// Address and port of a second listener (plain HTTP) for /readyz and /metrics, which the first
+    /// one then does not serve (/healthz is on both).
     #[arg(long, env = "FLANKFIT_OPS_BIND", value_parser = parse_address)]
     pub ops_bind: Option<SocketAddr>,
     #[command(flatten)]
     pub tls: TlsSettings,
     /// Networks (such as `10.1.0.0/16`, comma-separated) of proxies whose header `x-forwarded-for`
-    /// is believed.
+    /// is trusted.
     #[arg(
         long,
         env = "FLANKFIT_TRUSTED_PROXIES",
@@ -68,12 +68,11 @@ pub struct ServeSettings {
         hide_default_value = true
     )]
     pub trusted_proxies: Networks,
-    /// Requests to /v1/… a second that each API key may make; without keys each client address.
-    /// Beyond it the answer is 429. Without it there is no limit.
+    /// Requests per second to /v1/… for each API key, without keys for each client address; more
+    /// are answered 429. Default: no limit.
     #[arg(long, env = "FLANKFIT_RATE_LIMIT", value_parser = parse_positive)]
     pub rate_limit: Option<NonZeroU32>,
-    /// Requests that may come at once within the rate limit; as many as in a second if it is not
-    /// given.
+    /// Requests at once within the rate limit; default the requests of one second.
     #[arg(long, env = "FLANKFIT_RATE_BURST", requires = "rate_limit", value_parser = parse_positive)]
     pub rate_burst: Option<NonZeroU32>,
     /// Database of the gear jobs: sqlite://FILE, or postgres://USER@HOST/NAME for several servers.
@@ -84,10 +83,11 @@ pub struct ServeSettings {
     /// Threads that compute fits; 0 means one per processor.
     #[arg(long, env = "FLANKFIT_WORKERS", default_value_t = 0, value_parser = within(0..=bounds::MOST_WORKERS))]
     pub workers: usize,
-    /// Longest queue of requests that wait for a worker; beyond it the answer is 503.
+    /// Maximum number of requests waiting for a worker; more are answered 503.
     #[arg(long, env = "FLANKFIT_QUEUE", default_value_t = 1024, value_parser = within(1..=bounds::MOST_WAITING))]
     pub queue: usize,
-    /// What a tenant may have of the workers and of that queue while others wait, such as 0.5.
+    /// Share (0 to 1, such as 0.5) of the workers and of that queue that one tenant may use while
+    /// others wait.
     #[arg(long, env = "FLANKFIT_TENANT_SHARE", default_value_t = 0.5, value_parser = parse_share)]
     pub tenant_share: f64,
     /// Largest request body in bytes, counted after decompression.
@@ -95,46 +95,45 @@ pub struct ServeSettings {
         value_parser = within(bounds::LEAST_BODY..=bounds::MOST_BYTES))]
     pub body_limit: usize,
     /// Memory in bytes for all request bodies (as sent, decompressed and parsed) and unsent
-    /// responses together. Beyond it requests are refused: 503, or 413 for one that needs more than
-    /// this alone.
+    /// responses together. Beyond it requests are answered 503, or 413 if one alone needs more.
     #[arg(long, env = "FLANKFIT_BODY_MEMORY", default_value_t = 1 << 30,
         value_parser = within(bounds::LEAST_MEMORY..=bounds::MOST_BYTES))]
     pub body_memory: usize,
-    /// Seconds within which a request body must arrive (else 408).
+    /// Seconds within which a request body must arrive, else 408.
     #[arg(long, env = "FLANKFIT_BODY_TIMEOUT", default_value_t = 60, value_parser = within(1..=bounds::DAY))]
     pub body_timeout: u64,
     /// Seconds without progress after which a client that does not read its response is
     /// disconnected.
     #[arg(long, env = "FLANKFIT_WRITE_TIMEOUT", default_value_t = 30, value_parser = within(1..=bounds::DAY))]
     pub write_timeout: u64,
-    /// Most connections at a time; fewer if the limit on open files is lower. When all are in use,
-    /// the longest idle one is closed for a new client; if none is idle, the client waits.
+    /// Maximum number of connections; fewer if the limit on open files is lower. When all are in
+    /// use, the longest idle one is closed for a new client; if none is idle, the client waits.
     #[arg(long, env = "FLANKFIT_MAX_CONNECTIONS", default_value_t = 4096,
         value_parser = within(1..=bounds::MOST_CONNECTIONS))]
     pub max_connections: usize,
-    /// Seconds within which a request must be answered (else 503).
+    /// Seconds within which a request must be answered, else 503.
     #[arg(long, env = "FLANKFIT_REQUEST_TIMEOUT", default_value_t = 120, value_parser = within(1..=bounds::DAY))]
     pub request_timeout: u64,
     /// Seconds within which an operation (`Prefer: respond-async`) must end, else it fails.
     #[arg(long, env = "FLANKFIT_OPERATION_TIMEOUT", default_value_t = 3600, value_parser = within(1..=bounds::MONTH))]
     pub operation_timeout: u64,
-    /// Bytes that the operations of a tenant may take in the database, compressed requests and
-    /// results together; beyond it new ones are refused (429).
+    /// Bytes of the operations of a tenant in the database, compressed requests and results
+    /// together; beyond it new ones are answered 429.
     #[arg(long, env = "FLANKFIT_OPERATION_BYTES", default_value_t = 1 << 30,
         value_parser = within(bounds::LEAST_MEMORY as u64..=bounds::MOST_BYTES as u64))]
     pub operation_bytes: u64,
-    /// Seconds from the signal to end until no connection is taken any more: until then the server
-    /// answers as ever, but says that it is not ready and lets connections end.
+    /// Seconds between the signal to stop and the end of accepting connections; meanwhile the
+    /// server answers, reports that it is not ready and closes idle connections.
     #[arg(long, env = "FLANKFIT_DRAIN_DELAY", default_value_t = 0, value_parser = within(0..=bounds::DAY))]
     pub drain_delay: u64,
     /// Seconds that a shutdown waits for accepted requests.
     #[arg(long, env = "FLANKFIT_SHUTDOWN_GRACE", default_value_t = 30, value_parser = within(0..=bounds::DAY))]
     pub shutdown_grace: u64,
-    /// Whether callers of /v1/… need a key.
+    /// Whether requests to /v1/… need a key.
     #[arg(long, env = "FLANKFIT_AUTH", value_enum, default_value_t = Authentication::Auto)]
     pub auth: Authentication,
-    /// SHA-256 digests (hexadecimal, comma-separated) of API keys that are accepted beside those of
-    /// the database.
+    /// SHA-256 digests (hexadecimal, comma-separated) of API keys that are accepted in addition to
+    /// those of the database.
     #[arg(
         long,
         env = "FLANKFIT_API_KEYS_SHA256",
@@ -164,8 +163,8 @@ pub struct ServeSettings {
     )]
     pub cors_origins: Origins,
     /// Hosts (such as `cell.example` or `cell.example:8080`, comma-separated) that requests may
-    /// name, or `*`; if empty, those of this machine where it listens to no other and asks for no
-    /// key, else all.
+    /// name, or `*` for any. Default: any, but only those of this machine if the server listens on
+    /// the loopback address alone and requires no key.
     #[arg(
         long,
         env = "FLANKFIT_ALLOWED_HOSTS",
@@ -188,8 +187,8 @@ pub struct ServeSettings {
     /// Serve the dashboard at /; without it / leads to /docs.
     #[arg(long, env = "FLANKFIT_DASHBOARD", default_value_t = true, action = clap::ArgAction::Set)]
     pub dashboard: bool,
-    /// Folder (such as web/) whose files are served as the dashboard instead of those in the
-    /// program, for those who change it.
+    /// Folder (such as web/) with the files of the dashboard, instead of those in the program; for
+    /// its development.
     #[arg(long, env = "FLANKFIT_DASHBOARD_DIR", value_name = "DIR")]
     pub dashboard_dir: Option<PathBuf>,
 }
@@ -225,7 +224,7 @@ impl ServeSettings {
 }
 
 impl Default for ServeSettings {
-    /// What an empty command line and an empty environment give.
+    /// Returns the settings of an empty command line and an empty environment.
     fn default() -> Self {
         ServeSettings {
             bind: SocketAddr::from(([127, 0, 0, 1], 8080)),

@@ -4,16 +4,16 @@ use std::{path::PathBuf, time::Duration};
 
 use clap::Args;
 
-/// Time between two times that a provider is asked for its keys.
+/// Interval between requests for the provider's keys.
 const REFRESH: Duration = Duration::from_secs(600);
 
-/// Audiences of tokens, one of which must be among a token's.
+/// Accepted audiences of tokens; a token must have one of them.
 pub type Audiences = Vec<String>;
 
 #[derive(Clone, Debug, PartialEq, Eq, Args)]
 pub struct OidcSettings {
-    /// Identity provider whose tokens (JWT) are accepted beside keys, by the URL that tokens name
-    /// as their issuer; its keys are found by `/.well-known/openid-configuration` there.
+    /// Issuer URL of the identity provider whose tokens (JWT) are accepted in addition to keys; its
+    /// keys are found by `/.well-known/openid-configuration` there.
     #[arg(
         long = "oidc-issuer",
         env = "FLANKFIT_OIDC_ISSUER",
@@ -22,7 +22,7 @@ pub struct OidcSettings {
         hide_env_values = true
     )]
     pub issuer: Option<String>,
-    /// What tokens must name as their audience; of several, comma-separated, one.
+    /// Audience that tokens must have; of several, comma-separated, one.
     #[arg(
         long = "oidc-audience",
         env = "FLANKFIT_OIDC_AUDIENCE",
@@ -34,10 +34,10 @@ pub struct OidcSettings {
     /// `a`).
     #[arg(long = "oidc-role-claim", env = "FLANKFIT_OIDC_ROLE_CLAIM", default_value = "role")]
     pub role_claim: String,
-    /// Claim with the tenant of a token's holder; without it all are of the tenant `default`.
+    /// Claim with the tenant of a token's holder; without it the tenant is `default`.
     #[arg(long = "oidc-tenant-claim", env = "FLANKFIT_OIDC_TENANT_CLAIM", requires = "issuer")]
     pub tenant_claim: Option<String>,
-    /// URL of the provider's keys (JWKS), where they are not to be found by way of the issuer.
+    /// URL of the provider's keys (JWKS), if the issuer does not publish it.
     #[arg(
         long = "oidc-jwks-url",
         env = "FLANKFIT_OIDC_JWKS_URL",
@@ -46,11 +46,11 @@ pub struct OidcSettings {
         hide_env_values = true
     )]
     pub jwks_url: Option<String>,
-    /// File with the certificates of the authorities (PEM) that the provider's certificate must
-    /// come from; without it those that browsers believe.
+    /// File (PEM) with the certificate authorities of the provider; default those that browsers
+    /// trust.
     #[arg(long = "oidc-ca", env = "FLANKFIT_OIDC_CA", requires = "issuer")]
     pub authorities: Option<PathBuf>,
-    /// Time between two times that the provider is asked for its keys: no option, another in tests.
+    /// Interval between requests for the provider's keys; not an option, shorter in tests.
     #[arg(skip = REFRESH)]
     pub refresh: Duration,
 }
@@ -69,7 +69,7 @@ impl Default for OidcSettings {
     }
 }
 
-/// A URL by TLS; on this machine one without will do.
+/// Reads a URL with TLS; without TLS for this machine only.
 fn parse_issuer(text: &str) -> Result<String, String> {
     let text = text.trim();
     let secure = text.strip_prefix("https://").is_some_and(|rest| !rest.is_empty());

@@ -6,17 +6,17 @@ use clap::Args;
 
 use super::parse_positive;
 
-/// A hundred years. Dates of some million years ago are none.
+/// A hundred years, in days: the upper bound.
 const MOST_DAYS: u32 = 36_525;
 
 #[derive(Clone, Debug, Default, PartialEq, Eq, Args)]
 pub struct RetentionSettings {
-    /// Days after which a job that nobody has touched is archived into --archive-dir and then
-    /// purged of nodes, results, texts and names. Without it never.
+    /// Days without change after which a job is archived into --archive-dir and then purged of
+    /// nodes, results, texts and names. Default: never.
     #[arg(long, env = "FLANKFIT_RETAIN_BULK_DAYS", requires = "archive_dir", value_parser = parse_days)]
     pub retain_bulk_days: Option<NonZeroU32>,
-    /// Folder for the archives of jobs that are purged by their age; archives that are asked for
-    /// are put together there before they are sent, without a name.
+    /// Folder for the archives of jobs purged by age, and for temporary files of requested
+    /// archives.
     #[arg(long, env = "FLANKFIT_ARCHIVE_DIR", value_name = "DIR")]
     pub archive_dir: Option<PathBuf>,
 }
@@ -27,7 +27,7 @@ fn parse_days(text: &str) -> Result<NonZeroU32, String> {
 }
 
 impl RetentionSettings {
-    /// Where archives are put together.
+    /// Returns the folder for temporary files of archives.
     pub fn spool_dir(&self) -> PathBuf {
         self.archive_dir.clone().unwrap_or_else(env::temp_dir)
     }

@@ -7,27 +7,26 @@ use clap::{Args, ValueEnum};
 /// Whether clients show a certificate.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
 pub enum ClientAuthentication {
-    /// None is asked for.
+    /// No certificate is requested.
     #[default]
     Off,
-    /// One that is shown must be good.
+    /// A certificate is optional, but must be valid.
     Optional,
-    /// Only clients with a good one are served.
+    /// A valid certificate is required.
     Required,
 }
 
 /// Files are read again when they change.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Args)]
 pub struct TlsSettings {
-    /// File with the certificate of this server (PEM), those that lead to its issuer behind it.
-    /// With it the server speaks TLS 1.2 and 1.3 alone.
+    /// File (PEM) with the certificate of this server, followed by the intermediate certificates.
+    /// It enables TLS 1.2 and 1.3, and disables plain HTTP.
     #[arg(long = "tls-cert", env = "FLANKFIT_TLS_CERT", requires = "key")]
     pub certificate: Option<PathBuf>,
     /// File with the private key of the certificate (PEM).
     #[arg(long = "tls-key", env = "FLANKFIT_TLS_KEY", requires = "certificate")]
     pub key: Option<PathBuf>,
-    /// File with the certificates of the authorities (PEM) that clients' certificates must come
-    /// from.
+    /// File (PEM) with the certificate authorities of clients.
     #[arg(long = "tls-client-ca", env = "FLANKFIT_TLS_CLIENT_CA", requires = "certificate")]
     pub client_authorities: Option<PathBuf>,
     /// Whether clients show a certificate.

@@ -8,16 +8,16 @@ use super::parse_part;
 
 #[derive(Clone, Debug, PartialEq, Args)]
 pub struct TraceSettings {
-    /// Collector (OTLP over HTTP, such as http://collector:4318) that is sent spans of requests;
-    /// without it there are none.
+    /// URL of a collector (OTLP over HTTP, such as http://collector:4318) for spans of requests.
+    /// Default: none.
     #[arg(long, env = "FLANKFIT_OTLP_ENDPOINT", value_name = "URL", hide_env_values = true)]
     pub otlp_endpoint: Option<String>,
-    /// Part (0 to 1) of the requests whose spans are sent, of those whose client has not decided
-    /// (`traceparent`).
+    /// Share (0 to 1) of the requests whose spans are sent, among those without a decision of the
+    /// client (`traceparent`).
     #[arg(long, env = "FLANKFIT_OTLP_SAMPLE", default_value_t = 0.01, value_parser = parse_part)]
     pub otlp_sample: f64,
-    /// File with the certificates of the authorities (PEM) that the collector's certificate must
-    /// come from; without it those that browsers believe.
+    /// File (PEM) with the certificate authorities of the collector; default those that browsers
+    /// trust.
     #[arg(long, env = "FLANKFIT_OTLP_CA", value_name = "FILE", requires = "otlp_endpoint")]
     pub otlp_ca: Option<PathBuf>,
     /// Headers for the collector, such as its key: NAME=VALUE, comma-separated, values
@@ -32,7 +32,7 @@ impl Default for TraceSettings {
     }
 }
 
-/// What is wrong with a collector's URL, which is not repeated: there could be a password in it.
+/// Error in a collector's URL. The URL is not repeated, since it may contain a password.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum EndpointError {
     #[error("write a URL without query, fragment and user; headers go into --otlp-headers")]
@@ -41,7 +41,7 @@ pub enum EndpointError {
     NotHttp,
 }
 
-/// What is wrong with the headers, which are not repeated: they are secrets.
+/// Error in the headers. They are not repeated, since they are secrets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 #[error("write NAME=VALUE, several separated by commas")]
 pub struct HeadersError;
@@ -57,7 +57,7 @@ impl TraceSettings {
         all.filter(|header| !header.is_empty()).map(|header| read(header).ok_or(HeadersError)).collect()
     }
 
-    /// Where spans go at the collector: its URL, with `path` unless that has one already.
+    /// Returns the address for spans at the collector: its URL, with `path` unless the URL has one.
     pub fn collector(&self, path: &str) -> Result<Option<String>, EndpointError> {
         let Some(url) = self.otlp_endpoint.as_deref() else { return Ok(None) };
         if url.contains(['?', '#', '@']) || url.contains(char::is_whitespace) {

@@ -32,26 +32,25 @@ pub struct DemoArguments {
     /// place of the bundled flank.
     #[arg(long, value_name = "FILE")]
     nodes: Option<PathBuf>,
-    /// Show corrections of a simulated machine in a loop instead: measured, corrected, machined
-    /// again.
+    /// Show a simulated machine that is measured, corrected and used again, in several rounds.
     #[arg(long, conflicts_with = "nodes")]
     closed_loop: bool,
     /// Print every table of every fit, not only the results.
     #[arg(long)]
     verbose: bool,
-    /// Stop when the results are printed, instead of serving on.
+    /// Stop after the results are printed, instead of running the server.
     #[arg(long)]
     exit: bool,
-    /// Where the jobs of the demonstration are kept (never taken from the environment, so that a
-    /// demonstration cannot write into a cell's own database).
+    /// Database of the demonstration's jobs (never taken from the environment, so that a
+    /// demonstration cannot write into a production database).
     #[arg(long, visible_alias = "database", value_name = "URL", default_value = "sqlite://flankfit-demo.db")]
     database_url: String,
-    /// Address and port to listen on; port 0 takes any free one.
+    /// Address and port to listen on; port 0 selects a free one.
     #[arg(long, env = "FLANKFIT_BIND", default_value = "127.0.0.1:8080")]
     bind: SocketAddr,
 }
 
-/// Starts a server, drives it, prints, and serves on until it is stopped.
+/// Starts a server, runs the demonstration, prints the results, and serves until stopped.
 pub fn run(arguments: &DemoArguments) -> Result<(), CommandError> {
     telemetry::init(LogFormat::Pretty, "warn", &TraceSettings::default())?;
     let own = arguments.nodes.as_deref().map(node_file::read).transpose()?;

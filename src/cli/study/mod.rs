@@ -33,32 +33,32 @@ pub struct StudyArguments {
     file: Option<PathBuf>,
     #[command(flatten)]
     shown: Shown,
-    /// Compute only these repetitions, A to B - 1 (counted from 0), or part I of N equal ones (I
+    /// Compute only these repetitions, A to B - 1 (counted from 0), or part I of N equal parts (I
     /// from 0), for `study join`.
     #[arg(long, value_name = "A..B|I/N", requires = "raw", conflicts_with_all = ["svg", "json", "output"])]
     repetitions: Option<parts::Which>,
-    /// The file that they are written to.
+    /// File for the results of these repetitions.
     #[arg(long, value_name = "FILE", requires = "repetitions")]
     raw: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
 enum StudyCommand {
-    /// Answer a study from the files of all of its repetitions: the same figures, to the byte, as
-    /// if it had been computed at once.
+    /// Combine the files of all repetitions; the answer is identical, byte for byte, to that of one
+    /// run.
     Join(JoinArguments),
 }
 
 #[derive(Debug, Args)]
 struct JoinArguments {
-    /// Files that `study --repetitions … --raw FILE` wrote, in any order, or folders of them.
+    /// Files written by `study --repetitions … --raw FILE`, in any order, or folders of them.
     #[arg(required = true)]
     files: Vec<PathBuf>,
     #[command(flatten)]
     shown: Shown,
 }
 
-/// How an answer is shown.
+/// Output of an answer.
 #[derive(Debug, Args)]
 struct Shown {
     /// Also write both figures into this folder, as fig4.svg and fig5.svg.
@@ -120,7 +120,7 @@ fn read(file: &Path) -> Result<Vec<u8>, CommandError> {
     std::fs::read(file).map_err(|error| format!("cannot read {}: {error}", file.display()).into())
 }
 
-/// A problem for a person: what is wrong, and where.
+/// Returns a problem as readable text with its place.
 fn explain(problem: &Problem) -> String {
     let mut text = problem.detail.to_string();
     for error in &problem.errors {
