@@ -18,7 +18,7 @@ pub enum Hosts {
 }
 
 impl Host {
-    /// Of a header `Host`.
+    /// Reads a header `Host`.
     pub fn read(text: &str) -> Option<Self> {
         let lower = text.trim().to_ascii_lowercase();
         let (name, port) = match lower.rsplit_once(':') {

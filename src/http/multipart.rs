@@ -47,7 +47,7 @@ pub fn digest(payload: Payload, limit: usize) -> Result<[u8; 32], Problem> {
     }
 }
 
-/// Of a form only the parts count, for its boundary changes with every sending.
+/// Digest of a form: only the parts count, since the boundary changes with every request.
 fn digest_of(parts: &[Part]) -> [u8; 32] {
     let mut digest = Sha256::new();
     for part in parts {

@@ -46,7 +46,7 @@ pub fn group() -> OpenApiRouter<AppState> {
 /// What a record may be made of beside its request.
 pub struct RecordContext {
     pub job: Job,
-    /// Of the iteration.
+    /// Nodes of the iteration.
     pub nodes: WithPermit<Nodes>,
     pub measurand: Measurand,
     pub plans: Plans,

@@ -25,7 +25,7 @@ pub struct JobDraft {
 #[derive(Clone, Debug)]
 pub struct IterationDraft {
     pub nodes: Arc<Nodes>,
-    /// Of these nodes.
+    /// Result for these nodes.
     pub computed: Computed,
     pub measurand: Measurand,
     pub details: MeasurementDetails,

@@ -100,7 +100,8 @@ impl JobChange {
 /// A place in the order of all that happens to the jobs of a tenant.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct EventPlace {
-    /// Of the transaction; 0 where the store has one writer, whose order is that of its numbers.
+    /// Number of the transaction; 0 where the store has one writer, whose order is that of its
+    /// numbers.
     pub change: u64,
     pub number: u64,
 }

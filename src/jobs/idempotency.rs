@@ -89,7 +89,7 @@ pub struct RunningKeys {
 #[derive(Debug, Default)]
 struct Claims {
     held: HashMap<Entry, Claim>,
-    /// Of the claims so far.
+    /// Number of the claims so far.
     count: u64,
 }
 

@@ -68,7 +68,7 @@ pub struct ListedJob {
     pub changed_at: Timestamp,
     /// When the last iteration was measured, or stored where that is not known.
     pub last_measured_at: Option<Timestamp>,
-    /// Of the last iteration.
+    /// Flank of the last iteration.
     pub flank: Option<Side>,
     /// Status of the measured left flanks, if there are any.
     pub left: Option<JobStatus>,
@@ -76,9 +76,9 @@ pub struct ListedJob {
     pub right: Option<JobStatus>,
     /// The latest decision on the last iteration.
     pub decision: Option<Decision>,
-    /// Of the fit that stands of the last iteration.
+    /// RMS of the chosen fit of the last iteration.
     pub rms: Option<f64>,
-    /// Of the same fit.
+    /// Condition of the same fit.
     pub condition: Option<f64>,
     /// The figures of the flank that the same fit is of, a JSON document.
     pub figures: Option<Arc<str>>,

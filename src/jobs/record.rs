@@ -11,7 +11,7 @@ use uuid::Uuid;
 pub enum RecordKind {
     Curve,
     Surface,
-    /// Of measured points from the nominal flank.
+    /// Deviations of measured points from the nominal flank.
     Deviations,
     /// Slopes, forms and totals of traces.
     Evaluation,
@@ -74,7 +74,7 @@ pub struct RecordDraft {
     /// The gear of the job, of records that refer to one: a JSON document. (The job's may be
     /// changed later.)
     pub gear: Option<Arc<str>>,
-    /// Of evaluations: the class that they found.
+    /// Class found by an evaluation.
     pub class: Option<u8>,
     /// New flank, tooth, axes and accepted units: a JSON document.
     pub measurand: Option<Arc<str>>,

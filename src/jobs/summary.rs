@@ -16,7 +16,7 @@ pub const MOST_WEEKS: i64 = 53;
 /// What a store counts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct JobCounts {
-    /// Of statuses that some job has.
+    /// Numbers of jobs by status.
     pub statuses: Vec<(JobStatus, u64)>,
     /// Those with most jobs first, then by name, at most [`MOST_MACHINES`].
     pub machines: Vec<(String, u64)>,

@@ -47,7 +47,7 @@ trait Job: Send {
 
 struct Task<T, F> {
     handle: Handle,
-    /// Of whoever asked, and of the wait until now.
+    /// Span of the request, which includes the wait.
     span: Span,
     wait: Span,
     work: F,
@@ -109,7 +109,7 @@ pub enum PoolError {
 #[derive(Debug)]
 pub struct WorkPool {
     shared: Arc<Shared>,
-    /// Of one thread.
+    /// Checks on one thread.
     checks: Arc<Shared>,
     limit: usize,
 }

@@ -16,7 +16,7 @@ pub enum Datum {
     PressureAngle,
     /// Helix angle.
     HelixAngle,
-    /// Of a helical gear.
+    /// Hand of a helical gear.
     Hand,
     /// Profile shift coefficient.
     ProfileShift,

@@ -56,7 +56,7 @@ impl UtcTime {
 /// way.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Label {
-    /// Of the product or mesh, for instance the name of the gear.
+    /// Name of the product or mesh, for instance the name of the gear.
     pub name: String,
     /// Person who wrote it.
     pub author: String,

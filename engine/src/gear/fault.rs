@@ -125,7 +125,7 @@ pub enum GearReason {
         Shown(*.addendum), Shown(*.pressure_angle)
     )]
     PointedTool {
-        /// Of the tool.
+        /// Addendum of the tool.
         addendum: f64,
         /// α_n.
         pressure_angle: f64,

@@ -79,7 +79,7 @@ pub struct Flank<'a> {
 pub struct FlankPoint {
     /// mm.
     pub point: Vector,
-    /// Of length 1.
+    /// Unit normal.
     pub normal: Vector,
 }
 

@@ -24,7 +24,7 @@ pub enum Position {
 }
 
 impl Position {
-    /// Of `44`, `1k`, `1u`; names that are not a number with one letter lie in the middle.
+    /// Reads `44`, `1k`, `1u`; names that are not a number with one letter lie in the middle.
     pub fn of(tooth: &str) -> Self {
         Self::split(tooth).1
     }

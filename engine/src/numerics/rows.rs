@@ -20,7 +20,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Of numbers row by row, and how many each row has: together all of them.
+    /// Rows from numbers row by row, and the length of each row: together all of them.
     pub fn new(values: Vec<f64>, mut lengths: Vec<usize>) -> Self {
         let mut end = 0;
         for length in &mut lengths {

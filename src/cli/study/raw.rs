@@ -24,7 +24,7 @@ const VERSION: u32 = 1;
 /// No line is longer: a request is smaller, and so is a repetition.
 const LONGEST: u64 = 1 << 30;
 
-/// Of which study the repetitions are.
+/// The study of the repetitions.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Head {
@@ -32,9 +32,9 @@ pub struct Head {
     version: u32,
     /// Who computed them: another engine may find other bits.
     pub engine: String,
-    /// Of the request's bytes: parts of one study have the same.
+    /// SHA-256 of the request's bytes: parts of one study have the same.
     pub request_sha256: String,
-    /// Of the whole study.
+    /// Number of repetitions of the whole study.
     pub repetitions: usize,
     /// The first one here.
     pub from: usize,

@@ -18,7 +18,7 @@ pub struct Preference {
 }
 
 impl Preference {
-    /// Of a preference that stands twice the first counts.
+    /// Returns the value of a preference; of a repeated one the first.
     pub fn of(headers: &HeaderMap) -> Self {
         let mut found = Preference::default();
         let values = headers.get_all(&PREFER).iter().filter_map(|value| value.to_str().ok());

@@ -98,7 +98,7 @@ pub struct ArchiveReader<R: Read> {
     sections: u64,
     lines: u64,
     section: Option<Section>,
-    /// Of a line.
+    /// Longest line in bytes.
     longest: u64,
 }
 

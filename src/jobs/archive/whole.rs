@@ -30,7 +30,7 @@ fn see(seen: &mut Seen, row: &Row) {
 /// What was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Archived {
-    /// Of the file.
+    /// SHA-256 of the file.
     pub sha256: [u8; 32],
     pub bytes: u64,
     pub seen: Seen,

@@ -53,7 +53,7 @@ pub struct LastTold {
     by: u64,
     /// None of a row that is older than its chain: it was changed nobody knows how often.
     version: Option<u64>,
-    /// Of a key: whether another has taken its place.
+    /// For a key: whether another one has replaced it.
     replaced: bool,
 }
 

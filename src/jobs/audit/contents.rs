@@ -13,7 +13,7 @@ pub const SALT: &str = "_salt";
 pub struct Contents(Arc<[u8]>);
 
 impl Contents {
-    /// Of some rows. Names are at most 255 bytes, and no two are the same.
+    /// Contents of some rows. Names are at most 255 bytes, and no two are the same.
     pub fn of<N: AsRef<str>>(mut rows: Vec<(N, Sha256Digest)>) -> Self {
         rows.sort_unstable_by(|(one, _), (other, _)| one.as_ref().cmp(other.as_ref()));
         let mut bytes = Vec::with_capacity(rows.iter().map(|(name, _)| name.as_ref().len() + 33).sum());

@@ -62,7 +62,7 @@ pub fn iteration_digest(
     measured(fields, measurand).time(created_at).digest()
 }
 
-/// Of nodes by the bytes that are stored of them.
+/// Digest of nodes by their stored bytes.
 pub fn nodes_digest(count: u64, bytes: &[u8]) -> Sha256Digest {
     Fields::default().number(count).bytes(bytes).digest()
 }
@@ -122,7 +122,7 @@ pub fn record_digest(Record { id, created_at, by, draft }: &Record) -> Sha256Dig
     }
 }
 
-/// Of what stays of a stream.
+/// Digest of the remaining data of a stream.
 pub fn stream_digest(
     id: Uuid,
     spec: &str,
@@ -133,12 +133,13 @@ pub fn stream_digest(
     measured(of(id).text(spec).real(Some(forgetting_factor)), measurand).time(created_at).digest()
 }
 
-/// Of a block: its number, the digest of its nodes as they were posted, and their stored bytes.
+/// Digest of a block: its number, the digest of its nodes as they were posted, and their stored
+/// bytes.
 pub fn block_digest(sequence: u64, sha256: &Sha256Digest, count: u64, bytes: &[u8]) -> Sha256Digest {
     Fields::default().number(sequence).bytes(sha256).number(count).bytes(bytes).digest()
 }
 
-/// Of a purge of a job.
+/// Digest of a purge of a job.
 pub fn purge_digest(job: Uuid, Purge { at, reason, archive_sha256 }: &Purge) -> Sha256Digest {
     of(job).time(*at).text(reason).bytes(archive_sha256).digest()
 }
@@ -163,7 +164,7 @@ pub fn key_digest(NewKey { key, sha256 }: &NewKey) -> Sha256Digest {
     also(fields, key.replaced_by.map(|by| by.to_string()).as_deref())
 }
 
-/// Of a tenant.
+/// Digest of a tenant.
 pub fn plant_digest(plant: &Plant) -> Sha256Digest {
     of(plant.id)
         .text(plant.name.as_str())

@@ -49,7 +49,7 @@ pub struct Seal {
     pub at: Timestamp,
     /// Chains that grew since the seal before it.
     pub heads: u64,
-    /// Of the Merkle tree of these.
+    /// Root of the Merkle tree of these.
     pub root: Sha256Digest,
     /// Digest of the seal before it.
     pub previous: Sha256Digest,

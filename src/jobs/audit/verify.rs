@@ -76,7 +76,7 @@ pub struct Verifier {
     rows: BTreeMap<(u64, Kind), Vec<Told>>,
     streams: BTreeMap<Uuid, Told>,
     blocks: BTreeMap<(Uuid, u64), Told>,
-    /// Of a tenant: its own row, and its keys by their names.
+    /// For a tenant: its own row, and its keys by their names.
     tenant: Option<LastTold>,
     keys: BTreeMap<String, LastTold>,
     /// The rows that are older than the chain, or that a purge has left.
@@ -93,7 +93,7 @@ pub struct Verifier {
 }
 
 impl Verifier {
-    /// Of a chain, with the digests that seals have of its entries.
+    /// Verifier of a chain, with the digests that seals have of its entries.
     pub fn of(chain: Chain, tenant: &Tenant, sealed: BTreeMap<u64, Sha256Digest>) -> Self {
         Verifier {
             head: Head::before(chain, tenant),

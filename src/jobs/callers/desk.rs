@@ -27,7 +27,7 @@ pub struct KeyDraft {
     pub role: Option<Role>,
     pub scopes: Scopes,
     pub expires_at: Option<Timestamp>,
-    /// Of a certificate; without it the key is a secret.
+    /// Name in a certificate; without it the key is a secret.
     pub san: Option<San>,
 }
 

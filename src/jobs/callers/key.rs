@@ -82,7 +82,7 @@ pub struct ApiKey {
     /// None where scopes were named one by one.
     pub role: Option<Role>,
     pub scopes: Scopes,
-    /// Of a certificate; none of a secret.
+    /// Name in a certificate; none for a secret.
     pub san: Option<San>,
     /// 1 when created, one more with every change (not with every use).
     pub version: u64,

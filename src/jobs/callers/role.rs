@@ -13,7 +13,7 @@ pub enum Role {
     Engineer,
     Auditor,
     Admin,
-    /// Of no tenant.
+    /// Administers tenants; belongs to none.
     Root,
 }
 

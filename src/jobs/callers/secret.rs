@@ -14,7 +14,7 @@ pub const PREFIX: &str = "ffk_";
 const ID: (usize, usize) = (4, 16);
 const SECRET: (usize, usize) = (21, 64);
 const CRC: (usize, usize) = (85, 8);
-/// Of the whole.
+/// Length of the whole.
 const LENGTH: usize = 93;
 
 /// A new key, whole. It can be shown once and neither printed, compared nor logged by accident:

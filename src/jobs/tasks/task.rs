@@ -65,7 +65,7 @@ pub struct Task {
     pub scope: Scope,
     /// Path and query of its POST.
     pub request: String,
-    /// Of the request: whose job.
+    /// Job of the request.
     pub job: Option<Uuid>,
     pub state: TaskState,
     /// How often it was begun.
@@ -77,7 +77,7 @@ pub struct Task {
     /// The last time.
     pub begun_at: Option<Timestamp>,
     pub ended_at: Option<Timestamp>,
-    /// Of the answer.
+    /// Status of the answer.
     pub status: Option<u16>,
     /// What it takes in the store: of one that has ended its own answer.
     pub bytes: u64,

@@ -18,7 +18,7 @@ use crate::{
 pub struct PostgresAuditor(pub(super) PgPool);
 
 impl PostgresAuditor {
-    /// Of a database that a server may use meanwhile.
+    /// Opens a database that a server may be using.
     pub fn open(settings: &PostgresSettings) -> Self {
         PostgresAuditor(super::open::aside(settings))
     }

@@ -30,7 +30,7 @@ use crate::{
 /// How the rows of a job are read and stored.
 struct Statements {
     table: &'static str,
-    /// Of the job whose id and tenant are the variables.
+    /// Reads the job whose id and tenant are the variables.
     read: &'static str,
     /// The variables are the job's id, then the columns; a job's and an entry's tenant comes last.
     write: &'static str,
@@ -172,7 +172,7 @@ const UNHURRIED: &str = "SET LOCAL statement_timeout = 0; SET LOCAL idle_in_tran
 pub struct PostgresHoldings(PgPool);
 
 impl PostgresHoldings {
-    /// Of a database that servers may use meanwhile. Storing takes an owner of its tables.
+    /// Opens a database that servers may be using. Storing takes an owner of its tables.
     pub fn open(settings: &PostgresSettings) -> Self {
         let mut settings = settings.clone();
         // one state is read for as long as somebody takes it, and written for as long as it comes
@@ -181,7 +181,7 @@ impl PostgresHoldings {
         PostgresHoldings(super::open::aside(&settings))
     }
 
-    /// Of a database that is open.
+    /// Holdings of an open database.
     pub(super) fn of(readers: PgPool) -> Self {
         PostgresHoldings(readers)
     }

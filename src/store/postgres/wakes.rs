@@ -48,7 +48,7 @@ const MOST: usize = 4096;
 pub struct Notifications {
     settings: Arc<PostgresSettings>,
     readers: PgPool,
-    /// Of this process.
+    /// Id of this process.
     id: Uuid,
     begun: Instant,
     waiting: Mutex<HashSet<Wake>>,

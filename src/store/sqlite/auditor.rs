@@ -23,7 +23,7 @@ use crate::{
 pub struct SqliteAuditor(pub(super) SqlitePool);
 
 impl SqliteAuditor {
-    /// Of a database that is there, which a server may have open; nothing is written.
+    /// Opens an existing database that a server may have open; nothing is written.
     pub async fn open(settings: &StoreSettings) -> Result<Self, OpenError> {
         settings.must_exist()?;
         Ok(SqliteAuditor(settings.open_aside().await?))

@@ -30,7 +30,7 @@ use crate::{
 /// How the rows of a job are read and stored.
 struct Statements {
     table: &'static str,
-    /// Of the job whose id and tenant are the variables.
+    /// Reads the job whose id and tenant are the variables.
     read: &'static str,
     /// The variables are the job's id, then the columns; a job's and an entry's tenant comes last.
     write: &'static str,
@@ -191,7 +191,7 @@ impl SqliteHoldings {
         Ok(SqliteHoldings { readers: settings.open_aside().await?, writer: Mutex::default(), _lock: None })
     }
 
-    /// Of a database that is open.
+    /// Holdings of an open database.
     pub(super) fn of(readers: SqlitePool) -> Self {
         SqliteHoldings { readers, writer: Mutex::default(), _lock: None }
     }

@@ -108,7 +108,7 @@ struct Numbered<'a> {
 /// The last numbers given, of each job and of each table.
 struct LastNumbers {
     jobs: HashMap<Uuid, JobCounters>,
-    /// Of the jobs.
+    /// Chains of the jobs.
     chains: HashMap<Uuid, Growing>,
     iteration: i64,
     fit: i64,

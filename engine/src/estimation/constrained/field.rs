@@ -39,7 +39,7 @@ pub(super) struct Spot {
 }
 
 impl Field {
-    /// Of a checked constraint.
+    /// Returns the field of a checked constraint.
     pub(super) fn new(design: &Design, constraint: &Constraint) -> Option<Self> {
         let Basis::Product { u: axis_u, v: axis_v } = &design.basis else { return None };
         let whole = design.domain?;

@@ -6,10 +6,10 @@ use crate::fault::words::{Shown, counted};
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum ConstraintReason {
-    /// Of a measurement matrix.
+    /// Constraints on a measurement matrix.
     #[error("a measurement matrix is no function of a place: it neither rises nor bends")]
     OfMatrix,
-    /// Of NURBS with weights.
+    /// Constraints on NURBS with weights.
     #[error("derivatives of NURBS are not polynomials in pieces: constraints are for models without weights")]
     Rational,
     /// A robust estimator.
@@ -30,7 +30,7 @@ pub enum ConstraintReason {
     /// More coefficients than the search for the active constraints takes.
     #[error("constraints are for at most {most} coefficients, this model has {coefficients}")]
     TooMany {
-        /// Of the model.
+        /// Number of coefficients of the model.
         coefficients: usize,
         /// At most.
         most: usize,
@@ -46,9 +46,9 @@ pub enum ConstraintReason {
     Degree {
         /// u or v.
         axis: &'static str,
-        /// Of the model along it.
+        /// Degree of the model along the axis.
         degree: usize,
-        /// Of the derivative.
+        /// Order of the derivative.
         order: usize,
     },
     /// A knot at which the derivative may jump.

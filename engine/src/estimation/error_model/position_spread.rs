@@ -38,7 +38,7 @@ pub(crate) struct Scatter {
     pub weights: f64,
 }
 
-/// Of a settled problem with this factor; `places` are by counted node.
+/// Scatter of a converged problem with this factor; `places` are by counted node.
 pub(crate) fn scatter(
     design: &Design,
     factor: &Factor,

@@ -16,7 +16,7 @@ use crate::{
 pub(crate) enum Process {
     /// Autoregression of first order: ρ.
     Ar1(f64),
-    /// Of second order: φ₁, φ₂.
+    /// Second order: φ₁, φ₂.
     Ar2([f64; 2]),
     /// Matérn's process with smoothness 3/2, correlation `(1 + λd) exp(−λd)` with λ = √3/length,
     /// and a share of the variance that is white.
@@ -32,7 +32,7 @@ type Matrix = [[f64; 2]; 2];
 struct Gain {
     /// From the state at the node before.
     transition: Matrix,
-    /// Of the innovation, to the state.
+    /// Gain from the innovation to the state.
     gain: [f64; 2],
     /// Standard deviation of the innovation.
     deviation: f64,
@@ -58,7 +58,7 @@ impl Process {
         }
     }
 
-    /// Of the state over a step; over an infinite one nothing is left.
+    /// Returns the transition of the state over a step; 0 over an infinite one.
     fn transition(&self, step: f64) -> Matrix {
         if step == f64::INFINITY {
             return [[0.0; 2]; 2];

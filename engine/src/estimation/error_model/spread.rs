@@ -34,26 +34,26 @@ enum Kind {
 }
 
 impl ErrorSpread {
-    /// Of a covariance in Q's coordinates, given by its root.
+    /// Spread of a covariance in Q's coordinates, given by its root.
     pub(crate) fn new(root: DMatrix<f64>) -> Self {
         ErrorSpread { root, kind: Kind::Student }
     }
 
-    /// Of a mixture found in the coordinates of the factor `plain`, for a problem whose factor is
-    /// `white`; `None` where its covariance is singular to rounding.
+    /// Spread of a mixture found in the coordinates of the factor `plain`, for a problem whose
+    /// factor is `white`; `None` where its covariance is singular to rounding.
     pub(crate) fn of_mixture(mixture: Mixture, white: &DMatrix<Dd>, plain: &Factor) -> Option<Self> {
         let inverse = triangular::inverse_upper(&plain.r);
         let turn = triangular::multiply_upper(white, &inverse).map(|x| x.to_f64());
         Some(ErrorSpread { root: &turn * mixture.root()?, kind: Kind::Mixture(mixture, turn) })
     }
 
-    /// Of variances that are estimated; σ of the weighted problem. `None` where the covariance is
+    /// Spread with estimated variances; σ of the weighted problem. `None` where the covariance is
     /// singular to rounding.
     pub(crate) fn of_variances(variances: VarianceSpread, sigma: f64) -> Option<Self> {
         Some(ErrorSpread { root: variances.root()? * sigma, kind: Kind::Variances(variances) })
     }
 
-    /// Of least squares of nodes whose variances nothing is said of. `None` where the covariance is
+    /// Spread of least squares with unknown variances of the nodes. `None` where the covariance is
     /// singular to rounding.
     pub(crate) fn of_sandwich(sandwich: Sandwich) -> Option<Self> {
         Some(ErrorSpread { root: lower_root(&sandwich.covariance())?, kind: Kind::Sandwich(sandwich) })

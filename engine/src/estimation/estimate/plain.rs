@@ -19,7 +19,8 @@ pub(crate) struct PlainEstimate {
 }
 
 impl PlainEstimate {
-    /// Of the posted nodes, `linear` holding their factor and `frame` the analysis of its columns.
+    /// Estimate from the posted nodes, `linear` holding their factor and `frame` the analysis of
+    /// its columns.
     pub(crate) fn new(linear: &LinearProblem, frame: &Frame) -> Self {
         let Frame { caller, columns, directions, .. } = frame;
         let qty = &linear.factor.qty;

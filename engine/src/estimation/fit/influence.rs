@@ -131,7 +131,7 @@ struct Figures<'a> {
     residuals: &'a [f64],
     plain: &'a [f64],
     sigma: Option<f64>,
-    /// Of plain least squares.
+    /// Residual sum of squares of plain least squares.
     rss: f64,
     freedom: usize,
 }

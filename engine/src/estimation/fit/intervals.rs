@@ -30,8 +30,8 @@ pub(super) fn given_limit(bias: &BiasReport) -> Option<f64> {
 }
 
 impl Intervals<'_> {
-    /// Of each coefficient, given its unregularised estimates and their standard errors; `None`
-    /// where nothing limits a coefficient.
+    /// Intervals of each coefficient, given its unregularised estimates and their standard errors;
+    /// `None` where nothing limits a coefficient.
     pub(super) fn of(&self, value: &[f64], std_error: impl Fn(usize) -> Option<f64>) -> Vec<Option<Interval>> {
         let n = value.len();
         let quantile = self.noise.quantile();

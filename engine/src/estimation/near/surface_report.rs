@@ -45,8 +45,8 @@ pub struct SurfaceFit {
     pub degrees_of_freedom: f64,
     /// n without a penalty, else the trace of the smoother.
     pub effective_degrees_of_freedom: f64,
-    /// Of the matrix solved (the Fisher information matrix plus penalty) on a unit diagonal; `None`
-    /// where Lanczos did not settle.
+    /// Condition of the matrix solved (the Fisher information matrix plus penalty) on a unit
+    /// diagonal; `None` where Lanczos did not settle.
     pub condition: Option<f64>,
     /// Nodes in every cell, those along v running fastest.
     pub nodes_per_span: Vec<usize>,
@@ -75,7 +75,7 @@ pub struct Coordinate {
     pub max_abs: f64,
     /// √(RSS/(m − edf)).
     pub sigma: Option<f64>,
-    /// Of the control values, v running fastest, when asked for.
+    /// Standard errors of the control values, v running fastest, on request.
     pub standard_errors: Option<Vec<f64>>,
     /// One per counted node (those of weight 0 are left out), in the order posted, when asked for.
     pub residuals: Option<Vec<f64>>,

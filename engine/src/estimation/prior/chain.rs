@@ -17,9 +17,9 @@ pub(super) struct Link {
 
 /// What the chain says if its moves spread in one way.
 pub(super) struct Branch {
-    /// Of the jumps before the last.
+    /// Logarithm of the likelihood of the jumps before the last.
     pub ln_earlier: f64,
-    /// Of all.
+    /// Logarithm of the likelihood of all jumps.
     pub ln_all: f64,
     /// Before the nodes of now.
     pub prior: Information,

@@ -259,7 +259,7 @@ impl Outlook {
     /// likely what lies at right angles to it is. With its posterior mean p and variance v they
     /// follow from how least squares, 0 with variance 1, was combined with them.
     fn beside(&self, unit: &[f64]) -> (Moments, f64) {
-        /// Of v, what rounding may leave of 1 − v.
+        /// Rounding error of 1 − v, relative to v.
         const ROUNDING: f64 = 1e-12;
         let posterior = self.posterior.of(unit);
         let left = (1.0 - posterior.variance).max(ROUNDING);

@@ -78,7 +78,7 @@ impl Information {
 
     /// Whether δ is determined.
     pub(super) fn is_whole(&self) -> bool {
-        /// Of the length of its column, what rounding may leave on the diagonal.
+        /// Rounding error on the diagonal, relative to the length of its column.
         const ROUNDING: f64 = 1e-12;
         (0..self.size()).all(|i| self.r[(i, i)].abs() > ROUNDING * self.r.column(i).norm())
     }

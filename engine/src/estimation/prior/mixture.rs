@@ -26,7 +26,7 @@ pub(crate) struct Mixture {
 }
 
 impl Mixture {
-    /// Of branches with the logarithms of their weights.
+    /// Mixture of branches with the logarithms of their weights.
     pub(super) fn new<'a>(branches: impl Iterator<Item = (&'a Branch, f64)>) -> Self {
         let (branches, logarithms): (Vec<&Branch>, Vec<f64>) = branches.unzip();
         let weights = weights(logarithms.into_iter());

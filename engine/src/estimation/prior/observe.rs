@@ -24,13 +24,13 @@ pub(super) struct Observed {
     right: Vec<Dd>,
     /// The predicted move to the next one, along the columns of now.
     shift: Vec<Dd>,
-    /// Of its residuals, where its nodes determine all coefficients.
+    /// Sum of squares of its residuals, where its nodes determine all coefficients.
     pub rss: f64,
     pub freedom: usize,
 }
 
 impl Observed {
-    /// Of every iteration of a chain.
+    /// Observes every iteration of a chain.
     pub(super) fn all(chain: &Chain, earlier: &[Earlier], current: &Current) -> Result<Vec<Self>, FitError> {
         let field = |k: usize| match chain.which {
             Which::Previous => Field::PriorIterations,

@@ -28,7 +28,7 @@ pub(crate) struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Of the nodes of `sample`, `r` being R.
+    /// Rows of the nodes of `sample`, `r` being R.
     pub(crate) fn new(design: &'a Design, sample: &'a Sample<'a>, r: &'a DMatrix<Dd>) -> Self {
         let n = design.size();
         let cheap = sample.count().saturating_mul(n * n) <= CHEAP;

@@ -9,7 +9,7 @@ use crate::{
 /// Everything a study found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct StudyResult {
-    /// Of XᵀX, ascending; 0 where numerically zero.
+    /// Eigenvalues of XᵀX, ascending; 0 where numerically zero.
     pub eigenvalues: Vec<f64>,
     /// Least |Pearson correlation| of two columns that vary; `None` with fewer than two of them.
     pub smallest_correlation: Option<f64>,
@@ -42,7 +42,7 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of all values; `None` as soon as one of them does not exist.
+    /// Quartiles of all values; `None` as soon as one of them does not exist.
     pub fn of(values: impl Iterator<Item = f64>) -> Option<Self> {
         let mut values: Vec<f64> = values.collect();
         if values.is_empty() || values.iter().any(|x| !x.is_finite()) {
@@ -57,7 +57,7 @@ impl Summary {
 /// What one way of estimating comes to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// Of the (randomised, regularised) Fisher information matrix.
+    /// Condition of the (randomised, regularised) Fisher information matrix.
     pub condition: Option<Summary>,
     /// log₁₀ of the determinant of the same matrix.
     pub log10_determinant: Option<Summary>,

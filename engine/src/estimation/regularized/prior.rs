@@ -255,8 +255,8 @@ impl<'a> Posterior<'a> {
         })
     }
 
-    /// Of the information matrix of nodes and prior together: the squared singular values of
-    /// `C⁻ᵀX̃`, `CᵀC` being the covariance.
+    /// Eigenvalues of the information matrix of nodes and prior together: the squared singular
+    /// values of `C⁻ᵀX̃`, `CᵀC` being the covariance.
     fn eigenvalues(&self, context: &Context) -> Result<RegularizedSpectrum, FitError> {
         let root = self.mixture.root.map(Dd::from);
         let mut together = context.columns.matrix.clone();

@@ -131,7 +131,7 @@ pub enum RegularizationReason {
         rank: usize,
         /// How many there are.
         there: usize,
-        /// Of what.
+        /// The quantity.
         of: RankOf,
     },
     /// All eigenvalues are to be regularised.

@@ -146,7 +146,7 @@ struct Found {
     /// The estimate in the working basis.
     working: Vec<Dd>,
     residuals: Residuals,
-    /// Of `X̃ᵀX̃ + λP`.
+    /// Eigenvalues of `X̃ᵀX̃ + λP`.
     eigenvalues: Vec<f64>,
 }
 

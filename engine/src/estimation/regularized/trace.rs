@@ -10,9 +10,9 @@ use crate::estimation::{
 
 /// Points between the ends.
 const POINTS: usize = 60;
-/// Of λ₁: below it k changes nothing that can be seen, unless the chosen k lies lower still.
+/// Lowest k relative to λ₁: below it k has no visible effect, unless the chosen k lies lower still.
 const LOW: f64 = 1e-2;
-/// Of λₙ: above it nothing is left.
+/// Highest k relative to λₙ: above it the estimate is 0.
 const HIGH: f64 = 10.0;
 /// The low end is no further from the high one than this.
 const WIDEST: f64 = 1e-14;

@@ -13,8 +13,8 @@ pub struct ErrorsReport {
     pub std_errors: Option<[f64; 2]>,
     /// So many independent heights would tell as much of a mean.
     pub effective_count: f64,
-    /// Of the residuals of plain least squares, and of those made white; `None` where all are 0,
-    /// also but for rounding, or no line has two nodes.
+    /// Whiteness of the residuals of plain least squares, and of the whitened ones; `None` where
+    /// all are 0, also but for rounding, or no line has two nodes.
     pub whiteness: Option<[Whiteness; 2]>,
     /// Lags of Ljung and Box's figure.
     pub lags: usize,
@@ -23,11 +23,11 @@ pub struct ErrorsReport {
 /// Variances that were estimated.
 #[derive(Clone, Debug, PartialEq)]
 pub enum VarianceReport {
-    /// Of groups: name, standard deviation of a height of weight 1.
+    /// Groups: name, standard deviation of a height of weight 1.
     Groups(Vec<(i64, f64)>),
     /// The power.
     Power {
-        /// Of the coordinate.
+        /// Exponent of the coordinate.
         exponent: f64,
         /// Where a height of weight 1 has the standard deviation `sigma` of the residuals.
         at: f64,

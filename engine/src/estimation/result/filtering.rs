@@ -7,9 +7,9 @@ use crate::estimation::spec::{Action, Filter};
 pub struct FilteringReport {
     /// One for each filter, in the order applied.
     pub filters: Vec<FilterReport>,
-    /// Of the functions at the posted nodes.
+    /// Figures of the functions at the posted nodes.
     pub before: ColumnFigures,
-    /// Of the same functions after the same filters.
+    /// Figures of the same functions after the same filters.
     pub after: ColumnFigures,
 }
 
@@ -26,7 +26,7 @@ pub struct FilterReport {
     pub rms_change: f64,
     /// Posted nodes that were taken for peaks, ascending; of a Hampel filter only.
     pub peaks: Option<Vec<usize>>,
-    /// Of a robust Gaussian filter only.
+    /// Iteration of a robust Gaussian filter only.
     pub iteration: Option<IterationReport>,
 }
 

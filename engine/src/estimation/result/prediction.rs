@@ -53,9 +53,9 @@ pub struct Slopes {
 /// Covariance matrices of the coefficients, the lower triangle by rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Covariance {
-    /// Of the estimate.
+    /// Covariance of the estimate.
     pub coefficients: Vec<Vec<f64>>,
-    /// Of unregularised least squares.
+    /// Covariance of unregularised least squares.
     pub least_squares: Vec<Vec<f64>>,
 }
 

@@ -48,9 +48,9 @@ pub struct PriorConflict {
 /// σ of the nodes of now and of earlier iterations, which are not the same.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct UnequalNoise {
-    /// Of the nodes of now.
+    /// Standard deviation from the current nodes.
     pub now: f64,
-    /// Of all earlier ones together.
+    /// Standard deviation from all earlier iterations together.
     pub earlier: f64,
     /// The probability of so different ones by chance.
     pub p: f64,

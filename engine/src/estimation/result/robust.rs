@@ -65,7 +65,7 @@ pub struct LikelihoodReport {
     pub distribution: Distribution,
     /// ν of Student's distribution, p of the generalised normal; `None` for Laplace's.
     pub shape: Option<f64>,
-    /// Of an estimated shape, asymptotic; `None` at an end of its range.
+    /// Standard error of an estimated shape, asymptotic; `None` at an end of its range.
     pub shape_std_error: Option<f64>,
     /// ln L, with every constant.
     pub log_likelihood: f64,
@@ -74,7 +74,7 @@ pub struct LikelihoodReport {
 /// Which minimum was reached.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LocalSolution {
-    /// Of all coefficients none do better.
+    /// No other coefficients are better.
     Global,
     /// The solution that the iteration reaches from its start; there may be others.
     FromStart,

@@ -3,7 +3,7 @@
 /// Eigenvalues of the Fisher information matrix of the scaled columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SpectrumReport {
-    /// Of the scaled Fisher information matrix, ascending.
+    /// Eigenvalues of the scaled Fisher information matrix, ascending.
     pub eigenvalues: Vec<f64>,
     /// λₙ/λ₁; `None` where λ₁ is numerically zero.
     pub condition: Option<f64>,

@@ -207,9 +207,9 @@ pub enum Warning {
          is partly smoothed away"
     )]
     FilteringRaisesCollinearity {
-        /// Of the columns.
+        /// Condition of the columns.
         before: f64,
-        /// Of the filtered columns.
+        /// Condition of the filtered columns.
         after: f64,
     },
     /// The estimate of a stream.

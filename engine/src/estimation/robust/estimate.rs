@@ -44,7 +44,8 @@ impl RobustSolution<'_> {
 
 /// An estimate as the least-squares problem that it solves.
 pub(crate) struct RobustEstimate {
-    /// Of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` its weighted sum of squares.
+    /// Factor of `√(wω) X` (or `√w X`); `working` is the estimate, `rss` its weighted sum of
+    /// squares.
     pub factor: Factor,
     /// wω by posted node; `None` where node weights stand.
     pub weights: Option<Vec<f64>>,

@@ -77,7 +77,7 @@ pub(super) fn estimate(measured: &Measured) -> Result<Outcome, FitError> {
 
 struct Dispersion<'a> {
     free: &'a Free<'a>,
-    /// Of the ranks, ascending.
+    /// Scores of the ranks, ascending.
     scores: Vec<f64>,
 }
 

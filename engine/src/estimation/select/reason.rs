@@ -53,7 +53,7 @@ pub enum SelectionReason {
     /// More work than a request may ask for.
     #[error("{coefficients} coefficients and {nodes} nodes are too much work: take fewer of them")]
     TooMuchWork {
-        /// Of the largest model.
+        /// Number of coefficients of the largest model.
         coefficients: usize,
         /// Counted nodes.
         nodes: usize,
@@ -62,7 +62,7 @@ pub enum SelectionReason {
     #[error("the largest model has {}, of {nodes} counted \
         nodes", counted(*.coefficients, "coefficient", "coefficients"))]
     TooFewNodes {
-        /// Of the largest model.
+        /// Number of coefficients of the largest model.
         coefficients: usize,
         /// Counted ones.
         nodes: usize,

@@ -178,9 +178,9 @@ pub enum ExpectedSize {
 /// ```
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct NodeUncertainty {
-    /// Of each abscissa (of each entry for a measurement matrix).
+    /// Uncertainty of each abscissa (of each entry for a measurement matrix).
     pub position: f64,
-    /// Of the height.
+    /// Uncertainty of the height.
     pub height: f64,
     /// What is off; where it is left out [`PositionKind::Measured`], and positions are taken as
     /// exact with a warning where nothing else can be done.

@@ -44,8 +44,8 @@ pub enum Model {
         degree: Degree,
         /// Knots on each axis.
         knots: Knots,
-        /// Of NURBS: one weight > 0 per control point (for a surface v running fastest). They are
-        /// given, not fitted.
+        /// Weights of NURBS: one weight > 0 per control point (for a surface v running fastest).
+        /// They are given, not fitted.
         weights: Option<Vec<f64>>,
     },
     /// The columns of a measurement matrix as they are.
@@ -98,7 +98,7 @@ pub enum Knots {
     SpansEach(usize, usize),
 }
 
-/// Of X's columns before the eigen analysis.
+/// Scaling of X's columns before the eigen analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Scaling {
     /// Every column divided by its Euclidean length.

@@ -6,6 +6,6 @@
 pub struct WeightedSums {
     /// u and v of each place; v is not looked at for a curve.
     pub places: Vec<[f64; 2]>,
-    /// Of each sum a weight for each place.
+    /// For each sum a weight for each place.
     pub weights: Vec<Vec<f64>>,
 }

@@ -82,7 +82,7 @@ pub enum MeasuringPosition {
     Second,
 }
 
-/// Of which teeth.
+/// Teeth of the value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Statistic {
     /// One measured tooth.
@@ -95,7 +95,7 @@ pub enum Statistic {
     Max,
     /// Least of the measured teeth.
     Min,
-    /// Of the gear as a whole.
+    /// A value of the gear as a whole.
     Gear,
     /// The code has no known meaning.
     Unknown,
@@ -121,7 +121,7 @@ const OF_FLANKS: [(u32, Characteristic); 6] = [
 
 const OF_TEETH: [(u32, Characteristic); 2] = [(264, Characteristic::RootDiameter), (267, Characteristic::TipDiameter)];
 
-/// Of the whole gear; with a flank each where `true`.
+/// Results of the whole gear; with a flank each where `true`.
 const OF_GEAR: [(u32, Characteristic, bool, Statistic); 13] = [
     (301, Characteristic::SinglePitch, true, Statistic::Max),
     (304, Characteristic::PitchStep, true, Statistic::Max),

@@ -65,7 +65,7 @@ impl RexsTrace {
 /// A flank of a gear.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RexsFlank {
-    /// Of its component.
+    /// Id of its component.
     pub id: String,
     /// Flank of the tooth.
     pub side: Side,
@@ -84,7 +84,7 @@ pub struct RexsFlank {
 /// A gear of a model.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RexsGear {
-    /// Of its component.
+    /// Id of its component.
     pub id: String,
     /// Name of the gear, where the model has one.
     pub name: Option<String>,

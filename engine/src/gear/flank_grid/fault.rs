@@ -28,7 +28,7 @@ pub enum GridField {
         /// From 0.
         index: usize,
     },
-    /// Of which tooth.
+    /// The tooth.
     Tooth,
 }
 

@@ -52,13 +52,13 @@ pub struct GridSpec {
 /// Nodes in rows of one profile value each, z running fastest.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FlankGrid {
-    /// Of every row, mm.
+    /// Roll length of every row, mm.
     pub roll_lengths: Vec<f64>,
-    /// Of every column, mm.
+    /// Axial position of every column, mm.
     pub positions: Vec<f64>,
-    /// Of length rows × columns, mm.
+    /// Points, rows × columns, mm.
     pub points: Vec<[f64; 3]>,
-    /// Of length 1, out of the material.
+    /// Unit normals, out of the material.
     pub normals: Vec<[f64; 3]>,
     /// Where the grid leaves the flank that is really there.
     pub warnings: Vec<GridWarning>,
@@ -165,7 +165,7 @@ struct Frame<'a> {
     sin_base: f64,
     cos_base: f64,
     tan_base: f64,
-    /// Of the tooth, rad counterclockwise.
+    /// Angle of the tooth, rad counterclockwise.
     turn: f64,
 }
 

@@ -14,13 +14,13 @@ use crate::numerics::cancel;
 /// Into how many steps every part of a profile goes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Steps {
-    /// Of each involute.
+    /// Number of steps of each involute.
     pub involute: usize,
-    /// Of each fillet.
+    /// Number of steps of each fillet.
     pub fillet: usize,
-    /// Of the tip's arc.
+    /// Number of steps of the tip's arc.
     pub tip: usize,
-    /// Of the arc between two teeth.
+    /// Number of steps of the arc between two teeth.
     pub root: usize,
 }
 

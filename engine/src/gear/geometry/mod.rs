@@ -48,7 +48,7 @@ pub struct Geometry {
     pub reference_diameter: f64,
     /// d_b = d cos α_t.
     pub base_diameter: f64,
-    /// Of the shifted reference circle, d ± 2 x m_n.
+    /// Diameter of the shifted reference circle, d ± 2 x m_n.
     pub shifted_diameter: f64,
     /// As given, or with an addendum of (1 + x) m_n.
     pub tip_diameter: f64,

@@ -193,7 +193,7 @@ pub enum LawReason {
     Length {
         /// Given.
         length: f64,
-        /// Of the range.
+        /// Length of the range.
         most: f64,
     },
 }

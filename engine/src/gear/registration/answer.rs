@@ -79,7 +79,8 @@ impl Part<'_> {
         })
     }
 
-    /// Of the points as they were measured, against the flanks that they are found to belong to.
+    /// Returns the root mean square of the points before the motion, against the flanks they belong
+    /// to.
     fn rms_before(&self, after: &Deviations) -> f64 {
         let Some(start) = self.start else {
             // at least one node takes part

@@ -80,9 +80,9 @@ pub enum RegistrationReason {
     /// A point that a motion carries off its flank.
     #[error("carried back to the {} flank of tooth {tooth} it is lost: {stray}", word(*.side))]
     Lost {
-        /// Of the flank.
+        /// Tooth of the flank.
         tooth: u32,
-        /// Of the flank.
+        /// Side of the flank.
         side: Side,
         /// Why it has no foot there.
         stray: NoFoot,

@@ -31,7 +31,7 @@ pub enum MachineField {
     },
     /// What settings are off by.
     SettingErrors,
-    /// Of one of them.
+    /// The error of one setting.
     SettingError {
         /// From 0.
         index: usize,
@@ -44,7 +44,7 @@ pub enum MachineField {
     Missing,
     /// A change of all settings.
     Changes,
-    /// Of one of them.
+    /// The change of one setting.
     Change {
         /// From 0.
         index: usize,

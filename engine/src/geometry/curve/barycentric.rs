@@ -198,7 +198,7 @@ impl Scaled {
         Scaled { mantissa: x.ldexp(-exponent), exponent }
     }
 
-    /// Of factors that are not 0.
+    /// Product of factors that are not 0.
     fn product(factors: impl Iterator<Item = Dd>) -> Self {
         factors.fold(Scaled { mantissa: Dd::ONE, exponent: 0 }, |product, factor| {
             let factor = Scaled::new(factor);

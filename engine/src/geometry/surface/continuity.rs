@@ -58,9 +58,9 @@ pub struct ContinuityTolerance {
     pub gap: f64,
     /// In radians.
     pub angle: f64,
-    /// Of first derivatives, in units of the coordinates per unit of the parameter.
+    /// Jump of first derivatives, in units of the coordinates per unit of the parameter.
     pub first: f64,
-    /// Of second derivatives, in units of the coordinates per squared unit of the parameter.
+    /// Jump of second derivatives, in units of the coordinates per squared unit of the parameter.
     pub second: f64,
 }
 

@@ -76,7 +76,7 @@ pub enum Method {
     },
     /// Gregory patches: of a net of 16 + 4 points, of boundary curves, or in every mesh.
     Gregory,
-    /// Of a net of any degrees; bicubic of boundary curves, or in every mesh.
+    /// From a net of any degrees; bicubic from boundary curves, or in every cell of a mesh.
     Bezier,
     /// Through a grid, knots averaged where not given; or of a net, with knots or with clamped
     /// uniform ones.
@@ -93,7 +93,7 @@ pub enum Method {
         /// Knots along u and v, or how many spans to place.
         knots: [AxisKnots; 2],
     },
-    /// Of a net with weights; knots as for a B-spline.
+    /// From a net with weights; knots as for a B-spline.
     Nurbs {
         /// Degrees along u and v, from 1.
         degrees: [usize; 2],

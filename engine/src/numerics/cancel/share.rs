@@ -11,9 +11,9 @@ pub(super) const WHOLE: u64 = 1 << 52;
 /// How much of the work of a handle is done.
 #[derive(Debug)]
 pub(super) struct Done {
-    /// Of the whole.
+    /// Completed share of the whole.
     pub(super) done: AtomicU64,
-    /// Of the whole, what nobody has divided yet.
+    /// Share of the whole that is not divided yet.
     undivided: AtomicU64,
     /// Whether the work ends where computing begins.
     pub(super) checks_only: AtomicBool,

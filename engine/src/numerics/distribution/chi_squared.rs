@@ -74,7 +74,7 @@ fn fraction(a: f64, x: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of mpmath with 40 digits.
+    /// Reference values of mpmath with 40 digits.
     #[test]
     fn tails_of_mpmath() {
         for (x, freedom, want) in [

@@ -44,7 +44,7 @@ pub fn upper_quantile(tail: f64) -> f64 {
 mod tests {
     use super::*;
 
-    /// Of mpmath with 40 digits.
+    /// Reference values of mpmath with 40 digits.
     #[test]
     fn quantiles_to_the_last_digits() {
         for (tail, want) in [

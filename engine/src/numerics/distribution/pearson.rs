@@ -44,7 +44,7 @@ pub fn upper_tail(x: f64, moments: &Moments) -> f64 {
 /// p + q from which on the beta distribution is no other than gamma or normal.
 const MOST: f64 = 1e7;
 
-/// Of a standardised gamma distribution.
+/// The third type: a standardised gamma distribution.
 fn third_type(z: f64, skewness: f64) -> f64 {
     if skewness.abs() < 1e-4 {
         return normal::upper_tail(z);

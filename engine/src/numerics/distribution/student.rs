@@ -38,8 +38,8 @@ impl Student {
     /// The limit of infinitely many degrees of freedom.
     pub const NORMAL: Student = Student { freedom: f64::INFINITY, peak: 0.398_942_280_401_432_7 };
 
-    /// Of `freedom` degrees of freedom, which need not be a whole number; infinity is the normal
-    /// distribution.
+    /// Distribution with `freedom` degrees of freedom, which need not be a whole number; infinity
+    /// is the normal distribution.
     pub fn new(freedom: f64) -> Self {
         if freedom == f64::INFINITY {
             return Self::NORMAL;
@@ -220,7 +220,7 @@ mod tests {
         }
     }
 
-    /// Of mpmath with 40 digits.
+    /// Reference values of mpmath with 40 digits.
     #[test]
     fn tails_of_mpmath() {
         for (t, freedom, want) in [

@@ -10,7 +10,7 @@ use crate::{geometry::space::Vector, numerics::cancel::checkpoint};
 /// Least cosine between tangents of lines that go on.
 const ALIKE: f64 = 1.0 - 1e-9;
 
-/// Of lines that are one (along a seam, or a side that two pieces share) only the first.
+/// Keeps only the first of lines that coincide (along a seam, or a side that two pieces share).
 pub(super) fn without_twins(lines: Vec<Line>, near: f64) -> Vec<Line> {
     let mut kept: Vec<Line> = Vec::new();
     let mut known = Near::within(10.0 * near);

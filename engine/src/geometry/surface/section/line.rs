@@ -27,7 +27,7 @@ pub struct SectionPoint {
     pub parameters: [f64; 2],
     /// The place itself.
     pub point: Vector,
-    /// Of length 1, along the curve.
+    /// Unit tangent along the curve.
     pub tangent: Vector,
     /// Length of the curve up to here.
     pub length: f64,

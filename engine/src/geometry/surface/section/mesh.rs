@@ -38,7 +38,7 @@ pub enum NoMesh {
     /// Normals that are not at right angles.
     #[error("the normals of the two families are not at right angles: the cosine of their angle is {cosine:.1e}")]
     Skew {
-        /// Of the angle between them.
+        /// Cosine of the angle between them.
         cosine: f64,
     },
     /// Curves of more pieces than are allowed.

@@ -39,7 +39,7 @@ impl Near {
     }
 }
 
-/// Of places within `near` of each other the first.
+/// Returns the first of places within `near` of each other.
 pub(super) fn distinct(points: &mut Vec<Vector>, near: f64) {
     let mut known = Near::within(near);
     points.retain(|point| {

@@ -62,7 +62,7 @@ pub struct Sections<'a> {
 }
 
 impl<'a> Sections<'a> {
-    /// Of a surface, or of all patches of a patchwork.
+    /// Sections of a surface, or of all patches of a patchwork.
     pub fn of(surface: &'a SurfaceShape) -> Self {
         Self::on(Patch::of_shape(surface))
     }
