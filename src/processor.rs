@@ -1,4 +1,4 @@
-//! Whether this processor has the instructions that the program was compiled for.
+//! Checks that the processor has the instructions that the program was compiled for.
 //!
 //! `.cargo/config.toml` compiles for x86-64-v3. On an older processor the first such instruction
 //! would end the process by a signal, without a word; so the program asks before anything else.

@@ -1,4 +1,4 @@
-//! What is wrong with a request, by JSON Pointers.
+//! Faults of a request, by JSON Pointers.
 //!
 //! The engine names its faults by typed fields; the table of each feature says which pointer and
 //! which sentence these become.

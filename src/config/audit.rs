@@ -1,4 +1,4 @@
-//! How the audit is sealed.
+//! Settings of the audit's seals.
 
 use std::path::PathBuf;
 

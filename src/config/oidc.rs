@@ -1,4 +1,4 @@
-//! Whose tokens are accepted.
+//! Settings of the identity provider.
 
 use std::{path::PathBuf, time::Duration};
 

@@ -1,4 +1,4 @@
-//! What becomes of old jobs.
+//! Settings of the retention of jobs.
 
 use std::{env, num::NonZeroU32, path::PathBuf};
 

@@ -1,4 +1,4 @@
-//! Where spans of requests go.
+//! Settings of the collector of spans.
 
 use std::{collections::HashMap, path::PathBuf};
 

@@ -1,4 +1,4 @@
-//! Who changed what: entries of the audit, and whether all is as it was written.
+//! The audit: its entries, and their verification.
 
 use axum::Json;
 use utoipa_axum::{router::OpenApiRouter, routes};

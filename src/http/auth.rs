@@ -1,5 +1,5 @@
-//! Who asks: made out of an API key, a token of an identity provider or a client's certificate, in
-//! one place.
+//! Authentication of the caller by an API key, a token of an identity provider or a client's
+//! certificate, in one place.
 //!
 //! Of keys the server knows digests only; they are compared in [`secret::same`] and nowhere else.
 //! Keys of the settings are looked at first, then tokens, then the keys of the store.

@@ -1,4 +1,4 @@
-//! What a handler can reach for the caller of its request.
+//! State of a handler for the caller of its request.
 
 use std::{ops::Deref, pin::Pin};
 

@@ -1,4 +1,4 @@
-//! How many requests a caller may make, and how often a peer may be refused.
+//! Rate limits of callers, and of refusals of a peer.
 
 use std::{
     hash::Hash,

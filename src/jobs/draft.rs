@@ -1,4 +1,4 @@
-//! What a caller asks of the use cases, checked, before ids and times are given.
+//! Checked input of the use cases, before ids and times are assigned.
 
 use std::{collections::BTreeMap, sync::Arc};
 

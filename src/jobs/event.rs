@@ -1,4 +1,4 @@
-//! What happened to a job, as told to those who listen.
+//! Events of jobs.
 
 use std::{
     collections::HashMap,

@@ -1,4 +1,4 @@
-//! What other processes store is told to those who listen to this one.
+//! Forwards events of other processes to the listeners of this one.
 
 use std::{collections::HashMap, time::Duration};
 

@@ -1,4 +1,4 @@
-//! What nodes are of: which flank of which tooth, and what their numbers mean.
+//! Description of nodes: flank, tooth and axes.
 
 use std::sync::Arc;
 

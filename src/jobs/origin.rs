@@ -1,4 +1,4 @@
-//! Where requests come from.
+//! Origin of requests.
 
 use std::{net::IpAddr, sync::Arc};
 

@@ -1,4 +1,4 @@
-//! What becomes of a write or a read: what was stored, or why nothing was.
+//! Outcome of a write or a read, and errors of the store.
 
 use std::pin::Pin;
 

@@ -1,5 +1,4 @@
-//! What is kept with an iteration beside its fits: what was asked for and what was answered, for
-//! good.
+//! Records of an iteration: request and answer, never changed.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! Where jobs are kept. SQLite is one answer; nothing here says so.
+//! Interface of the store, independent of the database.
 //!
 //! A [`Store`] keeps the jobs of every tenant. What a caller may see and change of it is a
 //! [`Repository`]: tenant and actor live in that handle, so no operation can forget them.

@@ -1,4 +1,4 @@
-//! What is said of an iteration: which fit stands, and what is done with the gear.
+//! Choices and decisions of an iteration.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! How many jobs there are: by status, by machine, by the week in which they were changed last.
+//! Numbers of jobs: by status, by machine, by the week in which they were changed last.
 
 use jiff::{
     Timestamp, ToSpan as _,

@@ -1,4 +1,4 @@
-//! What processes that use one store tell each other.
+//! Messages between processes that use one store.
 
 use super::callers::Owned;
 

@@ -1,4 +1,4 @@
-//! What a token says of its holder.
+//! Claims of a token.
 
 use std::sync::Arc;
 

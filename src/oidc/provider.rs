@@ -1,4 +1,4 @@
-//! Where a provider's keys come from, and when they are asked for.
+//! Keys of an identity provider: source, and times of requests.
 //!
 //! Every ten minutes, and when a token names a key that is not known: once a minute at most,
 //! however many such tokens come. While the provider does not answer, the keys that it has given go

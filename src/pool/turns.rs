@@ -1,4 +1,4 @@
-//! What waits, by the party that it is done for: whose turn is next, and who is refused.
+//! Queues of waiting work by party: whose turn is next, and who is refused.
 //!
 //! Parties that wait have turns, each with its oldest. Where several wait, none of them is given
 //! more workers than its share while another is below; but no worker is idle as long as anything

@@ -1,4 +1,4 @@
-//! What is wrong with numbers and lists whatever they stand for.
+//! Errors in numbers and lists of any meaning.
 
 use super::words::{Shown, counted, entries};
 

@@ -1,6 +1,6 @@
-//! What is wrong with what was given, as data: a list of faults, each a typed field and a reason
-//! with its numbers. A room that hands out faults has an enum of fields and one of reasons beside
-//! its checks; whoever shows them to a caller has the table from fields to the caller's names.
+//! Errors in input, as data: a list of faults, each a typed field and a reason with its numbers. A
+//! room that hands out faults has an enum of fields and one of reasons beside its checks; whoever
+//! shows them to a caller has the table from fields to the caller's names.
 
 pub mod common;
 pub mod words;

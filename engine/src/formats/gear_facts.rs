@@ -1,4 +1,4 @@
-//! What a file says of its gear: perhaps all of it, perhaps not.
+//! Data of a gear in a file, complete or not.
 
 use crate::{
     fault::words::Shown,

@@ -1,4 +1,4 @@
-//! One door for every file of measurements and gears: the content says what it is.
+//! Reader of every file of measurements and gears, recognised by its content.
 
 use super::{
     archive,

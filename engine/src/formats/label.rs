@@ -1,4 +1,4 @@
-//! What a file says about itself: whose it is, and when it was written.
+//! Name, author and time of a file.
 
 /// A moment in UTC, handed in by the caller: writers have no clock, so that the same input gives
 /// the same bytes.

@@ -1,4 +1,4 @@
-//! What a reader has to say about a file that it could read all the same.
+//! Notes of a reader on a file.
 
 use thiserror::Error;
 

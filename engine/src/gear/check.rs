@@ -1,4 +1,4 @@
-//! Whether a gear with such data can exist.
+//! Checks that a gear with given data can exist.
 
 use std::f64::consts::PI;
 

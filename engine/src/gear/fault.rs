@@ -1,4 +1,4 @@
-//! What is wrong with the data of a gear, and what the rooms of this one share.
+//! Errors in the data of a gear, and errors shared by the modules below.
 
 pub use crate::estimation::error::Refused;
 use crate::fault::{

@@ -1,5 +1,4 @@
-//! What must be known of a registration or a correction: as data, with a stable code and a
-//! sentence.
+//! Warnings about a registration or a correction: data, with a stable code and a sentence.
 
 use std::fmt;
 

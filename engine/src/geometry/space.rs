@@ -1,5 +1,5 @@
-//! What curves and surfaces have in common: points, how many coordinates count, and why a shape is
-//! refused.
+//! Common parts of curves and surfaces: points, the number of coordinates, and reasons for refusing
+//! a shape.
 
 use nalgebra::Vector3;
 

@@ -1,4 +1,4 @@
-//! Who asks.
+//! The caller.
 
 use jiff::Timestamp;
 use serde::{Deserialize, Serialize};

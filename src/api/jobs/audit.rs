@@ -1,4 +1,4 @@
-//! Who changed what, as it is answered.
+//! The audit in answers.
 
 use std::{collections::BTreeMap, fmt::Write as _};
 

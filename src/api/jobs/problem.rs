@@ -1,4 +1,4 @@
-//! What the store refuses, as problems.
+//! Refusals of the store as problems.
 
 use crate::{
     api::{

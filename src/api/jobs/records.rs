@@ -1,4 +1,4 @@
-//! What is kept with an iteration beside its fits, as it is listed and answered.
+//! Wire types of the records of an iteration.
 
 use serde::{Deserialize, Serialize};
 use serde_json::Value;

@@ -1,4 +1,4 @@
-//! What nodes are of, as it is written: the flank, the tooth, and what the axes mean.
+//! Wire types of the description of nodes: flank, tooth and axes.
 //!
 //! Quantities and units may be words of the caller's own. Only those known here are ever reckoned
 //! with; where a known one is needed and another is given, the request is refused.

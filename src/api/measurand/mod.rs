@@ -1,4 +1,4 @@
-//! What was measured: flank, tooth and the meaning of the axes.
+//! Description of the measurement: flank, tooth and axes.
 
 pub mod axes;
 pub mod profile_axis;

@@ -1,4 +1,4 @@
-//! What the use cases of streams refuse, as problems.
+//! Refusals of streams as problems.
 
 use crate::{
     api::problem::{Problem, ProblemCode},

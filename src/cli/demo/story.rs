@@ -1,4 +1,4 @@
-//! What the demonstration does, step by step, through the HTTP interface alone.
+//! Steps of the demonstration, through the HTTP interface alone.
 
 use std::io::{self, Write};
 

@@ -1,4 +1,4 @@
-//! What the layers below a handler may answer instead of it.
+//! Answers of the layers below a handler.
 
 use utoipa::openapi::{
     Content, HeaderBuilder, ObjectBuilder, Ref, RefOr, ResponseBuilder,

@@ -1,4 +1,4 @@
-//! Whose request it is: the address that is connected, or the one that a trusted proxy names.
+//! Address of the client: the connected one, or the one that a trusted proxy names.
 
 use std::{
     net::{IpAddr, SocketAddr},

@@ -1,4 +1,4 @@
-//! Who changed what: one entry for each change, stored with it or not at all.
+//! The audit: one entry for each change, stored in the same transaction.
 //!
 //! The entries of a job are a chain: each holds the digest of the one before it, and digests of the
 //! rows that its change wrote. So whoever changes, removes or exchanges a row later is found, and

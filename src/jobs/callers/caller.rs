@@ -1,4 +1,4 @@
-//! Who asks: the tenant whose jobs they see, and the name under which they act.
+//! The caller: tenant and name of the actor.
 
 use std::sync::Arc;
 

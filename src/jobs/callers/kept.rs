@@ -1,4 +1,4 @@
-//! Where keys and tenants are kept: beside the jobs, in the same store.
+//! Interface of the store of keys and tenants, the same store as that of the jobs.
 
 use std::sync::Arc;
 

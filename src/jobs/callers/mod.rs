@@ -1,4 +1,4 @@
-//! Who may do what: callers and their tenants, scopes and the roles that are made of them.
+//! Authorisation: callers and their tenants, scopes and the roles that are made of them.
 
 pub mod actor;
 mod caller;

@@ -1,5 +1,5 @@
-//! What can go wrong with the database, in words that help. No password is in any of them: a
-//! database is named by host, port and name.
+//! Errors of the database in plain words. No password is in any of them: a database is named by
+//! host, port and name.
 
 use sqlx::migrate::MigrateError;
 

@@ -1,4 +1,4 @@
-//! Where jobs and iterations are.
+//! Row keys of jobs and iterations.
 
 use sqlx::{FromRow, PgConnection, PgPool, Postgres, Transaction, postgres::PgRow};
 use uuid::Uuid;

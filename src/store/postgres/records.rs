@@ -1,4 +1,4 @@
-//! What is kept with an iteration beside its fits.
+//! Records of an iteration.
 
 use sqlx::{PgConnection, PgPool};
 use uuid::Uuid;

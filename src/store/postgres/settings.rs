@@ -1,4 +1,4 @@
-//! How the store is opened.
+//! Settings for opening the store.
 
 use std::{str::FromStr as _, time::Duration};
 

@@ -1,4 +1,4 @@
-//! Whether the database answers, whether it can be written, and whether its clock is ours.
+//! Checks that the database answers and accepts writes, and of its clock.
 
 use jiff::SignedDuration;
 use sqlx::{PgConnection, PgPool};

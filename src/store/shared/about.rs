@@ -1,5 +1,4 @@
-//! What each write changes, and the digests of the rows that it stores, as far as they are known
-//! before.
+//! The change of each write, and the digests of its rows as far as known beforehand.
 
 use uuid::Uuid;
 

@@ -1,5 +1,5 @@
-//! How a database does what callers ask for: the SQL of each operation is an implementation of one
-//! of these.
+//! Execution of operations by a database: the SQL of each operation is an implementation of one of
+//! these.
 
 use super::{
     error::Outcome,

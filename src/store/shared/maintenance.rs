@@ -1,4 +1,4 @@
-//! What is done for no caller, as data.
+//! Maintenance operations as data.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What callers read and write, as data: the SQL is each database's own.
+//! Reads and writes of callers as data; each database has its own SQL.
 
 use std::sync::Arc;
 

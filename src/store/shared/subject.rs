@@ -1,4 +1,4 @@
-//! What a write changes.
+//! Subject of a write.
 
 use uuid::Uuid;
 

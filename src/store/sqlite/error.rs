@@ -1,4 +1,4 @@
-//! What can go wrong with the database, in words that help.
+//! Errors of the database in plain words.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! Fits of an iteration, and which of them stands.
+//! Fits of an iteration, and the chosen one.
 
 use sqlx::{Sqlite, SqliteConnection, SqlitePool, query::Query, sqlite::SqliteArguments};
 

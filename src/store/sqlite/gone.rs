@@ -1,4 +1,4 @@
-//! What is said of a job that was purged.
+//! Purges of jobs.
 
 use sqlx::SqliteConnection;
 use uuid::Uuid;

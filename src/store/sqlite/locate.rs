@@ -1,4 +1,4 @@
-//! Where jobs and iterations are: the rows of SQLite's own keys.
+//! Row keys of jobs and iterations in SQLite.
 
 use sqlx::{FromRow, Sqlite, SqliteConnection, SqlitePool, Transaction, sqlite::SqliteRow};
 use uuid::Uuid;

@@ -1,4 +1,4 @@
-//! Whether the database answers, and whether it can be written.
+//! Checks that the database answers and accepts writes.
 
 use sqlx::{SqliteConnection, SqlitePool};
 

@@ -1,5 +1,5 @@
-//! Least squares among the functions that rise, fall or bend as they are told to, at every place of
-//! a domain.
+//! Least squares under monotonicity and convexity constraints, which hold at every place of a
+//! domain.
 
 mod check;
 mod field;

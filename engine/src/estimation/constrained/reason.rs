@@ -1,4 +1,4 @@
-//! What is wrong with constraints on the shape.
+//! Errors in constraints on the shape.
 
 use crate::fault::words::{Shown, counted};
 

@@ -1,4 +1,4 @@
-//! What is wrong with nodes.
+//! Errors in nodes.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What is wrong with a model for given nodes.
+//! Errors in a model for given nodes.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! How the columns change with the abscissae of the nodes.
+//! Derivatives of the columns with respect to the abscissae of the nodes.
 
 use super::measurement_matrix::{Basis, Design};
 use crate::{estimation::data::Sample, numerics::cancel::Asking};

@@ -1,5 +1,4 @@
-//! How many digits of the least-squares coefficients can be trusted: an estimate meant to err on
-//! the low side.
+//! Number of correct digits of the least-squares coefficients: a cautious estimate.
 //!
 //! For each coefficient it adds up, relative to its size: what the arithmetic may have left, what
 //! the rounding of the posted numbers to doubles moves (heights directly, abscissae through the

@@ -1,5 +1,5 @@
-//! What a caller should know about a fit: dependent columns, the reach of uncertain nodes, correct
-//! digits, numbers beyond double precision.
+//! Diagnostics of a fit: dependent columns, the reach of uncertain nodes, correct digits, numbers
+//! beyond double precision.
 
 pub(crate) mod collinearity;
 pub(crate) mod correct_digits;

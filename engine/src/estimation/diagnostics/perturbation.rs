@@ -1,4 +1,5 @@
-//! How far uncertain nodes can move the coefficients (Section 4 of the paper, Eqs. 16–23).
+//! Bounds on the change of the coefficients by uncertain nodes (Section 4 of the paper, Eqs.
+//! 16–23).
 //!
 //! Two bounds on `‖δA‖/‖A‖` in the scaled columns, with `ε_X = ‖δX‖/‖X‖` and `ε_Y = ‖δY‖/‖Y‖`:
 //! * *square*: Ineq. 22 for square nonsingular X, its silent assumption ‖X+δX‖ ≥ ‖X‖ removed:

@@ -1,4 +1,4 @@
-//! How far coefficients scatter where positions were read off wrongly.
+//! Scatter of coefficients with errors of positions.
 //!
 //! Rows of the settled problem stand at estimated positions ξ̂, which scatter about the true ones:
 //! `Cov ξ̂ₖ = Cₖ = σ²ρ²(I − ρ²Wₖgₖgₖᵀ)` in the notation of [`super::positions`]. The information

@@ -1,4 +1,4 @@
-//! What is wrong with a model of the errors for given nodes.
+//! Errors in a model of the errors for given nodes.
 
 use crate::{
     estimation::spec::Along,

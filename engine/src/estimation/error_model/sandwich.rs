@@ -1,4 +1,4 @@
-//! The covariance of least squares where nothing is said of the variances of the errors.
+//! The covariance of least squares with unknown variances of the errors.
 //!
 //! HC3 (MacKinnon and White, Journal of Econometrics 29, 1985): in the coordinates of the
 //! orthonormal rows qₖ the covariance is `Σ qₖqₖᵀ (rₖ/(1 − hₖ))²`, hₖ = ‖qₖ‖² the leverage. The

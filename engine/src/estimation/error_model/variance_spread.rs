@@ -1,4 +1,4 @@
-//! What estimated variances do to the errors of weighted least squares.
+//! Effect of estimated variances on the errors of weighted least squares.
 //!
 //! Weights that come of few residuals are uncertain themselves. Node k has the logarithmic variance
 //! `Σ θ_g d_gk`: of groups d is 1 for the nodes of group g and θ the logarithm of its variance, of

@@ -1,4 +1,4 @@
-//! How white residuals along lines are: Durbin and Watson's d, and Ljung and Box's Q, of any number
+//! Whiteness of residuals along lines: Durbin and Watson's d, and Ljung and Box's Q, of any number
 //! of lines.
 //!
 //! With Sₕ the sum of `rᵢ rᵢ₊ₕ` over the mₕ pairs that lie h nodes apart on one line and

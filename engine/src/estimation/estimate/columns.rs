@@ -1,4 +1,4 @@
-//! What the columns alone decide, before a height is seen: their scaling, their directions, their
+//! Properties of the columns that do not depend on heights: their scaling, their directions, their
 //! dependencies.
 
 use std::sync::Arc;

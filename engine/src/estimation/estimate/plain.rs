@@ -1,4 +1,4 @@
-//! Plain least squares beside another estimate.
+//! Plain least squares for comparison with another estimate.
 
 use super::{columns::Frame, filtered::Estimate, least_squares::LeastSquares};
 use crate::{

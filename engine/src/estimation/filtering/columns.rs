@@ -1,4 +1,4 @@
-//! What filters do to the columns of X: condition, correlation and variance inflation before and
+//! Effect of filters on the columns of X: condition, correlation and variance inflation before and
 //! after.
 //!
 //! A linear filter S turns `Y = X A + R` into `S Y = (S X) A + S R`. The fit is that of the model

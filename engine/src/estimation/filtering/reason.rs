@@ -1,4 +1,4 @@
-//! What is wrong with a filter for given nodes.
+//! Errors in a filter for given nodes.
 
 use crate::{estimation::spec::Filter, fault::words::Shown};
 

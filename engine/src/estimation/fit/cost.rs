@@ -1,4 +1,4 @@
-//! Whether a fit is known to be short, told from its request.
+//! Decides from the request whether a fit is short.
 //!
 //! The cost of a fit grows as m·n (rows of the measurement matrix read, residuals) and n³ (the
 //! spectrum and what is made of it). Short ones take some hundred microseconds at most, less than

@@ -1,4 +1,4 @@
-//! What follows from the noise: intervals of the coefficients, their covariance, predictions.
+//! Results that need the noise: intervals of the coefficients, their covariance, predictions.
 
 use super::{
     conclude::Solved,

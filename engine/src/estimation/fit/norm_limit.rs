@@ -1,4 +1,4 @@
-//! How well r is known where it is the norm of the estimate.
+//! Uncertainty of r where it is the norm of the estimate.
 
 use super::conclude::Solved;
 use crate::estimation::{

@@ -1,5 +1,4 @@
-//! Whether what was estimated lies within limits, with the uncertainty of the estimate (ISO
-//! 14253-1).
+//! Conformity of an estimate with limits, with its uncertainty (ISO 14253-1).
 //!
 //! The true value is `value − bias − std_error · T` with |bias| at most `bias_bound` and T
 //! Student's. So the probability that it lies between two limits is between its values at the worst

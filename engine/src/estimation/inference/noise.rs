@@ -1,4 +1,4 @@
-//! What is known of the noise.
+//! Estimate of the noise.
 
 use crate::numerics::distribution::Student;
 

@@ -1,4 +1,4 @@
-//! What is wrong with intervals and predictions that are asked for.
+//! Errors in requested intervals and predictions.
 
 use crate::fault::words::{Shown, counted};
 

@@ -1,4 +1,4 @@
-//! What is wrong with a curve near points, or with a big surface.
+//! Errors in a curve near points, or a large surface.
 
 use std::fmt;
 

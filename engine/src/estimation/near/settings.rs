@@ -1,4 +1,4 @@
-//! What is asked of a curve near points.
+//! Settings of a curve near points.
 
 use crate::estimation::spec::FitSpec;
 

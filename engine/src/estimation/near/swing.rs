@@ -1,4 +1,4 @@
-//! How far a curve near points swings out between them, where no residual sees it.
+//! Oscillation of a curve between its points, which residuals do not show.
 
 use super::points::CurvePoints;
 use crate::geometry::{

@@ -1,4 +1,4 @@
-//! Whether the nodes contradict what was known before.
+//! Test of the nodes against the prior.
 //!
 //! `eᵀS⁻¹e/n` against F(n, ν), with the moves as large as the jumps **before** say: the jump that
 //! is judged has no part in it. Few jumps leave much open, so the probability is the mean over all

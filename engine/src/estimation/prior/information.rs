@@ -1,4 +1,4 @@
-//! What is known of the coefficients, as rows `R δ = d` with independent errors of variance 1.
+//! Information on the coefficients, as rows `R δ = d` with independent errors of variance 1.
 //!
 //! Everything is done by orthogonal transformations of such rows, so that no covariance is ever
 //! inverted and no product of matrices formed (square-root information filter; Bierman 1977).

@@ -1,5 +1,5 @@
-//! What was known of the coefficients before the nodes were measured: mean and spread of a caller,
-//! or the chain of earlier measurements of a flank that moved in between.
+//! Prior of the coefficients: a given mean and spread, or the chain of earlier measurements of a
+//! flank that moved in between.
 //!
 //! Everything is said along the columns of the nodes of now, from their least squares and in units
 //! of σ: the coefficients are `A = Â + σ U⁻¹ δ`, U the columns in Q's coordinates. There the nodes

@@ -1,4 +1,4 @@
-//! What is wrong with a prior.
+//! Errors in a prior.
 
 use crate::fault::words::{Shown, counted, entries};
 

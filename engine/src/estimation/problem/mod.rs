@@ -1,5 +1,5 @@
-//! The least-squares problem once the factor stands: what is known of the nodes, and the residuals
-//! of any coefficients.
+//! The least-squares problem after the factorisation: observations, and the residuals of any
+//! coefficients.
 
 mod linear;
 mod matrix_b;

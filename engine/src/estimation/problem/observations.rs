@@ -1,5 +1,4 @@
-//! What is still known of the nodes once the factor stands: all of them for a fit of posted nodes,
-//! sums for a stream.
+//! Observations after the factorisation: all nodes for a fit of posted nodes, sums for a stream.
 
 use super::summary::SummaryStatistics;
 use crate::estimation::{

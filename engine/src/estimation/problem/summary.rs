@@ -1,4 +1,4 @@
-//! Sums over nodes that are gone: what a stream keeps beside R and Qᵀy.
+//! Sums over past nodes, which a stream keeps with R and Qᵀy.
 
 use crate::numerics::Dd;
 

@@ -1,5 +1,4 @@
-//! The regularising matrix as noise: how large B (Eq. 40) is beside the columns that it is added
-//! to.
+//! The regularising matrix as noise: size of B (Eq. 40) relative to the columns it is added to.
 //!
 //! Section 6.3 reads the columns of B as "supplementary, regularizing noise", and `k =
 //! σ_noise/σ_signal` on the axes of Figs. 4 and 5. For `B = Σ cᵢ X Vᵢ Vᵢᵀ` column j has the length

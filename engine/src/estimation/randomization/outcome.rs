@@ -1,4 +1,4 @@
-//! What one repetition found.
+//! Result of one repetition.
 
 /// What one repetition found.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! The estimates beside which randomisation is seen: least squares, both spectral schemes, ridge,
+//! The estimates with which randomisation is compared: least squares, both spectral schemes, ridge,
 //! on X as it is.
 //!
 //! With `X = U Σ Vᵀ`, `α = VᵀA` and `p = Uᵀe`, least squares has `aᵢ = αᵢ + pᵢ/σᵢ`, a filter f

@@ -1,4 +1,4 @@
-//! What a study found.
+//! Result of a study.
 
 use crate::numerics::cancel;
 use crate::{

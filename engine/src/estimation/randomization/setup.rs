@@ -1,4 +1,4 @@
-//! What a study is run with, checked.
+//! Checked input of a study.
 
 use super::{
     fault::{StudyFaults, StudyField, StudyReason},

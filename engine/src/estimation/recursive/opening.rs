@@ -1,5 +1,5 @@
-//! What a stream may be opened with, and what its first block has to tell: a curve or a surface,
-//! the columns of a matrix.
+//! Checks of a stream's settings, and the data from its first block: a curve or a surface, the
+//! columns of a matrix.
 
 use super::boxes::roomy;
 use crate::estimation::fault::{

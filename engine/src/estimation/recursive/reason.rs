@@ -1,4 +1,4 @@
-//! What is wrong with what a stream is opened with.
+//! Errors in the settings of a stream.
 
 use crate::fault::words::Shown;
 

@@ -1,4 +1,4 @@
-//! What is kept as plain numbers, and made from them again to the last bit.
+//! State as plain numbers, restored exactly.
 
 use super::{
     state::{Numbers, State},

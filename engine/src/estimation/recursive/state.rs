@@ -1,4 +1,4 @@
-//! What a recursive estimate keeps, as plain numbers, so that somebody else can write it down.
+//! State of a recursive estimate as plain numbers, for storage.
 
 use crate::numerics::Dd;
 

@@ -1,4 +1,4 @@
-//! What is kept of the nodes, and how one is added.
+//! Sums over nodes, and their update by a node.
 
 use super::caller_row::CallerRow;
 use crate::{

@@ -1,5 +1,5 @@
-//! What a regularisation asks of the model, before a node is seen: so many coefficients, an axis
-//! for each weight, an order that has derivatives.
+//! Requirements of a regularisation on the model: a number of coefficients, an axis for each
+//! weight, an order that has derivatives.
 //!
 //! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened,
 //! since none of its nodes could mend it. What depends on the nodes (numerically zero

@@ -1,4 +1,4 @@
-//! What regularisation can have moved: the observed bias and its bounds (Eqs. 50 and 51).
+//! Bias of a regularisation: the observed bias and its bounds (Eqs. 50 and 51).
 //!
 //! Norms are of coefficient vectors in the scaled columns, where λ* acts. With `r ≥ ‖A‖`:
 //! * observed: `‖D‖`, `D = Â − Â_B = Σ (1−fᵢ) aᵢ Vᵢ`;

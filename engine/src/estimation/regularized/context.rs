@@ -1,4 +1,4 @@
-//! What a regularisation is given, and what it answers.
+//! Input and result of a regularisation.
 
 use super::{linear_map::LinearMap, prior_applied::PriorApplied};
 use crate::estimation::{

@@ -1,4 +1,4 @@
-//! Every figure of the decomposition in double precision beside that in twice of it.
+//! Comparison of the decomposition in double precision with twice the precision.
 
 use std::cell::Cell;
 

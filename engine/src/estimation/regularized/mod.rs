@@ -1,5 +1,4 @@
-//! What a regularisation makes of the least-squares estimate, in the one shape that the answer
-//! reports.
+//! The regularised estimate in the form that the answer reports.
 //!
 //! Every kind is an estimate `T + H(Â − T)` in the scaled columns:
 //!

@@ -1,4 +1,4 @@
-//! What a prior adds to a fit.
+//! Application of a prior to a fit.
 
 use std::sync::Arc;
 

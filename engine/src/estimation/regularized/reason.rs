@@ -1,4 +1,4 @@
-//! What is wrong with a scaling or a regularisation for a given model.
+//! Errors in a scaling or a regularisation for a given model.
 
 use std::fmt;
 

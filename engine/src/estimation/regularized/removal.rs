@@ -1,5 +1,4 @@
-//! What a penalty takes from the expectation of the scaled coefficients: `M A`, `M = Z diag(1−f)
-//! Z⁻¹`.
+//! Bias of the scaled coefficients by a penalty: `M A`, `M = Z diag(1−f) Z⁻¹`.
 
 use nalgebra::{DMatrix, DVector};
 

@@ -1,4 +1,4 @@
-//! What an estimate is drawn to, and what a uniform shrinkage `T + c (Â − T)` makes of it.
+//! Target of a shrinkage, and the uniform shrinkage `T + c (Â − T)`.
 //!
 //! T is a vector of the caller, or the grand mean: the constant function ȳ, whose coefficients `κ
 //! ȳ` come from the same heights. In the second case `Π = κ̃ hᵀ` projects on the constant (`h =

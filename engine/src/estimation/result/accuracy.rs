@@ -1,4 +1,4 @@
-//! How uncertain nodes and rounding move the coefficients.
+//! Effect of uncertain nodes and rounding on the coefficients.
 
 /// How far uncertain nodes can move the coefficients.
 #[derive(Clone, Debug, PartialEq)]

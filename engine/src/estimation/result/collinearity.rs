@@ -1,4 +1,4 @@
-//! How the columns depend on each other.
+//! Linear dependence of the columns.
 
 /// Collinearity of the columns of X: condition indices, variance inflation and near dependencies.
 ///

@@ -1,4 +1,4 @@
-//! What constraints on the shape came to, with the proof that they hold.
+//! Result of constraints on the shape, with the proof that they hold.
 
 use crate::estimation::spec::{ConstraintKind, Domain, FilterAxis};
 

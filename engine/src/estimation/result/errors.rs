@@ -1,4 +1,4 @@
-//! What was found of errors that are not white.
+//! Result of a model of the errors.
 
 use crate::estimation::spec::{Along, Correlation};
 

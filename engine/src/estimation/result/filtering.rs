@@ -1,4 +1,4 @@
-//! What filters did, as the answer tells it.
+//! Report on filters.
 
 use crate::estimation::spec::{Action, Filter};
 

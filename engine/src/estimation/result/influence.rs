@@ -1,4 +1,4 @@
-//! How much each node has a say in the fit.
+//! Influence of each node on the fit.
 
 /// How much each counted node has a say in a fit, in the order of the residuals. What the other
 /// nodes leave undetermined (a node of leverage 1) is `None`.

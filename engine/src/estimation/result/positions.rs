@@ -1,4 +1,4 @@
-//! What was found of nodes whose positions are off.
+//! Result of a fit with errors of positions.
 
 use crate::estimation::spec::PositionKind;
 

@@ -1,4 +1,4 @@
-//! What became of what was known before.
+//! Effect of the prior.
 
 /// What became of what was known before the nodes were measured.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What regularisation did, what its criteria would have chosen, and the bias that it costs.
+//! Regularisation: its effect, the choices of its criteria, and its bias.
 
 use super::representative::RepresentativeReport;
 use crate::estimation::spec::{Criterion, Scheme};

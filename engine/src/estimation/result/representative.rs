@@ -1,4 +1,4 @@
-//! How the matrix B of a representative piece suits the nodes.
+//! Match of the matrix B of a representative piece with the nodes.
 
 use crate::estimation::spec::PieceOf;
 

@@ -1,4 +1,4 @@
-//! What the function leaves of the heights.
+//! Residuals.
 
 /// What the fitted function leaves of the heights.
 #[derive(Clone, Debug, PartialEq)]

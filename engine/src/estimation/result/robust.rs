@@ -1,4 +1,4 @@
-//! How a robust estimate was reached.
+//! Report on a robust estimate.
 
 use crate::estimation::spec::{Distribution, Start};
 

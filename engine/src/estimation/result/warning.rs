@@ -1,4 +1,4 @@
-//! What must be known of an answer: as data, with a stable code and a sentence.
+//! Warnings about an answer: data, a stable code and a sentence.
 
 use super::{
     outliers::Outliers,

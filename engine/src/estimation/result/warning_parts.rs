@@ -1,4 +1,4 @@
-//! What warnings speak of, in words.
+//! Parts of warning sentences.
 
 use std::fmt;
 

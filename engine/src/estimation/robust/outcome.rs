@@ -1,4 +1,4 @@
-//! What a robust estimator is given, and what it finds.
+//! Input and result of a robust estimator.
 
 use crate::{
     estimation::{

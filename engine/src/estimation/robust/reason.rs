@@ -1,4 +1,4 @@
-//! What is wrong with a robust estimator for given nodes.
+//! Errors in a robust estimator for given nodes.
 
 /// Why it is refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

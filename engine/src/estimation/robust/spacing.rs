@@ -1,5 +1,4 @@
-//! How closely residuals lie together: the density of their differences at 0, and their own at the
-//! median.
+//! Density of residuals: the density of their differences at 0, and their own at the median.
 
 use crate::numerics::cancel::{self, Asking};
 

@@ -1,4 +1,4 @@
-//! What least squares of every subset of the largest model's columns leaves.
+//! Residual sums of squares of subsets of the largest model's columns.
 //!
 //! With Q, b and residuals of the largest model, and P the projector on the span of some of its
 //! columns in Q's coordinates: `RSS = RSS₀ + ‖(I − P)b‖²`, a node of row q has the residual `r₀ +

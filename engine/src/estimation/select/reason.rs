@@ -1,4 +1,4 @@
-//! What is wrong with a selection of models.
+//! Errors in a selection of models.
 
 use crate::{
     estimation::spec::ModelCriterion,

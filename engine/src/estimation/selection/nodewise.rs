@@ -1,4 +1,4 @@
-//! What the nodes say of a filter: the sum of squares of the residuals of nodes that are left out,
+//! Cross-validation of a filter: the sum of squares of the residuals of nodes that are left out,
 //! one by one or in blocks, the penalty held.
 
 use super::blockwise::Blockwise;

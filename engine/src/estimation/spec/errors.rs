@@ -1,4 +1,4 @@
-//! What is known of the errors of the heights.
+//! Error models of the heights.
 
 /// How scan lines run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

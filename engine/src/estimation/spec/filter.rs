@@ -1,5 +1,5 @@
-//! What filters a caller may ask for, as plain values; ranges were checked at the door, applying
-//! them checks the rest against the nodes.
+//! Filters as plain values; ranges are checked on reading a request, the rest is checked against
+//! the nodes.
 
 /// One filter; filters are applied in the order asked for.
 ///

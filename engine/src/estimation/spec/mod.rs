@@ -1,4 +1,4 @@
-//! What a caller asks for: model, scaling, regularisation, estimator, filters. Plain values; a fit
+//! Specification of a fit: model, scaling, regularisation, estimator, filters. Plain values; a fit
 //! checks them against the nodes.
 
 mod constraint;

@@ -1,4 +1,4 @@
-//! Where a fit is asked for heights, and with which bands.
+//! Requested places of predictions, and their bands.
 
 /// Heights, slopes and bands of the fitted curve or surface at places of its domain.
 #[derive(Clone, Debug, PartialEq)]

@@ -1,4 +1,4 @@
-//! What was known of the coefficients before the nodes were measured.
+//! Prior of the coefficients.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! What a caller asks for of estimates drawn to a target.
+//! Settings of shrinkage to a target.
 
 use super::criterion::Parameter;
 

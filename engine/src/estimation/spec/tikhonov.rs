@@ -1,4 +1,4 @@
-//! What a caller asks for of Tikhonov regularisation.
+//! Settings of Tikhonov regularisation.
 
 use super::criterion::Parameter;
 

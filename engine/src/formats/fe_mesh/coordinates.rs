@@ -1,4 +1,4 @@
-//! What the input of every finite-element program here begins with: a title, then numbered nodes.
+//! Common first part of the input of finite-element programs: a title, then numbered nodes.
 
 use std::{io::Write as _, sync::Arc};
 

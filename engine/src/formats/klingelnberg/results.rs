@@ -1,4 +1,4 @@
-//! What the five digits of a result's code mean.
+//! Meaning of the five digits of a result's code.
 //!
 //! The first three name the characteristic and where on the flank it was measured; the fourth is
 //! odd for left and even for right: 1, 2 single teeth, 3, 4 mean, 5, 6 variation, 7, 8 maximum, 9,

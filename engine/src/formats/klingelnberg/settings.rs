@@ -1,4 +1,4 @@
-//! What the header's codes mean: the gear, the measuring and evaluation ranges, the probe, the
+//! Meaning of the header's codes: the gear, the measuring and evaluation ranges, the probe, the
 //! rules of the evaluation.
 
 use super::{

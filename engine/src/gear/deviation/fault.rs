@@ -1,4 +1,4 @@
-//! What is wrong with a measurement, with a topography of deviations, with borders.
+//! Errors in a measurement, a topography of deviations, or borders.
 
 use super::NoFoot;
 use crate::{

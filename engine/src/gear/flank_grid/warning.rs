@@ -1,4 +1,4 @@
-//! Where a grid leaves the flank that is really there.
+//! Warnings of a grid that exceeds the usable flank.
 
 use std::fmt;
 

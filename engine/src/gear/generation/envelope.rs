@@ -1,4 +1,4 @@
-//! What any cutting profile leaves: the envelope by the meshing condition, computed point by point.
+//! The envelope of any cutting profile by the meshing condition, computed point by point.
 //!
 //! A tool's transverse profile is given as points. While tool and gear roll on each other, a point
 //! of the tool can cut only when the relative velocity lies in its tangent, n · v = 0; in plane

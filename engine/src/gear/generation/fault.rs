@@ -1,4 +1,4 @@
-//! What is wrong with a tooth's steps and with the profile of a tool.
+//! Errors in a tooth's steps and in the profile of a tool.
 
 use crate::{
     fault::{

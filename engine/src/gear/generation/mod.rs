@@ -1,5 +1,4 @@
-//! How the flank comes to be below the involute: what the tool leaves at the root, and the
-//! transverse profile of a whole tooth.
+//! Generation of the tooth root by the tool, and the transverse profile of a whole tooth.
 //!
 //! Transverse sections are described in polar form, in the tooth's own frame: a radius and the
 //! angle from the tooth's middle, which is the same for both flanks. An external gear is generated

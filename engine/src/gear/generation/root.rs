@@ -1,4 +1,4 @@
-//! What joins involute and root circle, whichever tool made it.
+//! The curve between involute and root circle, for any tool.
 
 use super::{
     Polar,

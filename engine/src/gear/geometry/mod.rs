@@ -1,5 +1,5 @@
-//! What follows from a gear's data (ISO 21771): diameters, thicknesses, the part of the flank that
-//! is involute, measures, warnings.
+//! Derived quantities of a gear (ISO 21771): diameters, thicknesses, the part of the flank that is
+//! involute, measures, warnings.
 //!
 //! Nothing is left out silently: a quantity that a gear has not got (the lead of a spur gear, the
 //! span of an internal helical one) is `None`. All diameters and thicknesses are positive, on

@@ -1,4 +1,4 @@
-//! What is unusual about a gear, as data.
+//! Warnings about a gear, as data.
 
 use std::fmt;
 

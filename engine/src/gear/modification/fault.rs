@@ -1,4 +1,4 @@
-//! What is wrong with modifications: with their range, with a law, with a topography.
+//! Errors in modifications: in their range, a law, or a topography.
 
 use crate::{
     fault::{

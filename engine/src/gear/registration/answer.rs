@@ -1,5 +1,5 @@
-//! What a registration answers: motions with their errors, what cannot be told apart, the part
-//! carried back, warnings.
+//! Result of a registration: motions with their errors, indistinguishable motions, the part carried
+//! back, warnings.
 
 use super::{
     Indistinguishable, Moved, Registering, Registration,

@@ -1,4 +1,4 @@
-//! What is wrong with a registration.
+//! Errors in a registration.
 
 use super::Motion;
 use crate::{

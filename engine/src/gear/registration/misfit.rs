@@ -1,5 +1,4 @@
-//! What a registration that converged may still have wrong: teeth and flanks that were assumed,
-//! deviations that no flank has.
+//! Doubts about a converged registration: assumed teeth and flanks, implausible deviations.
 
 use super::{
     Start,

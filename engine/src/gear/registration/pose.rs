@@ -1,4 +1,4 @@
-//! Where the measured part lies: an exact rigid motion with six numbers.
+//! Pose of the measured part: an exact rigid motion with six numbers.
 //!
 //! A point of the nominal flank is first turned by φ about the gear's own axis and moved by c along
 //! it; then the axis is turned about the pivot (0, 0, p) by the rotation vector w = (w_x, w_y, 0)

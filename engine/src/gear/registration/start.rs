@@ -1,5 +1,4 @@
-//! Where a registration begins: which flank every point belongs to, and the motions to within what
-//! the iteration closes.
+//! Start of a registration: the flank of every point, and approximate motions.
 //!
 //! A point that is nearest to a flank need not belong to it: a part that lies turned by a quarter
 //! of a pitch, or off centre by a module, has most of its points nearest to others. So the rotation

@@ -1,4 +1,4 @@
-//! What given teeth say of a place: over which angle most of them agree, and which contradict.
+//! Evaluation of given teeth: the angle on which most agree, and those that contradict.
 
 use std::{
     collections::BTreeMap,

@@ -1,4 +1,4 @@
-//! What is wrong with a machine to be simulated, and what ends a run.
+//! Errors in a simulated machine, and causes of the end of a run.
 
 use crate::{
     estimation::FitError,

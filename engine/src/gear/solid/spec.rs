@@ -1,4 +1,4 @@
-//! What solid mesh is asked for.
+//! Settings of a solid mesh.
 
 /// A sector of teeth with its rim.
 #[derive(Clone, Debug, PartialEq)]

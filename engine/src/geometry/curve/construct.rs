@@ -1,5 +1,5 @@
-//! The one door to all curves through points: points, a method, and the curve with what is to be
-//! said of its stability.
+//! Construction of all curves through points: from points and a method to the curve with a report
+//! on its stability.
 
 use super::{
     Curve, CurveFault, CurveShape,

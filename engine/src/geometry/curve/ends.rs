@@ -1,4 +1,4 @@
-//! What a cubic spline has to fulfil at its ends.
+//! End conditions of a cubic spline.
 
 use crate::geometry::space::Vector;
 

@@ -1,4 +1,4 @@
-//! Why a curve is refused, and where in the input the reason stands.
+//! Reasons for refusing a curve, with the place in the input.
 
 use crate::{
     fault::words::{Shown, are},

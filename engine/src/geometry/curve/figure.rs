@@ -1,4 +1,5 @@
-//! What the figures of stability share: why one does not exist, and the order of the nodes.
+//! Common parts of the figures of stability: the reason for a missing one, and the order of the
+//! nodes.
 
 /// Why a figure does not exist.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]

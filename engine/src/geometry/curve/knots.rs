@@ -1,4 +1,4 @@
-//! Where knots go when nobody gave them.
+//! Default placement of knots.
 //!
 //! Every vector here is clamped: its ends are the first and the last parameter, each degree + 1
 //! times. Parameters are finite and ascend strictly. Source: Piegl and Tiller, The NURBS Book,

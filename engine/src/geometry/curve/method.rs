@@ -1,4 +1,4 @@
-//! What a curve is made of and how: points, a method, and the curve alone.
+//! Construction of a curve: points, a method, and the curve alone.
 
 use super::{
     CurveFault, CurveShape, Ends, KnotChoice, Parametrization, Part, Polynomial, Tangents, cubic_hermite, cubic_spline,

@@ -1,5 +1,4 @@
-//! How far a curve swings beyond the nodes: between each two neighbours, how far it leaves the
-//! range of their values.
+//! Overshoot of a curve: between each two neighbours, how far it leaves the range of their values.
 //!
 //! Coordinates count each for itself. The extremes of a coordinate between two nodes lie where its
 //! derivative changes sign; that is looked for in `SAMPLES` parts of every smooth piece and then

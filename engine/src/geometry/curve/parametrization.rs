@@ -1,4 +1,4 @@
-//! Which parameter a point of a parametric curve gets, when nobody gave one.
+//! Default parameters of the points of a parametric curve.
 //!
 //! Parameters run from 0 to 1 and ascend. The choice shapes the curve: with uneven distances the
 //! uniform one makes loops, the chord length follows long chords too stiffly, the centripetal one

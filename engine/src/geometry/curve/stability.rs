@@ -1,5 +1,4 @@
-//! How far a curve through points can be trusted: the paper's warnings about oscillation, as
-//! figures.
+//! Stability of a curve through points: the paper's warnings about oscillation, as figures.
 //!
 //! - The Lebesgue constant: by how much errors of the values can be amplified anywhere on the curve
 //!   ([`super::lebesgue`]).

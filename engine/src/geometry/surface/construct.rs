@@ -1,5 +1,4 @@
-//! The one door to all surfaces: what is given, a method, and the surface with what is to be said
-//! of it.
+//! Construction of all surfaces: from data and a method to the surface with a report.
 
 pub use super::method::{Given, Method, Net};
 use super::{

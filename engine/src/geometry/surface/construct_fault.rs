@@ -1,4 +1,4 @@
-//! Why a surface is refused, and where in what was given the reason stands.
+//! Reasons for refusing a surface, with the place in the input.
 
 use super::{
     bezier::BezierFault, boundaries::BoundaryFault, gregory::GregoryFault, grid_fault::GridFault,

@@ -1,4 +1,4 @@
-//! How smooth a surface is across the lines where its pieces meet: borders of patches and knots
+//! Continuity of a surface across the lines where its pieces meet: borders of patches and knots
 //! alike.
 //!
 //! Along each such line both sides are sampled at the same places, a few roundings to either side

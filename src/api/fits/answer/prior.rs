@@ -1,4 +1,4 @@
-//! What became of what was known before.
+//! Effect of the prior.
 
 use super::declare::{FieldsAs, ListAs, WriteAs, answer};
 use crate::api::json::writer::Object;

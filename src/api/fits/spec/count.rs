@@ -1,4 +1,4 @@
-//! How many eigenvalues are regularised: `"auto"` or a number.
+//! Number of eigenvalues to regularise: `"auto"` or a number.
 
 use std::fmt;
 

@@ -1,4 +1,4 @@
-//! What is answered only when asked for.
+//! Optional parts of an answer.
 
 use serde::{Deserialize, Serialize};
 use utoipa::ToSchema;

@@ -1,4 +1,4 @@
-//! Whether the nodes or the basis cause a near dependency: condition of the same column space in
+//! Cause of a near dependency, the nodes or the basis: condition of the same column space in
 //! Legendre's basis over the domain.
 //!
 //! Raw powers far from 0 are nearly collinear wherever the nodes are. In a basis that is

@@ -1,4 +1,4 @@
-//! How far one column is explained by others.
+//! Share of one column that is explained by others.
 
 use nalgebra::DMatrix;
 

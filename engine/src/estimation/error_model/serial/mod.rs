@@ -1,4 +1,4 @@
-//! Whether residuals are correlated with their neighbours on scan lines.
+//! Test of residuals for correlation with their neighbours on scan lines.
 //!
 //! The statistic is `c = Σ rᵢrᵢ₊₁ / Σ r²` over neighbours on a line, in which Durbin and Watson's d
 //! is about 2(1 − c). Residuals of white noise are correlated by the projection that makes them:

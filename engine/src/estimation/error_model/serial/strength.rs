@@ -1,4 +1,4 @@
-//! How strong a correlation along lines is, and what it does to standard errors.
+//! Strength of a correlation along lines, and its effect on standard errors.
 
 use super::basis::LineBasis;
 use crate::numerics::root::root;
