@@ -1,4 +1,4 @@
-//! Jobs that nobody has touched for long: archived into a folder, and purged once the archive is
+//! Jobs without activity for long: archived into a folder, and purged once the archive is
 //! there, synced, and reads as it was written.
 
 use std::{

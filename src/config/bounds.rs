@@ -1,4 +1,4 @@
-//! Numbers of settings that make no sense beyond some bounds: a server that can answer nobody, and
+//! Numbers of settings that make no sense beyond some bounds: a server that cannot answer, and
 //! times that no clock reaches.
 
 use std::{fmt::Display, ops::RangeInclusive, str::FromStr};

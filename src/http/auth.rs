@@ -71,7 +71,7 @@ pub struct Callers {
 
 impl Callers {
     /// Decides whether a key is required for the lifetime of the process: a key created meanwhile
-    /// locks nobody out.
+    /// locks no caller out.
     pub async fn of(
         settings: &ServeSettings,
         jobs: &JobService,

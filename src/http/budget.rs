@@ -110,7 +110,7 @@ impl Permit {
         if wanted > room { Err(never(room)) } else { Ok(()) }
     }
 
-    /// Most that it may hold, if nobody else holds anything.
+    /// Most that it may hold, if no other holder has any.
     pub fn room(&self) -> usize {
         self.budget.limit_for(usize::MAX)
     }

@@ -60,7 +60,7 @@ impl Remaining {
             match pool::on_behalf_of(self.party.clone(), self.state.pool.run(work)).await {
                 Ok(piece) => return Ok(piece),
                 Err(PoolError::Full { .. } | PoolError::Share) => tokio::time::sleep(QUEUE_PAUSE).await,
-                // the connection ends without the end of the answer, so that nobody takes it for
+                // the connection ends without the end of the answer, so that no reader takes it for
                 // whole
                 Err(error) => return Err(io::Error::other(error)),
             }

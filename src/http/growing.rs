@@ -2,7 +2,7 @@
 //!
 //! Who writes is never held up by a client: what was written waits in memory as long as it is
 //! short, and then in a file without a name. Who reads follows at its own pace. Where writing ends
-//! before its end, so does the answer: its connection breaks, and nobody takes it for whole.
+//! before its end, so does the answer: its connection breaks, and no reader takes it for whole.
 
 use std::{
     fs::File,
@@ -134,7 +134,7 @@ impl Write for Growing {
     }
 }
 
-/// Ends the writing when nobody reads any more.
+/// Ends the writing when the reader is gone.
 struct Writing<T>(JoinHandle<T>);
 
 impl<T> Drop for Writing<T> {

@@ -43,7 +43,7 @@ fn complete(headers: &mut HeaderMap, reads: bool, status: StatusCode) {
 
 /// Leaves of the encodings that a client takes those that are offered. Where none is, or even the
 /// answer as it is would not be taken, it goes as it is (RFC 9110, 12.5.3): a 406 after the work
-/// has been done, and perhaps stored, would help nobody.
+/// has been done, and perhaps stored, would be useless.
 pub fn offered_encodings(mut request: Request) -> Request {
     let headers = request.headers_mut();
     let values = headers.get_all(header::ACCEPT_ENCODING).iter().filter_map(|value| value.to_str().ok());

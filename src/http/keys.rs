@@ -90,7 +90,7 @@ async fn create_key(state: CallerState, key: IdempotencyKey, payload: Payload) -
 const FIRST_KEY: &str = "this is the first key: until the server is restarted it asks for none, and from then on \
     (with --auth auto) every request under /v1 needs one. Keep this key, with which others are made";
 
-/// 409: with any other first key nobody could create keys once they are required.
+/// 409: with any other first key no caller could create keys once they are required.
 pub(super) fn first_key_must_be_admin() -> Problem {
     let detail = "There is no key yet, and once there is one the next start asks everybody for a key: make a secret of \
         the role `admin` first (POST /v1/keys with \"role\": \"admin\" and no other kind), and keep it.";

@@ -191,7 +191,7 @@ fn has_a_place(request: &Request, path: Option<&MatchedPath>) -> Result<(), Prob
 }
 
 /// What happened inside, as loudly as somebody here must look at it: a client that leaves is
-/// nobody's fault here.
+/// no fault of this server.
 fn log_cause(id: &RequestId, problem: &Problem, cause: &str) {
     let (request_id, code) = (id.as_str(), &problem.code);
     match problem.status {

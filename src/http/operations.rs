@@ -55,7 +55,7 @@ enum Access {
     Everybody,
     /// Whoever has the scope of an earlier request, which the handler knows.
     OfRequest,
-    /// Whoever has the scope; nobody where the document names none.
+    /// Whoever has the scope; no caller where the document names none.
     Scope(Option<Scope>),
 }
 

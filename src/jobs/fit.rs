@@ -52,7 +52,7 @@ pub struct FitRecord {
     pub chosen: bool,
 }
 
-/// The figures by which λ* choices are told apart at a glance. A figure that does not exist (or is
+/// The figures that compare λ* choices at a glance. A figure that does not exist (or is
 /// not finite) is `None`.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Figures {

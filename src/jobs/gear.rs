@@ -4,7 +4,7 @@ use std::ops::Deref;
 
 use serde::Deserialize;
 
-/// A gear's data as a JSON document, checked at the door.
+/// A gear's data as a JSON document, checked on reading the request.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct JobGear(String);
 

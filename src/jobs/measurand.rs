@@ -13,7 +13,7 @@ use flankfit_engine::gear::{
 pub struct Measurand {
     pub flank: Option<Side>,
     pub tooth: Option<String>,
-    /// What the axes of the nodes mean: a JSON document, checked at the door.
+    /// What the axes of the nodes mean: a JSON document, checked on reading the request.
     pub axes: Option<Arc<str>>,
     /// Whether the units were confirmed although they are implausible.
     pub units_accepted: bool,

@@ -76,7 +76,7 @@ impl JobService {
         self.store.turn().await
     }
 
-    /// Jobs that nobody has touched since a time and that are not purged.
+    /// Jobs without activity since a time and that are not purged.
     pub async fn untouched(&self, since: Timestamp, most: u32) -> Result<Vec<Key>, RepositoryError> {
         self.store.untouched(since, most).await
     }

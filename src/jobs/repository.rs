@@ -107,7 +107,7 @@ pub trait Upkeep: Send + Sync + 'static {
     /// A turn to purge what is old; none where another process has it.
     fn turn(&self) -> RepositoryFuture<'_, Option<Turn>>;
 
-    /// Jobs that nobody has touched since a time and that are not purged, at most so many.
+    /// Jobs without activity since a time and that are not purged, at most so many.
     fn untouched(&self, since: Timestamp, most: u32) -> RepositoryFuture<'_, Vec<Key>>;
 
     /// Whether anything can be written: writes something small, and answers once it is synced.

@@ -1,6 +1,6 @@
 //! Why tokens are refused.
 
-/// Why a token is not believed. What stands in it is told nobody.
+/// Reason for refusing a token. Its contents are never returned.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum TokenError {
     #[error("it cannot be read")]

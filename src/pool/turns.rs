@@ -12,13 +12,13 @@ use std::{
     sync::Arc,
 };
 
-/// For whom work is done; none of the work that is nobody's.
+/// For whom work is done; none of work without a party.
 pub type Party = Option<Arc<str>>;
 
 /// Why something may not wait.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoPlace {
-    /// Every place is taken, and nobody has more of them than the party.
+    /// Every place is taken, and no party has more of them than this one.
     Full,
     /// The party has its share, and others wait.
     Share,

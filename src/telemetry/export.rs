@@ -101,7 +101,7 @@ pub fn start(settings: &TraceSettings) -> Result<Option<SdkTracer>, TraceError> 
 }
 
 /// What the spans are of. Each process has an id of its own, by which the servers of a plant are
-/// told apart; what the environment says holds instead.
+/// distinguished; what the environment says holds instead.
 fn resource() -> Resource {
     let id = uuid::Builder::from_random_bytes(RandomIdGenerator::default().new_trace_id().to_bytes()).into_uuid();
     let own = [

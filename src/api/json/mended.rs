@@ -64,7 +64,7 @@ impl Mended {
         self.added.get(&location.pointer()).map_or(&[], Vec::as_slice)
     }
 
-    /// Whether only what was mended is refused: a stand-in, a field that was left out, an array
+    /// Whether only a repaired part is refused: a stand-in, a field that was left out, an array
     /// that has become too short.
     fn caused(&self, refusal: &Refusal) -> bool {
         let pointer = refusal.pointer();

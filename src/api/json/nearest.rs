@@ -4,7 +4,7 @@
 /// third of it or less would have to be changed. Names of other case, or with other signs between
 /// their words, are near at once.
 pub fn nearest<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
-    // A long name is nobody's typing error.
+    // A long name is no typing error.
     let name: Vec<char> = bare(name).take(64).collect();
     let changes = known.into_iter().map(|known| (distance(&name, &bare(known).collect::<Vec<_>>()), known));
     let (changes, found) = changes.min_by_key(|(changes, _)| *changes)?;

@@ -22,7 +22,7 @@ use super::{
 };
 use flankfit_engine::numerics::cancel;
 
-/// Reads well-formed JSON, as it stands or as it was mended.
+/// Reads well-formed JSON, as sent or repaired.
 pub fn read<'de, T: Deserialize<'de>>(text: &'de [u8], mended: Option<&Mended>) -> Result<T, Refusal> {
     T::deserialize(Reader { cursor: &mut Cursor::new(text), location: &Location::Root, mended })
 }

@@ -109,7 +109,7 @@ pub fn boundary_curves(
     Some((curves, tolerance))
 }
 
-/// How far curves may be apart where they should meet, if nobody says.
+/// How far curves may be apart where they should meet by default.
 pub fn corner_tolerance<'a>(curves: impl Iterator<Item = &'a CurveShape>) -> f64 {
     let ends = curves.flat_map(|curve| curve.domain().map(|t| curve.value(t)));
     CORNER_TOLERANCE * ends.fold(0.0, |size: f64, end| size.max(end.amax()))

@@ -1,4 +1,4 @@
-//! `flankfit demo --closed-loop`: a machine whose settings cannot be told apart, corrected with and
+//! `flankfit demo --closed-loop`: a machine whose settings cannot be separated, corrected with and
 //! without λ*.
 
 use std::io::Write;

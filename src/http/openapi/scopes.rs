@@ -18,7 +18,7 @@ pub const OF_REQUEST: &str = "of_the_request";
 /// Operations about requests that were made before.
 const OF_REQUESTS: [&str; 4] = ["list_operations", "get_operation", "cancel_operation", "get_operation_result"];
 
-/// Operations that change something, or are no plain GET. What nobody names here is
+/// Operations that change something, or are no plain GET. An operation not named here is
 /// [`Scope::Read`] where it is a GET, and else has no scope, so that it is refused to everybody.
 const SCOPES: &[(Scope, &[&str])] = &[
     (

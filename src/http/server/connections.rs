@@ -85,7 +85,7 @@ impl Connection {
         self.lock().unread
     }
 
-    /// Whether nobody would miss it: no request, and nothing left to be sent.
+    /// Whether it is idle: no request, and nothing left to be sent.
     pub fn may_close(&self) -> bool {
         self.waiting_since().is_some()
     }

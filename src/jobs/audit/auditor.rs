@@ -82,7 +82,7 @@ pub struct Evidence {
 
 impl Evidence {
     /// Refuses, by its place, a seal that is not as it was made, and one that another of the same
-    /// number contradicts: such evidence convicts nobody.
+    /// number contradicts: such evidence proves nothing.
     pub fn of(seals: Vec<WholeSeal>, key: Option<[u8; 32]>) -> Result<Self, usize> {
         let mut evidence = Evidence { kept: BTreeMap::new(), key };
         for (place, kept) in seals.into_iter().enumerate() {

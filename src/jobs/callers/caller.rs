@@ -73,7 +73,7 @@ impl Caller {
         Caller { tenant: Tenant::default(), actor: ANONYMOUS.into(), origin: Origin::default() }
     }
 
-    /// The name that is kept with what the caller stores; none where nobody is known.
+    /// The name that is kept with what the caller stores; none without authentication.
     pub fn known_actor(&self) -> Option<Arc<str>> {
         (&*self.actor != ANONYMOUS).then(|| self.actor.clone())
     }

@@ -70,7 +70,7 @@ impl TenantKeys {
         self.keys.keys(page).await
     }
 
-    /// Stores a key. Its secret, where it has one, is known to whoever asked, and to nobody after.
+    /// Stores a key. Its secret, where it has one, is returned to this caller only.
     pub async fn create(
         &self,
         draft: KeyDraft,

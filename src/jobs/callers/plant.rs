@@ -12,7 +12,7 @@ pub struct Plant {
     pub id: Uuid,
     pub name: Tenant,
     pub description: Option<String>,
-    /// Its keys let nobody in while this is so.
+    /// True while its keys are refused.
     pub suspended: bool,
     pub version: u64,
     pub created_at: Timestamp,

@@ -52,7 +52,7 @@ impl StreamCache {
         self.slots.lock().unwrap_or_else(PoisonError::into_inner).contains_key(stream)
     }
 
-    /// The stream's slot, once nobody else has it. Empty when the stream is not in memory.
+    /// The stream's slot, once no other holder has it. Empty when the stream is not in memory.
     pub async fn slot(&self, stream: Owned) -> Slot {
         let slot = {
             let mut slots = self.slots.lock().unwrap_or_else(PoisonError::into_inner);
@@ -93,7 +93,7 @@ impl Default for StreamCache {
     }
 }
 
-/// Drops the streams not used for longest, of those that nobody holds.
+/// Drops the streams not used for longest, of those without a holder.
 fn shrink(slots: &mut HashMap<Owned, Entry>) {
     let over = |slots: &HashMap<Owned, Entry>| {
         slots.len() > StreamCache::MOST

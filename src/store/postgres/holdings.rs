@@ -234,7 +234,7 @@ impl PostgresHoldings {
             let mut rows = sqlx::query(STATEMENTS[table].read).bind(key.job).bind(key.tenant.as_str()).fetch(&mut *db);
             while let Some(row) = rows.try_next().await? {
                 if to.send(read_row(table, &row)?).await.is_err() {
-                    // nobody wants the rest
+                    // the rest is not needed
                     return Ok(());
                 }
             }

@@ -120,7 +120,7 @@ async fn forget_answers(db: &mut PgConnection, tenant: &Tenant, job: Uuid) -> Ou
     Ok(())
 }
 
-/// Jobs that nobody has touched since a time and that are not purged, those that rest longest
+/// Jobs without activity since a time and that are not purged, those that rest longest
 /// first.
 pub async fn untouched(from: &PgPool, since: jiff::Timestamp, most: u32) -> Result<Vec<Key>, sqlx::Error> {
     let rows: Vec<(Tenant, Uuid)> = sqlx::query_as(

@@ -40,7 +40,7 @@ impl Operation for ForgetTold {
 /// a few bytes may fit where an iteration does not.
 pub static PROBE: [u8; 64 << 10] = [0; 64 << 10];
 
-/// Writes what nobody reads, to find out whether anything can be written.
+/// Writes a test row, to check that the database accepts writes.
 pub struct Probe {
     pub now: Timestamp,
 }

@@ -138,7 +138,7 @@ async fn forget_answers(db: &mut SqliteConnection, tenant: &Tenant, seq: i64, jo
     Ok(())
 }
 
-/// Jobs that nobody has touched since a time and that are not purged, those that rest longest
+/// Jobs without activity since a time and that are not purged, those that rest longest
 /// first.
 pub async fn untouched(from: &SqlitePool, since: &str, most: u32) -> Outcome<Vec<Key>> {
     let rows: Vec<(Tenant, Uuid)> = sqlx::query_as(

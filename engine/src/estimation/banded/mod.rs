@@ -4,7 +4,7 @@
 //! with half-bandwidth p·n_v + q. Nodes are bucketed by cell ([`cells`]), F is summed cell by cell
 //! ([`passes`]), factored as a band and corrected by residuals from the nodes ([`system`]), which
 //! costs O(m (p+1)²(q+1)² + n (p n_v)²) and a small multiple of the nodes in memory. A penalty of
-//! order 0 to 3 keeps the band ([`penalty`], [`weight`]). The front door is
+//! order 0 to 3 keeps the band ([`penalty`], [`weight`]). The entry point is
 //! [`super::near::surface`].
 
 pub(super) mod cells;

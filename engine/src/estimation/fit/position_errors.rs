@@ -43,7 +43,7 @@ fn unsuited(nodes: &Nodes, spec: &FitSpec, uncertainty: NodeUncertainty) -> Opti
 }
 
 /// The fit, where positions are off and it can be told what follows; `None` where they are taken
-/// as exact, which nobody asked for by name.
+/// as exact, by default.
 pub(super) fn fit_positions(nodes: &Nodes, sample: &Sample, spec: &FitSpec) -> Result<Option<FitResult>, FitError> {
     let Some(uncertainty) = spec.node_uncertainty.filter(|uncertainty| uncertainty.position > 0.0) else {
         return Ok(None);

@@ -7,7 +7,7 @@
 //! spreads by q standard errors of least squares, `Q = q²σ²(XᵀX)⁻¹`, has covariance q². Earlier
 //! nodes say `U_k U⁻¹ δ = (Q_kᵀY_k − U_k Â)/σ`.
 //!
-//! How far the flank moves nobody knows: the posterior is the mixture over q with the likelihood as
+//! The move of the flank is unknown: the posterior is the mixture over q with the likelihood as
 //! weights, reported by its mean and covariance. A flank that moved little for long may have moved
 //! once since (a new tool, another clamping), of which the moves before say nothing: with the share
 //! [`STEP`] the last move is a step of any size beside. A prior that the nodes contradict is let

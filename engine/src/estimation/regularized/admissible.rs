@@ -2,7 +2,7 @@
 //! weight, an order that has derivatives.
 //!
 //! A fit of posted nodes asks once it is at its regularisation; a stream asks when it is opened,
-//! since none of its nodes could mend it. What depends on the nodes (numerically zero
+//! since none of its nodes could change it. What depends on the nodes (numerically zero
 //! directions, a constant among posted columns) stays with each kind.
 
 use super::{

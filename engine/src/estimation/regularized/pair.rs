@@ -137,7 +137,7 @@ impl Pair {
     }
 }
 
-/// Cosines above this are told apart by their sines.
+/// Cosines above this are distinguished by their sines.
 const NEAR_ONE: f64 = 0.7;
 
 /// Right singular vectors by ascending cosine `sigma`, those of cosines near 1 turned so that their

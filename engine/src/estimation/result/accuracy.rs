@@ -12,7 +12,7 @@ pub struct PerturbationReport {
 /// Bounds on the relative error of the coefficients in the scaled columns.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PerturbationBounds {
-    /// Ineq. 22, mended; `None` where κ·ε ≥ 1.
+    /// Ineq. 22, corrected; `None` where κ·ε ≥ 1.
     pub square_bound: Option<f64>,
     /// Wedin's first-order bound, with the residual term.
     pub first_order_bound: Option<f64>,

@@ -1,5 +1,5 @@
 //! Sums of coefficients that the nodes determine although the coefficients themselves cannot be
-//! told apart.
+//! separated.
 
 /// A weighted sum of the coefficients of nearly dependent terms ("clustering of regressors"), which
 /// the nodes determine well. It is that of least squares, or of the robust estimate.

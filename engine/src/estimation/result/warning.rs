@@ -386,7 +386,7 @@ pub enum Warning {
          errors the correction is left out"
     )]
     NoCorrectedError,
-    /// The interval of a further height whose variance nobody knows.
+    /// The interval of a further height of unknown variance.
     #[error(
         "variances differ from node to node, and nothing says which a further height would have: intervals of \
          further heights are left out"

@@ -12,7 +12,7 @@
 //! fixed coefficients and scale.) Its standard error is from the Fisher information of scale and
 //! shape (Lange, Little and Taylor 1989; for the generalised normal from the moments of T =
 //! (|r|/a)^p, which has the gamma distribution of shape 1/p); at an end of the range there is none.
-//! Shape and scale are told apart from the coefficients by symmetry, so that estimating them costs
+//! Shape and scale are separated from the coefficients by symmetry, so that estimating them costs
 //! the coefficients nothing in the limit. With few nodes it does: coefficients move with the
 //! exponent, and the likeliest one is among those that make the residuals look least spread. τ² of
 //! an estimated exponent is therefore a mean over the exponents, weighed by their profile

@@ -108,7 +108,7 @@ pub struct Chain {
     pub moves: Moves,
     /// Whether the changes that kept corrections predict are taken to have come.
     pub correction: bool,
-    /// The iterations themselves, oldest first; `None` where nobody has looked for them, and then
+    /// The iterations themselves, oldest first; `None` before they are looked up, and then
     /// there is no fit.
     pub earlier: Option<Arc<[Earlier]>>,
 }

@@ -50,7 +50,7 @@ use super::{
 pub struct Representative {
     /// Where the piece is from.
     pub of: PieceOf,
-    /// The piece itself; `None` where nobody has looked for it, and then there is no fit.
+    /// The piece itself; `None` before it is looked up, and then there is no fit.
     pub piece: Option<Box<Piece>>,
 }
 

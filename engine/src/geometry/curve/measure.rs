@@ -6,7 +6,7 @@ use super::{Curve, CurveFault};
 use crate::numerics::{cancel, sum2};
 use std::collections::VecDeque;
 
-/// The relative error that an arc length is computed to, if nobody asks for another.
+/// The relative error that an arc length is computed to, by default.
 pub const DEFAULT_TOLERANCE: f64 = 1e-12;
 
 /// Parts of one call at most, beyond the smooth pieces.

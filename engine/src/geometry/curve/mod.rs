@@ -5,7 +5,7 @@
 //! parameter. What follows from these alone (curvature, arc length, the closest point) is written
 //! once, for every curve.
 //!
-//! Parameters outside the domain are the caller's mistake and are refused at the door; here the end
+//! Parameters outside the domain are the caller's mistake and are refused beforehand; here the end
 //! piece goes on.
 
 pub mod b_spline;

@@ -83,7 +83,7 @@ impl Cell {
         hu > 0.0 && hv > 0.0 && hu * hv > mixed * mixed
     }
 
-    /// Its halves across the longer way; `None` where the parameters cannot be told apart any more.
+    /// Its halves across the longer way; `None` where the parameters are no longer distinguishable.
     pub(crate) fn halves(&self, surface: &dyn Surface) -> Option<[Cell; 2]> {
         let long = |k: usize, tangent: &Vector, bend: f64| {
             self.half[k] * (tangent.norm() + bend * self.half[k] + self.bends[1] * self.half[1 - k])

@@ -5,7 +5,7 @@
 //! What follows from these alone (normal, fundamental forms, curvatures, the closest point, area)
 //! is written once, for every surface.
 //!
-//! Parameters outside the domain are the caller's mistake and are refused at the door; here the
+//! Parameters outside the domain are the caller's mistake and are refused beforehand; here the
 //! border patch goes on.
 
 pub mod area;

@@ -6,7 +6,7 @@
 //! memory, locks and places are given back as at any return.
 //!
 //! Unwinding, and not a `Result` through every signature: mathematics would become half error
-//! handling for an error that it can neither cause nor mend, and a loop in a callback of a library
+//! handling for an error that it neither causes nor corrects, and a loop in a callback of a library
 //! could not pass it on at all. Salsa cancels queries of rust-analyzer in the same way. The payload
 //! is a private type raised by `resume_unwind`, so no panic hook is called, nothing is logged, and
 //! any other panic passes through `run` untouched. A checkpoint decides about going on only:
@@ -76,7 +76,7 @@ thread_local! {
 }
 
 impl Handle {
-    /// A handle that nobody has cancelled.
+    /// A handle that is not cancelled.
     pub fn new() -> Self {
         Handle::default()
     }

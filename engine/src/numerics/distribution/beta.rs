@@ -3,7 +3,7 @@
 
 use std::f64::consts::PI;
 
-/// I_x(p, q) for p, q > 0. `y` is 1 − x, told apart so that both keep their digits.
+/// I_x(p, q) for p, q > 0. `y` is 1 − x, kept separately so that both keep their digits.
 pub(super) fn incomplete_beta(x: f64, y: f64, p: f64, q: f64) -> f64 {
     if x <= 0.0 || y <= 0.0 {
         return if x <= 0.0 { 0.0 } else { 1.0 };

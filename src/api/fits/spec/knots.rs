@@ -40,7 +40,7 @@ documented!(
     list(list(f64::schema(), None), None),
 );
 
-/// An entry of `knots`, by which the two forms are told apart.
+/// An entry of `knots`, by which the two forms are distinguished.
 enum KnotEntry {
     Number(f64),
     List(Vec<f64>),

@@ -3,7 +3,7 @@
 use crate::estimation::spectrum::Directions;
 
 /// So does a column that owes this share of its coefficient's variance to it, however small its
-/// weight (Belsley, Kuh and Welsch): without that column the others would be told apart far better.
+/// weight (Belsley, Kuh and Welsch): without that column the others would be separated far better.
 const SHARE: f64 = 0.5;
 /// Squared weight of a column that takes part in an exact dependency.
 pub(super) const NUMERICALLY_ZERO: f64 = 1e-12;

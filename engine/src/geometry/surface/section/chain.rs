@@ -19,6 +19,6 @@ pub(super) struct Pieces {
     /// Where the plane touches in a point.
     pub contacts: Vec<[f64; 2]>,
     pub coincident: bool,
-    /// Parts too small to be told apart.
+    /// Parts too small to distinguish.
     pub unresolved: Vec<[f64; 2]>,
 }

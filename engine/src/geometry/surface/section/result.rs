@@ -17,7 +17,7 @@ pub struct Section {
     pub contacts: Vec<Vector>,
     /// Whether a part of the surface lies in the plane; it is no part of the curves.
     pub coincident: bool,
-    /// Places about which branches are too near to each other to be told apart, or the surface too
+    /// Places about which branches are too near to each other to distinguish, or the surface too
     /// flat.
     pub unresolved: Vec<Vector>,
 }
