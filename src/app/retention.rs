@@ -205,7 +205,7 @@ fn begin(folder: &Path, partial: &Path) -> io::Result<File> {
 fn keep(file: &File, partial: &Path, folder: &Path, kept: &Path, sha256: &[u8; 32]) -> io::Result<()> {
     file.sync_all()?;
     if digest(partial)? != *sha256 {
-        return Err(io::Error::other(format!("{} does not read as it was written", partial.display())));
+        return Err(io::Error::other(format!("{} does not read back identically", partial.display())));
     }
     fs::rename(partial, kept)?;
     for folder in [folder].into_iter().chain(folder.parent()) {
@@ -213,7 +213,7 @@ fn keep(file: &File, partial: &Path, folder: &Path, kept: &Path, sha256: &[u8; 3
     }
     match digest(kept)? == *sha256 {
         true => Ok(()),
-        false => Err(io::Error::other(format!("{} does not read as it was written", kept.display()))),
+        false => Err(io::Error::other(format!("{} does not read back identically", kept.display()))),
     }
 }
 

@@ -40,7 +40,8 @@ impl FromRequestParts<AppState> for CallerState {
     /// The caller was made out before any handler (see [`super::auth`]).
     async fn from_request_parts(parts: &mut Parts, state: &AppState) -> Result<Self, Problem> {
         let principal = parts.extensions.get::<Principal>().cloned();
-        let mut principal = principal.ok_or_else(|| Problem::internal("nobody made out the caller of the request"))?;
+        let mut principal =
+            principal.ok_or_else(|| Problem::internal("the caller of the request was not authenticated"))?;
         principal.caller.origin = Origin {
             request_id: parts.extensions.get::<RequestId>().map(|id| id.as_str().into()),
             peer: parts.extensions.get::<Peer>().map(|peer| peer.0),

@@ -71,7 +71,7 @@ impl JobService {
                 tracing::warn!(%error, "expired idempotency keys could not be deleted");
             }
             if let Err(error) = self.forget_old_events().await {
-                tracing::warn!(%error, "events that nobody goes on from could not be deleted");
+                tracing::warn!(%error, "old events could not be deleted");
             }
             if let Err(error) = self.forget_old_tasks().await {
                 tracing::warn!(%error, "operations that ended long ago could not be deleted");

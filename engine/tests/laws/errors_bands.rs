@@ -236,7 +236,7 @@ fn a_power_that_too_few_nodes_tell_is_warned_of() {
             let fit = std::iter::repeat_with(&mut draw).flatten().next().unwrap();
             let warning = fit.warnings.iter().find(|w| w.code() == "power_uncertain");
             assert_eq!(warning.is_some(), warned);
-            assert!(warning.is_none_or(|w| w.to_string().starts_with("4 degrees of freedom do not tell a power")));
+            assert!(warning.is_none_or(|w| w.to_string().starts_with("4 degrees of freedom do not fix a power")));
         }
     }
 }

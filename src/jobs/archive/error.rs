@@ -16,7 +16,7 @@ pub enum ArchiveError {
     Foreign,
     #[error("the file is cut off; nothing of it was stored")]
     Cut,
-    #[error("line {line} of the file is not as it was written; nothing of it was stored")]
+    #[error("line {line} of the file was changed; nothing of it was stored")]
     Damaged { line: u64 },
     #[error(
         "line {line} of the file is longer than {longest} bytes, as none of an export is; nothing of it was stored"
@@ -29,7 +29,7 @@ pub enum ArchiveError {
     #[error("job {job} was not stored, the jobs before it were: {error}")]
     NotStored { job: Uuid, error: RepositoryError },
     #[error(
-        "all jobs are stored, but another program has the database open: until it has ended, the file beside the \
+        "all jobs are stored, but another program has the database open: until it has ended, the file next to the \
          database whose name ends with -wal belongs to it"
     )]
     StillOpen,

@@ -47,7 +47,7 @@ struct Digesting<W> {
 impl<W: Write> Write for Digesting<W> {
     fn write(&mut self, piece: &[u8]) -> io::Result<usize> {
         if self.wanted.strong_count() == 0 {
-            return Err(io::Error::other("nobody waits for it"));
+            return Err(io::Error::other("the client has disconnected"));
         }
         let written = self.to.write(piece)?;
         self.digest.update(&piece[..written]);

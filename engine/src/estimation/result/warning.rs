@@ -321,7 +321,7 @@ pub enum Warning {
     },
     /// A power that too few residuals tell.
     #[error(
-        "{freedom} degrees of freedom do not tell a power of the standard deviation: intervals and bands hold less \
+        "{freedom} degrees of freedom do not fix a power of the standard deviation: intervals and bands hold less \
          often than they say; give the power, or measure at {more} nodes more"
     )]
     PowerUncertain {
