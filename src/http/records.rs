@@ -276,8 +276,7 @@ async fn list_iteration_records(
             correction, additional parts of the answer: names separated by commas.")
     ),
     responses(
-        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a \
-            characteristic for \
+        (status = 200, description = "The record. As quality data, which evaluations and pitches have, a characteristic for \
             each figure, in µm.", content((RecordBody = "application/json"), (String = "application/x-q-das-dfq"))),
         (status = 422, description = "There is nothing of that name to include.", body = Problem,
             content_type = "application/problem+json")

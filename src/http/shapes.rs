@@ -34,8 +34,7 @@ pub fn group() -> OpenApiRouter<AppState> {
         ("number" = u32, Path),
         IdempotencyKey
     ),
-    request_body(content = IterationCurveRequest, description = "A method, and points where the iteration's own are \
-        not \
+    request_body(content = IterationCurveRequest, description = "A method, and points where the iteration's own are not \
         meant."),
     responses(
         (status = 201, description = "The curve, kept.", body = RecordBody,

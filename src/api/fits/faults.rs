@@ -219,8 +219,7 @@ fn near(reason: &NearReason) -> String {
         NearReason::NoSpectrum => "with so many coefficients there is no spectrum: take `none`, `ridge` or `tikhonov`",
         NearReason::FewNodes { coefficients, nodes } => {
             return format!(
-                "{coefficients} coefficients cannot be determined from {nodes} counted nodes: take fewer spans, or ask \
-                    for \
+                "{coefficients} coefficients cannot be determined from {nodes} counted nodes: take fewer spans, or ask for \
                  `tikhonov`"
             );
         }

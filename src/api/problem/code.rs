@@ -135,12 +135,9 @@ impl ProblemCode {
             Self::MethodNotAllowed => {
                 (405, "urn:flankfit:problem:method_not_allowed", "The method is not offered here")
             }
-            Self::NotAcceptable => (
-                406,
-                "urn:flankfit:problem:not_acceptable",
-                "The requested media type is not \
-                available",
-            ),
+            Self::NotAcceptable => {
+                (406, "urn:flankfit:problem:not_acceptable", "The requested media type is not available")
+            }
             Self::BodyTimeout => (408, "urn:flankfit:problem:body_timeout", "The request body took too long"),
             Self::Conflict => (409, "urn:flankfit:problem:conflict", "The resource's state does not allow this"),
             Self::ImplausibleUnit => {

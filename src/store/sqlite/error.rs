@@ -37,8 +37,7 @@ pub enum OpenError {
     )]
     InUse { path: PathBuf, lock: PathBuf },
     #[error(
-        "the database {path} has another name (a hard link), by which another server could write it; remove that name, \
-            or \
+        "the database {path} has another name (a hard link), by which another server could write it; remove that name, or \
          name a copy", path = path.display()
     )]
     Linked { path: PathBuf },

@@ -462,8 +462,7 @@ pub enum Warning {
     PriorConflict(PriorConflict),
     /// A prior of iterations whose noise is another.
     #[error(
-        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as \
-            if \
+        "σ of these nodes is {}, that of the earlier iterations {} (in heights of weight 1): the prior is weighed as if \
          they were the same; compare the set-ups and the weights", Size(.0.now), Size(.0.earlier)
     )]
     UnequalNoise(UnequalNoise),
