@@ -65,7 +65,6 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
     })}
     ${units(flat, width, height)}
     ${scaleBars(scale, flat, width, height)}
-    ${ends.map((text, i) => endMark(text, i === 1, flat, width, height))}
     ${bands.map(
       ({ upper, lower, required }, i) =>
         html`<path key=${`band${i}`} class=${required ? "k-band required" : "k-band"} d=${`${line([...upper, ...[...lower].reverse()])}z`} />`,
@@ -94,6 +93,7 @@ export function KChart({ sheet, scale, bands = [], flat = false, dash, name, sum
     )}
     ${sheet.mean.length > 1 && html`<path class="k-mean" d=${line(sheet.mean)} />`}
     ${sheet.parabola.length > 1 && html`<path class="k-parabola" d=${line(sheet.parabola)} />`}
+    ${ends.map((text, i) => endMark(text, i === 1, flat, width, height))}
   </svg>`;
 }
 
@@ -141,7 +141,7 @@ function scaleBars({ perLength, perDeviation }, flat, width, height) {
 function endMark(text, last, flat, width, height) {
   const right = EDGE.across + width;
   const [x, y, anchor] = flat
-    ? [last ? right - 3 : EDGE.across + 3, EDGE.long / 2 + 11, last ? "end" : "start"]
+    ? [last ? right - 6 : EDGE.across + 6, EDGE.long / 2 + 13, last ? "end" : "start"]
     : [right + 5, last ? EDGE.long / 2 + 9 : EDGE.long / 2 + height, "start"];
   return html`<text key=${`end${last}`} class="k-end" x=${x} y=${y} text-anchor=${anchor}>${text}</text>`;
 }

@@ -80,6 +80,7 @@ function Drawn({ trace, evaluated, sheet, bands, name, scale, flat, gear, paper 
   const { value } = fmt;
   const outside = sheet.samples.filter((one, k) => bands.some(({ limits }) => outsideBy(one, limits[k]) !== 0));
   const profileEnds = gear?.internal ? [flankText.tip, flankText.root] : [flankText.root, flankText.tip];
+  const faceEnds = flat ? [flankText.faceI, flankText.faceII] : [flankText.shortI, flankText.shortII];
   return html`<figure>
     ${
       asTable
@@ -90,9 +91,7 @@ function Drawn({ trace, evaluated, sheet, bands, name, scale, flat, gear, paper 
             bands,
             flat,
             dash: dashOf(trace.flank),
-            ends: /** @type {[string, string]} */ (
-              kind === "profile" ? profileEnds : [flankText.shortI, flankText.shortII]
-            ),
+            ends: /** @type {[string, string]} */ (kind === "profile" ? profileEnds : faceEnds),
             name,
             summary: t.chartSummary(
               value.um(evaluated.slope_um),

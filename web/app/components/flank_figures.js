@@ -19,7 +19,8 @@ import { Within } from "./within.js";
 /** @typedef {(typeof SURFACE_FIGURES)[number] & { figure: FlankFigure }} Row */
 
 /** @typedef {(typeof SURFACE_FIGURES)[number]["name"]} Name */
-/** @typedef {{ number: number, link: import("../../vendor/ui.js").ComponentChildren, flank: "left" | "right" | undefined, figures: Figures | undefined }} IterationFigures */
+/** @typedef {"left" | "right" | undefined} Side */
+/** @typedef {{ number: number, link: import("../../vendor/ui.js").ComponentChildren, flank: Side, figures: Figures | undefined }} IterationFigures */
 
 /** @param {Figures | undefined} figures @param {Name} name */
 const figureOf = (figures, name) => figures?.[/** @type {const} */ (`${name}_um`)];
@@ -139,18 +140,20 @@ function columns(percent, limited) {
 
 /**
  * The figures of several iterations below each other, by their standing fits. The limits are those that decided of the
- * last one that has some; where others are asked for, these stand below.
- * @param {{ rows: readonly IterationFigures[], required: (name: Name, flank: "left" | "right" | undefined) => readonly number[] | undefined, csvName: string }} props
+ * last one that has some, of each flank where they differ; where others are asked for, these stand below.
+ * @param {{ rows: readonly IterationFigures[], required: (name: Name, flank: Side) => readonly number[] | undefined, csvName: string }} props
  */
 export function FiguresOfIterations({ rows, required, csvName }) {
   const told = SURFACE_FIGURES.filter(({ name }) => rows.some(({ figures }) => figureOf(figures, name)));
-  const decisive = (/** @type {Name} */ name) => rows.findLast(({ figures }) => figureOf(figures, name)?.conformity);
-  /** @param {Name} name @returns {readonly number[]} */
-  const limitsOf = (name) => figureOf(decisive(name)?.figures, name)?.conformity?.limits_um ?? [];
-  /** @param {Name} name @returns {readonly number[]} */
-  const askedOf = (name) => {
-    const [of, limits] = [decisive(name), limitsOf(name)];
-    const asked = of && required(name, of.flank);
+  /** @param {Name} name @param {Side} flank @returns {readonly number[]} */
+  const limitsOf = (name, flank) => {
+    const of = rows.filter((row) => row.flank === flank).map(({ figures }) => figureOf(figures, name)?.conformity);
+    return of.findLast((conformity) => conformity)?.limits_um ?? [];
+  };
+  /** @param {Name} name @param {Side} flank @returns {readonly number[]} */
+  const askedOf = (name, flank) => {
+    const limits = limitsOf(name, flank);
+    const asked = limits.length > 0 ? required(name, flank) : undefined;
     return asked && !sameLimits(asked, limits) ? asked : [];
   };
   const drawnIn = (/** @type {Name} */ name) =>
@@ -158,27 +161,36 @@ export function FiguresOfIterations({ rows, required, csvName }) {
       const figure = figureOf(figures, name);
       return figure ? [estimateOf(figure)] : [];
     });
-  const limited = told.some(({ name }) => limitsOf(name).length > 0);
-  const differs = told.some(({ name }) => askedOf(name).length > 0);
   if (told.length === 0) return html`<p class="quiet">${t.noFigures}</p>`;
-  /** @typedef {IterationFigures | "limits" | "required"} Line */
-  /** @type {Line[]} */
+  const flanks = [...new Set(rows.map(({ flank }) => flank))].filter((flank) =>
+    told.some(({ name }) => limitsOf(name, flank).length > 0),
+  );
+  const apart = flanks.some((flank) =>
+    told.some(({ name }) => !sameLimits(limitsOf(name, flank), limitsOf(name, flanks[0]))),
+  );
+  const limited = flanks.length > 0;
+  const differs = flanks.some((flank) => told.some(({ name }) => askedOf(name, flank).length > 0));
+  /** @typedef {{ head: string, ends: (name: Name) => readonly number[] }} Limits */
+  /** @param {string} head @param {(name: Name, flank: Side) => readonly number[]} of @returns {Limits[]} */
+  const linesOf = (head, of) =>
+    (apart ? flanks : flanks.slice(0, 1)).map((flank) => ({
+      head: apart && flank ? `${head}, ${t[`of_${flank}`]}` : head,
+      ends: (name) => of(name, flank),
+    }));
+  /** @type {(IterationFigures | Limits)[]} */
   const lines = [
     ...rows,
-    ...(limited ? [/** @type {const} */ ("limits")] : []),
-    ...(differs ? [/** @type {const} */ ("required")] : []),
+    ...linesOf(differs ? t.limitsDecided : t.limitsOf, limitsOf),
+    ...(differs ? linesOf(t.limitsRequired, askedOf) : []),
   ];
-  const heads = { limits: differs ? t.limitsDecided : t.limitsOf, required: t.limitsRequired };
-  const ends = (/** @type {"limits" | "required"} */ line, /** @type {Name} */ name) =>
-    line === "limits" ? limitsOf(name) : askedOf(name);
   return html`${table({
     caption: t.figuresOfFit,
     hideCaption: true,
     csvName,
     stacked: true,
     rows: lines,
-    rowKey: (line) => (typeof line === "string" ? line : line.number),
-    rowClass: (line) => (typeof line === "string" ? "summary" : ""),
+    rowKey: (line) => ("head" in line ? line.head : line.number),
+    rowClass: (line) => ("head" in line ? "summary" : ""),
     note: html`${[t.figuresHint, ...(limited ? [t.conformityHint] : []), ...(differs ? [t.limitsShare] : [])].join(" ")}
       ${h(StripLegend, { estimates: told.flatMap(({ name }) => drawnIn(name)), limited, oneScale: true })}`,
     columns: [
@@ -186,15 +198,15 @@ export function FiguresOfIterations({ rows, required, csvName }) {
         key: "iteration",
         header: t.iteration,
         rowHeader: true,
-        cell: (line) => (typeof line === "string" ? heads[line] : line.link),
-        csv: (line) => (typeof line === "string" ? heads[line] : line.number),
+        cell: (line) => ("head" in line ? line.head : line.link),
+        csv: (line) => ("head" in line ? line.head : line.number),
       },
       ...told.map(({ name, symbol }) => {
         const domain = stripDomain(
           drawnIn(name),
           rows.map(({ figures }) => figureOf(figures, name)?.conformity?.limits_um),
         );
-        /** @type {import("./table.js").Column<Line>} */
+        /** @type {import("./table.js").Column<IterationFigures | Limits>} */
         const column = {
           key: name,
           header: `${symbol.replace("_", " ")} ${t[name]}`,
@@ -202,8 +214,8 @@ export function FiguresOfIterations({ rows, required, csvName }) {
           unit: "µm",
           numeric: true,
           cell: (line) => {
-            if (typeof line === "string") {
-              const limits = ends(line, name);
+            if ("head" in line) {
+              const limits = line.ends(name);
               return data(limits.length > 0 ? limitText(limits) : ABSENT);
             }
             const figure = figureOf(line.figures, name);
@@ -211,7 +223,7 @@ export function FiguresOfIterations({ rows, required, csvName }) {
             return html`${h(WithError, { value: figure.value, error: figure.std_error })} ${h(Within, { within: figure.within })}
               <div>${h(Strip, { estimates: [estimateOf(figure)], limits: figure.conformity?.limits_um, unit: "µm", domain })}</div>`;
           },
-          csv: (line) => (typeof line === "string" ? ends(line, name) : figureOf(line.figures, name)?.value),
+          csv: (line) => ("head" in line ? line.ends(name) : figureOf(line.figures, name)?.value),
         };
         return column;
       }),
@@ -221,6 +233,7 @@ export function FiguresOfIterations({ rows, required, csvName }) {
 
 /** To the last digit that numbers are sent with. @param {readonly number[]} some @param {readonly number[]} others */
 const sameLimits = (some, others) =>
+  some.length === others.length &&
   some.every((end, i) => Math.abs(end - (others[i] ?? Number.NaN)) <= 1e-9 * Math.max(1, Math.abs(end)));
 
 /** In short, as an entry of the trace has them. @param {{ figures: Figures | undefined }} props */

@@ -47,12 +47,15 @@ export function SaveIteration({ file, spec }) {
         items.length === 0 && q === ""
           ? h(Empty, {
               children: t.noJobs,
-              action: html`<a class="button" href=${href("/jobs/new")}>${common.newJob}</a>`,
+              action: newJob(),
             })
           : h(Save, { key: digestOf(file.text), jobs: items, find, setFind, file, spec }),
     })}
   </section>`;
 }
+
+/** Makes a job and comes back, where it is the one that was changed last. */
+const newJob = () => html`<a class="button" href=${`${href("/jobs/new")}?then=fit`}>${common.newJob}</a>`;
 
 /** @param {Job} job */
 const jobName = ({ name, serial_number, updated_at }) =>
@@ -132,7 +135,7 @@ function Save({ jobs, find, setFind, file, spec }) {
     </div>
     ${error !== undefined && h(Failure, { error, except: FIELDS.map((name) => `/${name}`) })}
     ${h(Underway, { watched, label: t.save })}
-    <div class="actions"><button type="submit" class="button primary" disabled=${sending || jobId === ""}>${t.saveNow}</button></div>
+    <div class="actions"><button type="submit" class="button primary" disabled=${sending || jobId === ""}>${t.saveNow}</button>${newJob()}</div>
   </form>`;
 }
 

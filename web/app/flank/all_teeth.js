@@ -178,7 +178,7 @@ function TeethTable({ flanks, file }) {
     rowKey: ({ of }) => of.key,
     columns: [
       { key: "name", header: t.toothColumn, rowHeader: true, cell: ({ of }) => nameOf(of), csv: ({ of }) => of.tooth },
-      { key: "flank", header: t.flankColumn, csv: ({ of }) => of.flank },
+      { key: "flank", header: t.flankColumn, csv: ({ of }) => t[of.flank] },
       {
         key: "count",
         header: t.points,

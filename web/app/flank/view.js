@@ -166,8 +166,10 @@ export function FlankView(props) {
                 })
         }
         ${inSpace && !drawable && html`<p class="hint" role="status">${t.noWebgl}</p>`}
-        ${!drawable && html`<p class="chart-readout" aria-hidden="true" translate="no">${given ? says(node) : "\u00a0"}</p>`}
-        ${given && action && html`<div class="actions node-action">${action(node.index)}</div>`}
+        <div class="map-node">
+          ${!drawable && html`<p class="chart-readout" aria-hidden="true" translate="no">${given ? says(node) : "\u00a0"}</p>`}
+          ${given && action?.(node.index)}
+        </div>
         <div class="flank-scale">
           ${h(Legend, { limit, unit, clipped, missing: counts.missing })}
           ${h(SelectField, {

@@ -29,12 +29,11 @@ export function Columns({ proposal, name, onMapping, disabled }) {
   return html`<fieldset class="table-columns" disabled=${disabled}>
     <legend>${t.columns}</legend>
     <p class="quiet">${written(proposal)}</p>
-    <div class="fields">
+    <div class="table-column-list">
       ${proposal.columns.map((column, k) => {
         const units = /** @type {readonly import("../lib/nodes_table.js").Unit[]} */ (UNITS_OF[column.meaning]);
-        return [
-          h(SelectField, {
-            key: `meaning ${k}`,
+        return html`<div key=${k} class="fields">
+          ${h(SelectField, {
             label: html`${label(k)}${column.name ? html` <span translate="no">${column.name}</span>` : ""}`,
             required: true,
             value: column.meaning,
@@ -43,11 +42,11 @@ export function Columns({ proposal, name, onMapping, disabled }) {
               label: t[/** @type {Meaning} */ (meaning)],
             })),
             onChange: (value) => onMapping(withColumn(mapping, k, { meaning: /** @type {Meaning} */ (value) })),
-          }),
-          units.length > 0 &&
+          })}
+          ${
+            units.length > 0 &&
             h(SelectField, {
-              key: `unit ${k}`,
-              label: t.unitOf(column.name || label(k)),
+              label: html`${t.unit}<span class="visually-hidden"> ${t.unitOf(column.name || label(k))}</span>`,
               required: true,
               value: column.unit ?? units[0] ?? "",
               options: units.map((unit) => ({ value: unit, label: signOf(unit), verbatim: unit !== "in" })),
@@ -55,11 +54,12 @@ export function Columns({ proposal, name, onMapping, disabled }) {
                 onMapping(
                   withColumn(mapping, k, { unit: /** @type {import("../lib/nodes_table.js").Unit} */ (value) }),
                 ),
-            }),
-        ];
+            })
+          }
+        </div>`;
       })}
     </div>
-    <p class="notice" data-preview="table" aria-live="polite">${inWords(proposal) ?? t.nothing(name)}</p>
+    <p class="note" data-preview="table" aria-live="polite">${inWords(proposal) ?? t.nothing(name)}</p>
     ${proposal.warnings.length > 0 && h(WarningList, { warnings: proposal.warnings })}
   </fieldset>`;
 }

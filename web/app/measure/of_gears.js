@@ -56,7 +56,7 @@ function Traces({ traces, name }) {
     note: t.tracesNote,
     columns: [
       { key: "tooth", header: t.tooth, rowHeader: true, cell: ({ tooth }) => data(tooth), csv: ({ tooth }) => tooth },
-      { key: "flank", header: t.flank, cell: ({ flank }) => t[flank], csv: ({ flank }) => flank },
+      { key: "flank", header: t.flank, cell: ({ flank }) => t[flank], csv: ({ flank }) => t[flank] },
       { key: "kind", header: t.traceKind, cell: ({ kind }) => t[kind], csv: ({ kind }) => kind },
       { key: "section", header: t.section, cell: (trace) => sectionOf(trace) },
       count("samples", t.samples),
@@ -93,7 +93,12 @@ function Values({ values, name }) {
         csv: ({ characteristic }) => characteristic,
       },
       { key: "code", header: t.code, csv: ({ code }) => code },
-      { key: "flank", header: t.flank, cell: ({ flank }) => (flank ? t[flank] : ABSENT), csv: ({ flank }) => flank },
+      {
+        key: "flank",
+        header: t.flank,
+        cell: ({ flank }) => (flank ? t[flank] : ABSENT),
+        csv: ({ flank }) => flank && t[flank],
+      },
       { key: "of", header: t.ofTeeth, cell: (one) => whose(one), csv: ({ tooth, statistic }) => tooth ?? statistic },
       { key: "position", header: t.position, csv: ({ position }) => position },
       {

@@ -88,7 +88,7 @@ function Flanks({ iterations }) {
     ${newest.map(
       (
         one,
-      ) => html`<li key=${one.number}>${one.flank ? t[one.flank] : ABSENT}${one.tooth && html` <span translate="no">${one.tooth}</span>`}:
+      ) => html`<li key=${one.number}>${one.flank ? t[one.flank] : ABSENT}${one.tooth && html` <span translate="no">${one.tooth}</span>`}:${" "}
         ${h(Decision, { decision: one.decision })} <span class="quiet">${common.iteration(one.number)}</span></li>`,
     )}
   </ul>`;
@@ -187,7 +187,7 @@ function Iterations({ job, iterations }) {
           cell: (one) => numberLink(job, one.number),
           csv: (one) => one.number,
         },
-        { key: "flank", header: t.flank, cell: flank, csv: (one) => one.flank },
+        { key: "flank", header: t.flank, cell: flank, csv: (one) => one.flank && t[one.flank] },
         { key: "tooth", header: t.tooth, csv: (one) => one.tooth },
         {
           key: "measured",
@@ -237,7 +237,7 @@ function Iterations({ job, iterations }) {
           key: "decision",
           header: t.decision,
           cell: (one) => h(Decision, { decision: one.decision }),
-          csv: (one) => one.decision,
+          csv: ({ decision }) => decision && common[decision],
         },
       ]),
     })}

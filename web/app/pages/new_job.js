@@ -23,7 +23,7 @@ import { FIELDS, formOf, gearOf, tagsOf } from "../lib/gear_form.js";
 import { OPTIONAL } from "../lib/job_edit.js";
 import { useLeaving } from "../lib/leaving.js";
 import { emptyRequirements, requirementsOf } from "../lib/requirements.js";
-import { navigate } from "../navigation.js";
+import { navigate, query } from "../navigation.js";
 import { href } from "../router.js";
 import { h, html, useRef, useState } from "../../vendor/ui.js";
 
@@ -83,7 +83,7 @@ function Form() {
       attempt.done();
       forget();
       notify(t.created(data.name));
-      navigate(href("/jobs/{job_id}", { job_id: data.id }));
+      navigate(query.value.get("then") === "fit" ? href("/fit") : href("/jobs/{job_id}", { job_id: data.id }));
     } catch (failed) {
       if (leaving.aborted) return notify(common.cancelled, "news");
       setError(failed);

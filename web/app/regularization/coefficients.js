@@ -11,6 +11,7 @@ import de from "../i18n/de/lambda.js";
 import en from "../i18n/en/lambda.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { estimateOf } from "../lib/strip.js";
+import { reducedBy } from "../lib/spectrum.js";
 import { termSign } from "../lib/terms.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -84,7 +85,7 @@ export function FilterFactors({ result, symbol }) {
   if (points.length === 0 || result.prior || result.constraints) return null;
   const [low, high] = [points[0]?.x ?? 1, points.at(-1)?.x ?? 10];
   const at = result.regularization.lambda_star;
-  const reduced = factors.filter((one) => one < 0.995).length;
+  const reduced = reducedBy(factors);
   return html`<section class="panel">${h(Chart, {
     name: t.filterFactors,
     level: 2,

@@ -15,6 +15,7 @@ import { t } from "../i18n/report.js";
 import { heightUnit } from "../lib/units.js";
 import { choiceColumns } from "../regularization/choices.js";
 import { symbolOf } from "../regularization/selection.js";
+import { raisedIn } from "../lib/spectrum.js";
 import { h, html } from "../../vendor/ui.js";
 
 /** @typedef {import("./data.js").Told} Told */
@@ -114,11 +115,12 @@ function Spectrum({ number, fit: { result, spec } }) {
   const positive = [...before, ...(after ?? [])].filter((value) => value > 0);
   const points = (/** @type {readonly number[]} */ values) => values.map((y, i) => ({ x: i + 1, y: y > 0 ? y : null }));
   const { value } = fmt;
-  const { count } = result.regularization;
+  const raised = raisedIn(before, after);
   const summary = spectral.spectrumSummary(
     value.condition(result.spectrum.condition),
     value.condition(result.spectrum.regularized.condition),
-    value.count(result.regularization.count),
+    value.count(raised),
+    value.count(before.length),
   );
   return h(Chart, {
     name: common.iteration(number),
@@ -132,7 +134,7 @@ function Spectrum({ number, fit: { result, spec } }) {
     height: 230,
     children: (plot) => html`
       ${bound !== undefined && h(Rule, { plot, y: bound, label: spectral.conditionLimit(value.count(limit)), kind: "limit" })}
-      ${count !== undefined && count > 0 && count < before.length && h(Rule, { plot, x: count + 0.5, label: spectral.regularisedTo(value.count(count)) })}
+      ${raised > 0 && raised < before.length && h(Rule, { plot, x: raised + 0.5, label: spectral.regularisedTo(value.count(raised)) })}
       ${after && h(Dots, { plot, points: points(after), series: "vermilion", sign: "square" })}
       ${h(Dots, { plot, points: points(before) })}`,
   });

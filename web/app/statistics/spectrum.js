@@ -8,6 +8,7 @@ import de from "../i18n/de/statistics.js";
 import en from "../i18n/en/statistics.js";
 import { fmt, texts } from "../i18n/i18n.js";
 import { query, setQuery } from "../navigation.js";
+import { raisedIn } from "../lib/spectrum.js";
 import { termSign } from "../lib/terms.js";
 import { h, html } from "../../vendor/ui.js";
 
@@ -26,7 +27,7 @@ export function Spectrum({ fit: { result, spec } }) {
   const greatest = before.at(-1) ?? 0;
   const bound = limit && greatest > 0 ? greatest / limit : undefined;
   const picked = Number(query.value.get("direction") ?? Number.NaN);
-  const count = result.regularization.count;
+  const raised = raisedIn(before, after);
   return html`<section class="panel">
     ${h(Chart, {
       name: t.spectrum,
@@ -34,7 +35,8 @@ export function Spectrum({ fit: { result, spec } }) {
       summary: t.spectrumSummary(
         fmt.value.condition(result.spectrum.condition),
         fmt.value.condition(result.spectrum.regularized.condition),
-        fmt.value.count(count),
+        fmt.value.count(raised),
+        fmt.value.count(before.length),
       ),
       x: { label: t.direction, domain: [0.5, before.length + 0.5], ticks: Math.min(10, before.length) },
       y: {
@@ -82,7 +84,7 @@ export function Spectrum({ fit: { result, spec } }) {
       },
       children: (plot) => html`
         ${bound !== undefined && h(Rule, { plot, y: bound, label: t.conditionLimit(fmt.value.count(limit)), kind: "limit" })}
-        ${count !== undefined && count > 0 && count < before.length && h(Rule, { plot, x: count + 0.5, label: t.regularisedTo(fmt.value.count(count)) })}
+        ${raised > 0 && raised < before.length && h(Rule, { plot, x: raised + 0.5, label: t.regularisedTo(fmt.value.count(raised)) })}
         ${after && h(Dots, { plot, points: rows.map((row) => ({ x: row.i + 1, y: row.after })), series: "vermilion", sign: "square" })}
         ${h(Dots, { plot, points: rows.map((row) => ({ x: row.i + 1, y: row.before > 0 ? row.before : null })) })}`,
     })}

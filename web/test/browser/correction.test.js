@@ -49,7 +49,7 @@ browserTest("a correction is asked for, entered, and compared with what was meas
     agrees(await cells.nth(1).textContent(), setting.change);
     agrees(await cells.nth(2).textContent(), setting.std_error);
   }
-  await page.getByText("not told by this measurement").first().waitFor();
+  await page.getByText("not determined by this measurement").first().waitFor();
   await page.getByText("No later iteration of this flank").waitFor();
 
   await iteration(id, "flank_z52_remachined.json");

@@ -172,3 +172,24 @@ browserTest("saved as an iteration of a job of the list", {}, async ({ page, ope
   assert.deepEqual([kept.node_count, kept.instrument, kept.flank], [135, "P40", "left"]);
   assert.equal(path.basename(flank), "flank_z52.json");
 });
+
+browserTest("without a job a new one is made, and the nodes are still there", { alone: true }, async (world) => {
+  const { page, open, stands, call } = world;
+  await open("/fit");
+  await page.getByLabel("Drop a file here").setInputFiles(flank);
+  const save = page.getByRole("region", { name: "Save as iteration" });
+  await save.getByRole("link", { name: "New job" }).click();
+  await page.getByLabel("Name", { exact: true }).fill("made on the way");
+  await page.getByLabel("With gear data").uncheck();
+  await page.getByRole("button", { name: "Create the job" }).click();
+  await page.waitForURL("**/fit");
+  await page.getByRole("heading", { name: "Figures of this fit" }).waitFor();
+  await stands();
+  await save.getByRole("button", { name: "Save", exact: true }).click();
+  await page.getByText("Saved as iteration 1.").waitFor();
+  const { items } = await call("GET", "/v1/jobs");
+  assert.deepEqual(
+    items.map((/** @type {any} */ one) => [one.name, one.iteration_count]),
+    [["made on the way", 1]],
+  );
+});

@@ -6,7 +6,7 @@ export default {
   jobs: "Aufträge",
   job: "Auftrag",
   part: "Teil",
-  serial: "Serie",
+  serial: "Seriennr.",
   machine: "Maschine",
   previousIteration: "Zur vorigen Iteration",
   nextIteration: "Zur nächsten Iteration",

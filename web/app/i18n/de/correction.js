@@ -44,7 +44,7 @@ export default {
   right: "rechts",
   tooth: "Zahn",
   csvForMachine: "CSV für die Steuerung",
-  drawn: "Im Bild",
+  drawn: "Grafik",
   inseparable: (/** @type {string} */ names) => `nicht zu unterscheiden von ${names}`,
   apart: "Was sich nicht unterscheiden lässt",
   apartSentence: (names, index) =>

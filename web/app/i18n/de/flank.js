@@ -9,7 +9,7 @@ export default {
   shortII: "II",
   missing: "fehlt",
   cell: (/** @type {number} */ row, /** @type {number} */ column) => `Zeile ${row}, Spalte ${column}`,
-  materialOut: "+ = Aufmaß, der Werkstoff steht vor",
+  materialOut: "+ = Werkstoff steht vor",
   clipped: (/** @type {number} */ count) =>
     count === 1 ? "1 Höhe außerhalb der Skala" : `${count} Höhen außerhalb der Skala`,
   missingNodes: (/** @type {number} */ count) => (count === 1 ? "1 Messpunkt fehlt" : `${count} Messpunkte fehlen`),
@@ -54,8 +54,8 @@ export default {
   notApart: "Was sich nicht unterscheiden lässt",
   inseparable: (/** @type {string} */ terms) => `nicht zu unterscheiden von ${terms}`,
   inseparableBy: (/** @type {string} */ numbers) => `nicht zu unterscheiden (${numbers})`,
-  drawn: "Im Bild",
-  estimable: (/** @type {number} */ count) => `Was dennoch bekannt ist (${count})`,
+  drawn: "Grafik",
+  estimable: (/** @type {number} */ count) => `Gut bestimmte Kombinationen (${count})`,
   teeth: "Alle Zähne",
   noTeeth: "Die aufgezeichneten Abweichungen nennen keinen Zahn.",
   teethSummary: (flanks, teeth) =>

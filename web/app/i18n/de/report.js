@@ -73,7 +73,7 @@ export default {
   ofNodes: "Winkelabweichungen, Balligkeiten und Verschränkung: der Messpunkte, wie Korrekturen sie beantworten.",
   ofTraces: "Winkelabweichungen, Balligkeiten und Verschränkung: der Fläche durch die ausgewerteten Kurven.",
   surfaces: "Flächen zweiter Ordnung durch die Kurven",
-  drawn: "Im Bild",
+  drawn: "Grafik",
   bound: "Schranke der Verzerrung",
   conformity: "Konformität",
   unregularized: "nicht regularisiert",

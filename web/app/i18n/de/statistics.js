@@ -2,9 +2,9 @@
 export default {
   data: (name) => name,
   spectrum: "Eigenwerte",
-  regularisedTo: (/** @type {string} */ count) => `L = ${count} regularisiert`,
-  spectrumSummary: (before, after, count) =>
-    `Kondition vorher ${before}, nachher ${after}; regularisierte Eigenwerte L: ${count}.`,
+  regularisedTo: (/** @type {string} */ count) => `${count} angehoben`,
+  spectrumSummary: (before, after, raised, all) =>
+    `Kondition vorher ${before}, nachher ${after}; ${raised} von ${all} Eigenwerten angehoben.`,
   direction: "Richtung",
   eigenvalue: "Eigenwert",
   before: "vor der Regularisierung",

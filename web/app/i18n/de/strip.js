@@ -6,7 +6,7 @@ export default {
   bias: "± Schranke der Verzerrung",
   leastSquares: "kleinste Quadrate",
   limits: "innerhalb der Grenzen",
-  zero: "null, wo sie nahe ist",
+  zero: "null",
   rowScale: "Jede Zeile hat ihren eigenen Maßstab.",
   columnScale: "Alle einer Spalte haben denselben Maßstab.",
   intervalFrom: (/** @type {string} */ ends) => `Intervall ${ends}`,

@@ -7,7 +7,7 @@ export default {
   change: "Change",
   error: "Standard error",
   bound: "Bias bound",
-  notes: "To know",
+  notes: "Notes",
   atLimit: "at its limit",
   fixed: "kept as it is",
   leave: "leave",
@@ -20,7 +20,7 @@ export default {
   aim_given: "given deviations",
   limits_figure: "Limits",
   wantedFigure: "Wanted",
-  undetermined: "not told by this measurement",
+  undetermined: "not determined by this measurement",
   rounded: (/** @type {string} */ value) => `rounded to the step from ${value}`,
   unlimited: (/** @type {string} */ value) => `without limits ${value}`,
   errorAbout:
@@ -43,7 +43,7 @@ export default {
   right: "right",
   tooth: "Tooth",
   csvForMachine: "CSV for the control",
-  drawn: "Drawn",
+  drawn: "Chart",
   inseparable: (/** @type {string} */ names) => `cannot be told apart from ${names}`,
   apart: "What cannot be told apart",
   apartSentence: (/** @type {string} */ names, /** @type {string | undefined} */ index) =>

@@ -53,8 +53,8 @@ export default {
   notApart: "What cannot be told apart",
   inseparable: (/** @type {string} */ terms) => `cannot be told apart from ${terms}`,
   inseparableBy: (/** @type {string} */ numbers) => `cannot be told apart (${numbers})`,
-  drawn: "Drawn",
-  estimable: (/** @type {number} */ count) => `What is known all the same (${count})`,
+  drawn: "Chart",
+  estimable: (/** @type {number} */ count) => `Combinations that are well determined (${count})`,
   teeth: "All teeth",
   noTeeth: "The deviations that were kept name no tooth.",
   teethSummary: (/** @type {number} */ flanks, /** @type {number} */ teeth) =>

@@ -72,7 +72,7 @@ export default {
   ofNodes: "Slopes, crownings and twist: of the nodes, as corrections answer them.",
   ofTraces: "Slopes, crownings and twist: of the surface through the evaluated traces.",
   surfaces: "Second-order surfaces through the traces",
-  drawn: "Drawn",
+  drawn: "Chart",
   bound: "Bias bound",
   conformity: "Conformity",
   unregularized: "not regularised",

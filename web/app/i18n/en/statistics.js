@@ -1,9 +1,13 @@
 export default {
   data: (/** @type {string} */ name) => name,
   spectrum: "Eigenvalues",
-  regularisedTo: (/** @type {string} */ count) => `L = ${count} regularised`,
-  spectrumSummary: (/** @type {string} */ before, /** @type {string} */ after, /** @type {string} */ count) =>
-    `Condition ${before} before, ${after} after; regularised eigenvalues L: ${count}.`,
+  regularisedTo: (/** @type {string} */ count) => `${count} raised`,
+  spectrumSummary: (
+    /** @type {string} */ before,
+    /** @type {string} */ after,
+    /** @type {string} */ raised,
+    /** @type {string} */ all,
+  ) => `Condition ${before} before, ${after} after; ${raised} of ${all} eigenvalues raised.`,
   direction: "Direction",
   eigenvalue: "Eigenvalue",
   before: "before regularisation",

@@ -5,7 +5,7 @@ export default {
   bias: "± bound of the bias",
   leastSquares: "least squares",
   limits: "within the limits",
-  zero: "zero, where it is near",
+  zero: "zero",
   rowScale: "Each row is drawn on a scale of its own.",
   columnScale: "All of a column are drawn on one scale.",
   intervalFrom: (/** @type {string} */ ends) => `interval ${ends}`,

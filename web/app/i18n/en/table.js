@@ -4,7 +4,8 @@ export default {
   part_0: "First column",
   part_1: "First row",
   part_2: "Heights",
-  unitOf: (/** @type {string} */ name) => `Unit of ${name}`,
+  unit: "Unit",
+  unitOf: (/** @type {string} */ name) => `of ${name}`,
   written: (/** @type {string} */ separator, /** @type {string} */ decimal, /** @type {string} */ header) =>
     `${separator}, ${decimal}, ${header}`,
   commas: "Commas",
