@@ -39,8 +39,11 @@ export function Strip({ estimates, limits, unit, domain = stripDomain(estimates,
   };
   const zero = plot.x(0);
   const [low, high] = (limits ?? []).map((end) => plot.x(end));
+  // where colours do not name the estimates, one outside its limits is red
+  const [least = Number.NEGATIVE_INFINITY, greatest = Number.POSITIVE_INFINITY] = limits ?? [];
+  const out = drawn.length === 1 && drawn.every(({ value }) => finite(value) && (value < least || value > greatest));
   const name = drawn.map((one) => said(one, limits, unit)).join(" ");
-  return html`<svg class=${paper ? "chart strip paper" : "chart strip"} role="img" aria-label=${name} width=${width} height=${height} viewBox=${`0 0 ${width} ${height}`}>
+  return html`<svg class=${["chart strip", paper && "paper", out && "out"].filter(Boolean).join(" ")} role="img" aria-label=${name} width=${width} height=${height} viewBox=${`0 0 ${width} ${height}`}>
     ${low !== undefined && high !== undefined && html`<g class="strip-limits"><rect x=${low} y="0" width=${Math.max(0, high - low)} height=${height} /><path d=${`M${low} 0V${height}M${high} 0V${height}`} /></g>`}
     ${zero >= MARGIN && zero <= width - MARGIN && html`<path class="strip-zero" d=${`M${zero} 0V${height}`} />`}
     ${drawn.map((one, lane) => h(Lane, { key: lane, plot, one, y: lane + 0.5, small: drawn.length > 1 || paper }))}

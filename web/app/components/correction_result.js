@@ -3,7 +3,6 @@
 import { Strip, StripLegend } from "../charts/strip.js";
 import { t } from "../i18n/correction.js";
 import { fmt } from "../i18n/i18n.js";
-import { t as conformity } from "../i18n/requirements.js";
 import { unitSign } from "../lib/units.js";
 import { ABSENT } from "../lib/format.js";
 import { stripDomain } from "../lib/strip.js";
@@ -12,6 +11,7 @@ import { Badge, Facts, WithError } from "./figure.js";
 import { limitText } from "./flank_figures.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
+import { Decided } from "./within.js";
 
 /** @typedef {import("../api/client.js").Schema<"KeptCorrection">} KeptCorrection */
 /** @typedef {import("../api/client.js").Schema<"SettingChange">} SettingChange */
@@ -279,15 +279,8 @@ export function outsideOf({ figures }) {
   return outside.map(([, symbol]) => symbol.replace("_", ""));
 }
 
-/** @typedef {TargetFigure["conformity_before"]} Decision */
-
-const SIGNS = /** @type {const} */ ({ conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" });
-
-/** A value with its conformity decision, by a sign: words would not leave room for the columns. @param {Children} value @param {Decision} decision */
-const decided = (value, decision) =>
-  decision
-    ? html`${value} <b class=${decision === "does_not_conform" ? "within not" : "within"}><span aria-hidden="true" translate="no">${SIGNS[decision]}</span><span class="visually-hidden">${conformity[decision]}</span></b>`
-    : value;
+/** A value with its conformity decision. @param {Children} value @param {TargetFigure["conformity_before"]} decision */
+const decided = (value, decision) => html`${value} ${h(Decided, { decision })}`;
 
 /** @param {{ kept: KeptCorrection, csvName?: string | undefined, of?: string }} props `of`: the flank, where there are several */
 export function Figures({ kept, csvName, of }) {

@@ -6,7 +6,7 @@ import { ABSENT } from "../lib/format.js";
 import { h, html } from "../../vendor/ui.js";
 import { WithError } from "./figure.js";
 import { Conforms, limitText } from "./flank_figures.js";
-import { Within } from "./within.js";
+import { Decided, Within } from "./within.js";
 import { GearSymbol } from "./symbol.js";
 import { table } from "./table.js";
 
@@ -116,7 +116,7 @@ export function EvaluationTable({ kind, evaluation, tolerances, csvName, brief =
           ? ABSENT
           : told.map(
               ([key, conformity]) =>
-                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(Conforms, { decision: conformity?.decision })}</span>`,
+                html`<span key=${key} class="conformity">${h(GearSymbol, { name: symbols[key] })} ${h(brief ? Decided : Conforms, { decision: conformity?.decision })}</span>`,
             );
       },
     },

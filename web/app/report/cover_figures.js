@@ -2,6 +2,7 @@
 
 import { Strip, StripLegend } from "../charts/strip.js";
 import { GearSymbol } from "../components/symbol.js";
+import { Decided, SIGNS } from "../components/within.js";
 import { t as common } from "../i18n/common.js";
 import { fmt } from "../i18n/i18n.js";
 import { t } from "../i18n/report.js";
@@ -131,15 +132,11 @@ function figure(cell, why) {
 }
 
 const DECISIONS = /** @type {const} */ (["conforms", "does_not_conform", "cannot_be_told"]);
-const SIGNS = /** @type {const} */ ({ conforms: "✓", does_not_conform: "✗", cannot_be_told: "?" });
 
 /** Limits, and whether the last figure conforms. @param {import("./figures.js").Limits} limits @param {readonly (Cell | undefined)[]} cells */
 function limitsOf({ low, high }, cells) {
   const decision = cells.at(-1)?.decision;
-  return html`${data(fmt.value.interval([low, high], 1))}${
-    decision &&
-    html` <b><span aria-hidden="true">${SIGNS[decision]}</span><span class="visually-hidden">${t[decision]}</span></b>`
-  }`;
+  return html`${data(fmt.value.interval([low, high], 1))} ${h(Decided, { decision })}`;
 }
 
 /** The classes before and after. @param {readonly (Cell | undefined)[]} cells */

@@ -36,7 +36,9 @@ const measures = (found, wanted, what) =>
 for (const [lang, words] of Object.entries(LANGUAGES))
   browserTest(`paper is A4 and to scale, and headings stay with what they head (${lang})`, {}, async (world) => {
     const { page, open, call, server } = world;
-    const id = await story(world);
+    // with limits a figure has more columns, and a trace its K-bands
+    const { requirements } = JSON.parse(await example("requests/job_requirements.json"));
+    const id = await story(world, { requirements });
     const at = `/v1/jobs/${id}/iterations`;
     await call("POST", `${at}/2/evaluations`, await example("requests/gear_evaluate.json"));
     await call("POST", `${at}/2/pitch`, JSON.parse(await example("requests/iteration_pitch.json")));
