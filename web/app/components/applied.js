@@ -120,7 +120,8 @@ function AppliedForm({ jobId, number, kept, onDone }) {
         h(TextField, {
           key: name,
           label: settingName(name),
-          unit: unitOf(unit).trim(),
+          // its sign is too small to be read alone
+          unit: unit === "arcmin" ? unit : unitOf(unit).trim(),
           required: true,
           numeric: true,
           value: draft.settings[name] ?? "",

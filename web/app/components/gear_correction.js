@@ -82,18 +82,20 @@ function NewCorrection({ job, last, onDone }) {
     }
   };
   return html`<form onSubmit=${send} novalidate>
-    ${h(SelectField, {
-      label: t.by,
-      required: true,
-      value: machine ?? last,
-      error,
-      pointer: "/sensitivity/machine",
-      onChange: (value) => setMachine(/** @type {Machine} */ (value)),
-      options: /** @type {const} */ (["form_grinding", "generating_grinding"]).map((value) => ({
-        value,
-        label: t[value],
-      })),
-    })}
+    <div class="fields">
+      ${h(SelectField, {
+        label: t.madeBy,
+        required: true,
+        value: machine ?? last,
+        error,
+        pointer: "/sensitivity/machine",
+        onChange: (value) => setMachine(/** @type {Machine} */ (value)),
+        options: /** @type {const} */ (["form_grinding", "generating_grinding"]).map((value) => ({
+          value,
+          label: t[value],
+        })),
+      })}
+    </div>
     ${error !== undefined && h(Failure, { error, except: ["/sensitivity/machine"] })}
     <div class="actions">
       <button type="submit" class="button primary" aria-disabled=${busy ? "true" : undefined}>${t.gearMake}</button>

@@ -54,7 +54,7 @@ export default {
   inseparable: (/** @type {string} */ terms) => `cannot be told apart from ${terms}`,
   inseparableBy: (/** @type {string} */ numbers) => `cannot be told apart (${numbers})`,
   drawn: "Chart",
-  estimable: (/** @type {number} */ count) => `Combinations that are well determined (${count})`,
+  estimable: (/** @type {number} */ count) => `Well-determined combinations (${count})`,
   teeth: "All teeth",
   noTeeth: "The deviations that were kept name no tooth.",
   teethSummary: (/** @type {number} */ flanks, /** @type {number} */ teeth) =>
