@@ -23,8 +23,8 @@ import { parseNumber } from "./format.js";
 /** Settings of the machines that are known by name, with their units; docs/machine-settings.md shows each. */
 export const MACHINES = /** @type {const} */ ({
   form_grinding: {
-    profile_angle: "′",
-    helix_angle: "′",
+    profile_angle: "arcmin",
+    helix_angle: "arcmin",
     profile_crowning: "µm",
     helix_crowning: "µm",
     tooth_thickness: "µm",
@@ -32,8 +32,8 @@ export const MACHINES = /** @type {const} */ ({
     tool_axis_offset: "µm",
   },
   generating_grinding: {
-    profile_angle: "′",
-    helix_angle: "′",
+    profile_angle: "arcmin",
+    helix_angle: "arcmin",
     profile_crowning: "µm",
     helix_crowning: "µm",
     twist: "µm",

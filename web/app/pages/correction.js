@@ -11,7 +11,7 @@ import { ControlCsv } from "../components/control_csv.js";
 import { Answer, Apart, Changes, Figures, factsOf } from "../components/correction_result.js";
 import { Facts } from "../components/figure.js";
 import { JobPage, useNews } from "../components/job_page.js";
-import { Empty, loaded } from "../components/states.js";
+import { loaded } from "../components/states.js";
 import { OtherFlank } from "../components/other_flank.js";
 import { t } from "../i18n/correction.js";
 import { toMeasure } from "../router.js";
@@ -83,8 +83,11 @@ function Correction({ job, number, news }) {
                   ${h(Kept, { job, iteration: of, kept: correction, earlier: made.length - 1, onApplied: kept.reload })}
                   <details class="panel another"><summary><h2>${t.another}</h2></summary>${form(of)}</details>`,
               })
-            : html`${h(Empty, { children: t.none })}
-                <section class="panel" aria-labelledby="new-correction"><h2 id="new-correction">${t.first}</h2>${form(of)}</section>`,
+            : html`<section class="panel" aria-labelledby="new-correction">
+                <h2 id="new-correction">${t.first}</h2>
+                <p class="quiet">${t.none}</p>
+                ${form(of)}
+              </section>`,
       }),
   });
 }
