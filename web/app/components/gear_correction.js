@@ -84,7 +84,7 @@ function NewCorrection({ job, last, onDone }) {
   return html`<form onSubmit=${send} novalidate>
     <div class="fields">
       ${h(SelectField, {
-        label: t.madeBy,
+        label: t.gearMethod,
         required: true,
         value: machine ?? last,
         error,

@@ -29,7 +29,7 @@ browserTest("a suspected node is named, marked, left out and taken back in", {},
   // a node of the map is read out, with its action below
   const { u, v } = await call("GET", `${at}/nodes`);
   await open(`/jobs/${id}/iterations/1?at=${u[4]},${v[7]}`);
-  await page.locator(".node-action").getByRole("button", { name: "Take back in", exact: true }).click();
+  await page.locator(".map-node").getByRole("button", { name: "Take back in", exact: true }).click();
   await page.locator('.map-mark.suspected[data-node="67"]').waitFor();
   assert.equal(await page.locator(".map-mark.excluded").count(), 0);
 

@@ -22,7 +22,7 @@ browserTest("settings for both flanks are computed from the mean over their teet
   await iteration(id, "flank_z52_right.json");
   await page.reload();
   const panel = page.getByRole("region", { name: "Correct the gear (all teeth)", exact: true });
-  await panel.getByLabel("Machine").selectOption("Generating grinding");
+  await panel.getByLabel("Grinding method").selectOption("Generating grinding");
   await panel.getByRole("button", { name: "Compute the correction" }).click();
   const changes = panel.getByRole("table", { name: "Changes of the machine settings" });
   await changes.waitFor();

@@ -122,6 +122,7 @@ export default {
   gearTitle: "Rad korrigieren (alle Zähne)",
   gearAbout:
     "Nach dem Mittel über alle Zähne beider Flanken, die seit der letzten Korrektur gemessen wurden, mit denselben Einstellungen für beide Flanken.",
+  gearMethod: "Schleifverfahren",
   gearMake: "Korrektur berechnen",
   flank_left: "Linke Flanke",
   flank_right: "Rechte Flanke",

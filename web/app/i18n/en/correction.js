@@ -121,6 +121,7 @@ export default {
   gearTitle: "Correct the gear (all teeth)",
   gearAbout:
     "By the mean over all teeth of both flanks that were measured since the last correction, with the same settings for both flanks.",
+  gearMethod: "Grinding method",
   gearMake: "Compute the correction",
   flank_left: "Left flank",
   flank_right: "Right flank",
