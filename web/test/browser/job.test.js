@@ -1,6 +1,7 @@
 // A job: next step, iterations, changes, and what goes wrong.
 
 import assert from "node:assert/strict";
+import { readFile } from "node:fs/promises";
 import { browserTest, example } from "./harness.js";
 
 browserTest(
@@ -23,6 +24,39 @@ browserTest(
     assert.match(row, new RegExp(String(fit.condition.toPrecision(2)).split("e")[0] ?? "?"));
   },
 );
+
+browserTest(
+  "limits stand by flank, and what is outside of them is red",
+  {},
+  async ({ page, open, job, iteration, call }) => {
+    const limits = { profile_slope_um: [-6, 6], left: { helix_slope_um: [-6, 2] }, right: { helix_slope_um: [-2, 6] } };
+    const { id } = await job({ requirements: { tolerance_limits: limits } });
+    await iteration(id);
+    await iteration(id, "flank_z52_right.json");
+    await open(`/jobs/${id}`);
+    const rows = page.getByRole("table", { name: "Slopes, crownings, twist" }).locator("tbody tr");
+    const cells = async (/** @type {number} */ row) => rows.nth(row).locator(".cell").allTextContents();
+    assert.deepEqual((await cells(2)).slice(0, 3), ["Limits, left", "−6 … 6", "−6 … 2"]);
+    assert.deepEqual((await cells(3)).slice(0, 3), ["Limits, right", "−6 … 6", "−2 … 6"]);
+    const { iterations } = await call("GET", `/v1/jobs/${id}/trace`);
+    const outside = iterations.map((/** @type {any} */ { fits }) => fits[0].figures.profile_slope_um.within);
+    assert.deepEqual(outside, [false, false]);
+    for (const row of [0, 1]) assert.equal(await rows.nth(row).locator(".strip.out").count(), 1, "f_Hα alone");
+  },
+);
+
+browserTest("German has its words in a table's file", { settings: { language: "de" } }, async (world) => {
+  const { page, open, job, iteration, call } = world;
+  const { id } = await job();
+  await iteration(id);
+  await call("PATCH", `/v1/jobs/${id}/iterations/1`, { decision: "remachine", reason: "slope" });
+  await open(`/jobs/${id}`);
+  const waiting = page.waitForEvent("download");
+  await page.getByRole("region", { name: "Iterationen", exact: true }).getByRole("button", { name: "CSV" }).click();
+  const [head = "", first = ""] = (await readFile(await (await waiting).path(), "utf8")).split("\r\n");
+  const of = (/** @type {string} */ name) => first.split(";")[head.split(";").indexOf(name)];
+  assert.deepEqual([of("Flanke, Zahn"), of("Entscheidung")], ["links", "nacharbeiten"]);
+});
 
 browserTest("a change by somebody else shows both versions", { statuses: [412] }, async ({ page, open, job, call }) => {
   const { id } = await job();
