@@ -152,6 +152,45 @@ proptest! {
         prop_assert_eq!((bits(grid.u()), bits(grid.v()), bits(grid.z())), (bits(&u), bits(&v), bits(&z)));
     }
 
+    /// Columns of words, as many as there may be beside two numbers, do not hide how a table is
+    /// written.
+    #[test]
+    fn words_beside_numbers(
+        (separator, decimal) in (
+            prop::sample::select(vec![Separator::Comma, Separator::Semicolon, Separator::Tab, Separator::Spaces]),
+            prop::sample::select(vec![Decimal::Point, Decimal::Comma]),
+        ).prop_filter("a comma is one thing", |pair| *pair != (Separator::Comma, Decimal::Comma)),
+        words in prop::collection::vec(prop::sample::select(vec!["links", "T1", "P-7", "Müller", "1k", "ok."]), 0..8),
+        places in [0_usize..9, 0_usize..9], rows in prop::collection::vec([-50_i32..50, -300_i32..300], 1..6),
+        header in any::<bool>(), protocol in any::<bool>(),
+    ) {
+        let mark = separator.mark().unwrap_or(' ').to_string();
+        let row = |numbers: [String; 2]| {
+            let mut cells: Vec<String> = words.iter().map(|word| (*word).to_owned()).collect();
+            for (place, number) in places.iter().zip(numbers) {
+                cells.insert((*place).min(cells.len()), number);
+            }
+            cells.join(&mark)
+        };
+        let number = |x: i32| {
+            let text = format!("{:.1}", f64::from(x) + 0.5);
+            if decimal == Decimal::Comma { text.replace('.', ",") } else { text }
+        };
+        let mut text = if protocol { "Messung am 12 11 2026 um 10 30 in Raum 4 b\n".to_owned() } else { String::new() };
+        if header {
+            text += &(row(["roll_length".into(), "deviation".into()]) + "\n");
+        }
+        rows.iter().chain(&rows).for_each(|numbers| text += &(row(numbers.map(number)) + "\n"));
+        let table = table::read(text.as_bytes(), &Mapping::default())
+            .map_err(|fault| TestCaseError::fail(format!("{fault}: {text}")))?;
+        prop_assert_eq!((table.separator, table.decimal), (separator, decimal), "{}", text);
+        if header {
+            let of = |meaning| table.numbers(meaning).map(<[f64]>::to_vec);
+            let wanted = |k: usize| Some(rows.iter().chain(&rows).map(|row| f64::from(row[k]) + 0.5).collect());
+            prop_assert_eq!((of(Meaning::RollLength), of(Meaning::Deviation)), (wanted(0), wanted(1)), "{}", text);
+        }
+    }
+
     #[test]
     fn bytes_of_any_kind_are_read_or_refused(
         pieces in prop::collection::vec(prop_oneof![

@@ -1,6 +1,6 @@
 //! How a table is written: found from the lines that hold numbers.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, cmp::Reverse, collections::BTreeMap};
 
 use super::{
     Decimal, Separator,
@@ -29,7 +29,7 @@ pub(super) fn candidates(
     })
 }
 
-/// The pair by which the most cells are numbers.
+/// The pair by which the most cells are numbers in rows of equal length.
 pub(super) fn detect(
     sample: &[Row<'_>],
     separator: Option<Separator>,
@@ -45,16 +45,27 @@ pub(super) fn detect(
     best.map_or((Separator::Comma, Decimal::Point), |(_, found)| found)
 }
 
-/// Numbers in lines of several cells; a text counts against the line that holds it.
-fn score(sample: &[Row<'_>], separator: Separator, decimal: Decimal) -> usize {
+/// Of rows of equal length with two numbers at least: how many there are, their numbers, and the
+/// bytes of their texts. Fewer are better: a wrong separator leaves digits in texts. Lines of text
+/// before a table have other lengths.
+type Score = (usize, usize, Reverse<usize>);
+
+fn score(sample: &[Row<'_>], separator: Separator, decimal: Decimal) -> Score {
     let mut cells: Vec<Cow<'_, str>> = Vec::new();
-    let each = sample.iter().map(|row| {
+    let mut by_length: BTreeMap<usize, Score> = BTreeMap::new();
+    for row in sample {
         split(row.text, separator, &mut cells);
-        let filled = cells.iter().filter(|cell| !cell.is_empty()).count();
-        let numbers = cells.iter().filter(|cell| value(cell, decimal).is_some()).count();
-        if cells.len() < 2 { 0 } else { numbers.saturating_sub(2 * (filled - numbers)) }
-    });
-    each.sum()
+        let texts = cells.iter().filter(|cell| value(cell, decimal).is_none());
+        let (count, length) = texts.fold((0, 0), |(count, length), text| (count + 1, length + text.len()));
+        let numbers = cells.len() - count;
+        if numbers >= 2 {
+            let (rows, all, Reverse(bytes)) = by_length.entry(cells.len()).or_default();
+            *rows += 1;
+            *all += numbers;
+            *bytes += length;
+        }
+    }
+    by_length.into_values().max().unwrap_or_default()
 }
 
 #[cfg(test)]
@@ -74,6 +85,8 @@ mod tests {
             (&["\"1,5\",\"2,5\""], Separator::Comma, Decimal::Comma),
             (&["1, 2, 3"], Separator::Comma, Decimal::Point),
             (&["left,1,lead,0,51.898,8.74,0.0,,"], Separator::Comma, Decimal::Point),
+            (&["T1;links;P;5,9;1,2"], Separator::Semicolon, Decimal::Comma),
+            (&["on 12 11 2026 at 10 30 in room 4", "a;1,5;2,5", "b;1,5;3"], Separator::Semicolon, Decimal::Comma),
         ] {
             let rows: Vec<Row> = lines.iter().enumerate().map(|(k, text)| Row { line: k + 1, text }).collect();
             assert_eq!(detect(&rows, None, None), (separator, decimal), "{lines:?}");
