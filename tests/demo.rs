@@ -141,7 +141,7 @@ fn real_traces_are_fitted_flank_by_flank() {
     let traces = Path::new(env!("CARGO_MANIFEST_DIR")).join("engine/tests/data/p40/97340-neu_nodes.csv");
     let folder = tempfile::tempdir().unwrap();
     let text = printed(&demo(folder.path(), &["--exit", "--nodes", &traces.display().to_string()]));
-    for flank in ["left, tooth 1", "right, tooth 1"] {
+    for flank in ["left flank of tooth 1", "right flank of tooth 1"] {
         assert!(text.contains(flank), "{text}");
     }
     // Six traces of 40 samples; the first sample of each lead is undefined.

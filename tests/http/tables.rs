@@ -91,9 +91,13 @@ async fn what_cannot_be_read_is_one_sentence_and_five_places() {
     let table = format!("u,v,z\n{}", "5,97;0,75;-10,28\n".repeat(135));
     let mapping = r#"{"separator": ","}"#;
     let refused = read(&app, "", file("a.csv", table.clone().into_bytes()).text("mapping", mapping)).await;
-    assert_eq!((refused.status.as_u16(), refused.pointers()), (422, vec!["/file".to_owned(); 6]), "{}", refused.text);
-    let sentence = r#"135 rows have 4 cells for 3 columns; with decimal commas they have 3: send `decimal: \",\"`"#;
+    let pointers = [vec!["/mapping/separator"], vec!["/file"; 5]].concat();
+    assert_eq!(refused.pointers(), pointers, "{}", refused.text);
+    let sentence = "135 rows have 4 cells for 3 columns; with decimal commas they have 3: send `decimal: \\\",\\\"` and \
+                    leave out `separator`";
     assert!(refused.text.contains(sentence), "{}", refused.text);
+    let mended = read(&app, "", file("a.csv", table.clone().into_bytes()).text("mapping", r#"{"decimal": ","}"#)).await;
+    assert_eq!(mended.json()["separator"], ";");
     // without a word about the separator it is read as it is meant
     let body = read(&app, "", file("a.csv", table.into_bytes())).await.json();
     assert_eq!((&body["separator"], &body["decimal"], &body["header"]), (&json!(";"), &json!(","), &json!(true)));
@@ -195,5 +199,96 @@ async fn a_form_takes_the_axes_of_its_table() {
         assert_eq!(made.status, 201, "{}", made.text);
         let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
         assert_eq!(stored["axes"]["u"]["quantity"], wanted);
+    }
+}
+
+/// What a mapping says wrongly is pointed at in the mapping, of every endpoint that takes one.
+#[tokio::test]
+async fn faults_of_a_mapping_are_pointed_at_there() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let spec = r#"{"model":{"type":"polynomial","degree":[1,1]}}"#;
+    let grid = b"a,b,c\n1,1,1.5\n1,2,2.5\n2,1,3\n2,2,4\n";
+    let u = json!({"meaning": "u"});
+    for (mapping, wanted, words) in [
+        (json!({"columns": [u]}), "/mapping/columns", "the mapping has 1 column for 3 columns"),
+        (json!({"columns": [u, u, {"meaning": "z"}]}), "/mapping/columns/1/meaning", "make one of them `ignore`"),
+        (
+            json!({"columns": [u, {"meaning": "v"}, {"meaning": "deviation", "unit": "deg"}]}),
+            "/mapping/columns/2/unit",
+            "send `nm` or `um` or `mm` or `in`",
+        ),
+        (json!({"columns": [u, {"meaning": "v"}, {"meaning": "ignore"}]}), "/mapping/columns", "holds heights"),
+        (
+            json!({"layout": "scattered", "columns": [u, {"meaning": "ignore"}, {"meaning": "z"}]}),
+            "/mapping/layout",
+            "curve",
+        ),
+        (
+            json!({"decimal": ",", "columns": [u, {"meaning": "v"}, {"meaning": "z"}]}),
+            "/mapping/decimal",
+            "send `separator: \\\",\\\"`",
+        ),
+        (json!({"separator": ":"}), "/mapping/separator", "`;`"),
+    ] {
+        let own = |part: &'static str| {
+            Form::new().part(part, Part::bytes(grid.as_slice()).file_name("a.csv")).text("mapping", mapping.to_string())
+        };
+        let fit = send(app.client.post(app.url("/v1/fits")).multipart(own("nodes").text("spec", spec))).await;
+        // what makes no nodes yet is proposed all the same, with a warning
+        let proposed = Some(read(&app, "", own("file")).await).filter(|_| words != "holds heights");
+        for refused in proposed.into_iter().chain([import(&app, &job, own("file")).await, fit]) {
+            assert_eq!(refused.pointers()[0], wanted, "{mapping}: {}", refused.text);
+            assert!(refused.text.contains(words), "{mapping}: {}", refused.text);
+        }
+    }
+}
+
+#[tokio::test]
+async fn an_unknown_flank_is_named_with_its_line() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let table = b"Flanke;Rollweg;Breite;Abweichung\nlinks;1;1;1\nlinkss;1;2;2\nlinks;2;1;3\n";
+    let words = "line 3: `linkss` is no flank; a left one is left, l, links, linke, lf, a right one right, r, rechts";
+    let body = read(&app, "", file("a.csv", table.to_vec())).await.json();
+    let warning = body["warnings"].as_array().unwrap().last().unwrap().clone();
+    assert_eq!((body.get("layout"), &warning["code"]), (None, &json!("flank_unknown")), "{body}");
+    assert!(warning["message"].as_str().unwrap().starts_with(words), "{warning}");
+    let refused = import(&app, &job, file("a.csv", table.to_vec())).await;
+    assert_eq!(refused.pointers(), ["/file"], "{}", refused.text);
+    assert!(refused.text.contains(words), "{}", refused.text);
+}
+
+/// The helices of the right flank of a real file count against its profiles (32 µm rms apart at
+/// nine crossings, 0.4 µm when turned): an import turns them, and its note says so.
+#[tokio::test]
+async fn helices_are_turned_at_import() {
+    let app = TestApp::start().await;
+    let job = job(&app).await;
+    let path = concat!(env!("CARGO_MANIFEST_DIR"), "/engine/tests/data/p40/97340-neu_nodes.csv");
+    let table = std::fs::read(path).unwrap();
+    let body = read(&app, "", file("p40.csv", table.clone())).await.json();
+    let turned: Vec<&str> = body["warnings"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .filter(|warning| warning["code"] == "helices_turned")
+        .map(|warning| warning["message"].as_str().unwrap().split(':').next().unwrap())
+        .collect();
+    assert_eq!(turned, ["the right flank of tooth 1", "the right flank of tooth 12", "the right flank of tooth 22"]);
+    // the first sample with a height: 4.729 µm on the left flank, −29.02 µm on the right one
+    let printed = |flank: &str| -> f64 {
+        let text = std::str::from_utf8(&table).unwrap();
+        let line = text.lines().find(|line| line.starts_with(&format!("{flank},1,lead,12,"))).unwrap();
+        line.rsplit(',').next().unwrap().parse().unwrap()
+    };
+    for (number, flank, sign) in [(1, "left", 1.0), (2, "right", -1.0)] {
+        let spec = json!({"flank": flank, "tooth": "1"}).to_string();
+        let made = import(&app, &job, file("p40.csv", table.clone()).text("spec", spec)).await;
+        assert_eq!(made.status, 201, "{}", made.text);
+        let nodes = send(app.get(&format!("{job}/iterations/{number}/nodes"))).await.json();
+        assert_eq!(nodes["z"][0], sign * printed(flank), "{flank}");
+        let stored = send(app.get(&format!("{job}/iterations/{number}"))).await.json();
+        assert_eq!(stored["note"].as_str().unwrap().contains("are turned"), sign < 0.0, "{stored}");
     }
 }

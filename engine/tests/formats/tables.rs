@@ -5,7 +5,9 @@ use flankfit_engine::{
     estimation::Nodes,
     formats::{
         ExportFault, FileError, Table,
-        table::{self, ColumnSpec, Decimal, Layout, ListedPoint, Mapping, Meaning, Separator, Unit, write_points},
+        table::{
+            self, ColumnSpec, Decimal, Layout, ListedPoint, Mapping, Meaning, Separator, Shape, Unit, write_points,
+        },
     },
     gear::Side,
     geometry::space::Vector,
@@ -141,8 +143,70 @@ fn teeth_and_flanks_are_kept_apart() {
             (Some("2"), Some(Side::Left), grid)
         ]
     );
-    let fault = read(text.replace("links", "oben").as_bytes()).unwrap().node_sets().unwrap_err();
-    assert!(fault.to_string().contains("not `oben`"), "{fault}");
+    let misspelt = read(text.replacen("links", "linkss", 1).as_bytes()).unwrap();
+    let wanted = "line 2: `linkss` is no flank; a left one is left, l, links, linke, lf, a right one right, r, rechts, \
+                  rechte, rf";
+    assert_eq!(misspelt.node_sets().unwrap_err().to_string(), wanted);
+    assert_eq!(misspelt.layout(), None);
+}
+
+/// A helix at roll length 7 with the height 2 + z, and a profile at z = 2 with the height 4, of
+/// which one file counts the helix the other way.
+#[test]
+fn helices_are_turned_where_they_contradict_the_profiles() {
+    let file = |sign: f64| {
+        let mut text = "flank,tooth_tag,trace,roll_length_mm,z_mm,deviation_um\n".to_owned();
+        // from the far end
+        for k in (0..5).rev() {
+            text += &format!("right,1,lead,7,{k},{}\n", sign * f64::from(2 + k));
+            text += &format!("right,1,profile,{},2,4\n", 5 + k);
+        }
+        text + "right,1k,lead,7,9,\nright,12,lead,7,0,1\n"
+    };
+    let of = |sign: f64| read(file(sign).as_bytes()).unwrap().node_sets().unwrap();
+    let (given, opposite) = (of(1.0), of(-1.0));
+    assert_eq!((given[0].count, given[0].missing, given[1].tooth.as_deref()), (10, 1, Some("12")));
+    let crossings = given[0].crossings.expect("they cross");
+    assert_eq!((crossings.as_given, crossings.turned, crossings.helices_are_turned()), (0.0, 8.0, false));
+    let crossings = opposite[0].crossings.expect("they cross");
+    assert_eq!((crossings.as_given, crossings.turned, crossings.helices_are_turned()), (8.0, 0.0, true));
+    assert_eq!(given[0].nodes, opposite[0].nodes);
+    // a tooth with a helix alone says nothing
+    assert_eq!((opposite[1].crossings, &opposite[1].nodes), (None, &given[1].nodes));
+}
+
+#[test]
+fn names_of_columns_are_bounded_and_those_of_the_table() {
+    let long = "é".repeat(1000);
+    let table = read(format!("{long};Breite;Rest {long}\n1;2;3\n2;2;3\n").as_bytes()).unwrap();
+    assert_eq!(table.columns[0].name, "é".repeat(200));
+    assert!(table.notes.iter().all(|note| note.to_string().chars().count() < 400), "{:?}", table.notes);
+    let other = ColumnSpec { name: "of the caller".to_owned(), meaning: Meaning::U, unit: None };
+    let columns = [Meaning::U, Meaning::V, Meaning::Z].map(|meaning| ColumnSpec { meaning, ..other.clone() });
+    let mapping = Mapping { columns: Some(columns.to_vec()), ..Mapping::default() };
+    let names = |text: &str| {
+        let columns = table::read(text.as_bytes(), &mapping).unwrap().columns;
+        columns.into_iter().map(|column| column.name).collect::<Vec<_>>()
+    };
+    assert_eq!(names("a;b;c\n1;2;3\n"), ["a", "b", "c"]);
+    assert_eq!(names("1;2;3\n"), ["", "", ""]);
+    assert_eq!(names("a \\ b;1;2\n1;2;3\n2;2;3\n"), ["a", "b", ""]);
+}
+
+#[test]
+fn the_form_of_a_table() {
+    let of = |text: &str| table::shape(text.as_bytes());
+    let names = |names: &[&str]| names.iter().map(|name| (*name).to_owned()).collect::<Vec<_>>();
+    let shape = Shape {
+        separator: Separator::Semicolon,
+        decimal: Decimal::Comma,
+        columns: 3,
+        names: names(&["Tiefe", "Ort", "Wert"]),
+    };
+    assert_eq!(of("Tiefe;Ort;Wert\n1,5;2;3\n").as_ref(), Some(&shape));
+    assert_eq!(of("1,5;2;3\n"), Some(Shape { names: Vec::new(), ..shape.clone() }));
+    assert_eq!(of("u;1,5;2;3\n1;2;3;4\n2;3;4;5\n"), Some(Shape { names: names(&["u"]), ..shape }));
+    assert_eq!(of("no numbers\n"), None);
 }
 
 #[test]

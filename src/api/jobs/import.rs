@@ -31,7 +31,7 @@ use crate::{
             nodes::{self, TableNodes},
         },
     },
-    jobs::{Computed, IterationDraft, Job, MeasurementDetails, RecordKind},
+    jobs::{Computed, IterationDraft, Job, Measurand, MeasurementDetails, RecordKind},
 };
 use flankfit_engine::{
     estimation::{
@@ -39,7 +39,7 @@ use flankfit_engine::{
         spec::{Degree, Model, PolynomialBasis, Terms},
     },
     fault::words::counted,
-    formats::{GearFile, Table, table::Layout},
+    formats::{GearFile, Table},
 };
 
 /// What a file makes impossible, where the request has nothing but the file.
@@ -88,7 +88,7 @@ pub fn draft(
     let required = RequirementsBody::of(job);
     let file = parsed(content, name, &spec, mapping)?;
     if let GearFile::Table(table) = &file
-        && table.layout() != Some(Layout::Points)
+        && !table.holds_points()
     {
         return of_table(table, name, spec, job, plans);
     }
@@ -134,7 +134,12 @@ pub fn draft(
         let built = deviations::imported(&read.gear, found, &read.warnings)?;
         records.push(keep(RecordKind::Deviations, None, built)?);
     }
-    Ok(IterationDraft {
+    Ok(IterationDraft { records, ..of_file(nodes, computed, measurand, spec, of) })
+}
+
+/// An iteration without records; `of` is its note where the spec has none.
+fn of_file(nodes: Nodes, computed: Computed, measurand: Measurand, spec: ImportSpecBody, of: String) -> IterationDraft {
+    IterationDraft {
         nodes: Arc::new(nodes),
         computed,
         measurand,
@@ -143,9 +148,9 @@ pub fn draft(
             instrument: spec.instrument.map(String::from),
             ..MeasurementDetails::default()
         },
-        records,
+        records: Vec::new(),
         expected_gear: None,
-    })
+    }
 }
 
 /// Nodes of a flank as a table has them: in its own units, on its grid where it is one.
@@ -162,7 +167,7 @@ fn of_table(
         return Err(Problem::invalid(Faults::one("/spec/gear", detail)));
     }
     let side = spec.flank.map(Into::into);
-    let TableNodes { nodes, missing, measurand } = nodes::chosen(table, spec.tooth.as_deref(), side, "/file")?;
+    let TableNodes { nodes, missing, turned, measurand } = nodes::chosen(table, spec.tooth.as_deref(), side, "/file")?;
     let measurand = measurand.checked(Some(&nodes)).map_err(|faults| in_file(&faults))?;
     let (computed, told) = surface(&nodes, None, plans, OfFlank::of(job, &measurand).as_ref())?;
     let name: String = name.unwrap_or("a file").chars().take(100).collect();
@@ -170,18 +175,10 @@ fn of_table(
     if missing > 0 {
         of.push_str(&format!("; {missing} without a height"));
     }
-    Ok(IterationDraft {
-        nodes: Arc::new(nodes),
-        computed,
-        measurand,
-        details: MeasurementDetails {
-            note: Some(spec.note.unwrap_or(of)),
-            instrument: spec.instrument.map(String::from),
-            ..MeasurementDetails::default()
-        },
-        records: Vec::new(),
-        expected_gear: None,
-    })
+    if turned {
+        of.push_str("; its helix traces count the other way than its profiles and are turned");
+    }
+    Ok(of_file(nodes, computed, measurand, spec, of))
 }
 
 /// The surface of the nodes with the most terms that they tell: of second order, without the

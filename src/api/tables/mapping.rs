@@ -195,20 +195,16 @@ impl From<&MappingBody> for Mapping {
 }
 
 impl From<&ColumnBody> for ColumnSpec {
+    /// The name is that of the header.
     fn from(body: &ColumnBody) -> Self {
-        ColumnSpec {
-            name: body.name.clone().unwrap_or_default(),
-            meaning: body.meaning.into(),
-            unit: body.unit.map(Into::into),
-        }
+        ColumnSpec { name: String::new(), meaning: body.meaning.into(), unit: body.unit.map(Into::into) }
     }
 }
 
 impl From<&ColumnSpec> for ColumnBody {
     fn from(column: &ColumnSpec) -> Self {
-        let name: String = column.name.chars().take(200).collect();
         ColumnBody {
-            name: Some(name).filter(|name| !name.is_empty()),
+            name: Some(column.name.clone()).filter(|name| !name.is_empty()),
             meaning: column.meaning.into(),
             unit: column.unit.map(Into::into),
         }

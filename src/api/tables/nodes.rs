@@ -14,7 +14,7 @@ use flankfit_engine::{
     fault::words::{counted, listed},
     formats::{
         FileError, Table,
-        table::{self, ColumnSpec, Layout, Mapping, Meaning, NodeSet, TableFault, Unit},
+        table::{self, ColumnSpec, Decimal, Layout, Mapping, Meaning, NodeSet, TableFault, TableReason, Unit},
     },
     gear::Side,
 };
@@ -24,14 +24,16 @@ pub struct TableNodes {
     pub nodes: Nodes,
     /// Rows without a height, and crossings of a grid without a row.
     pub missing: usize,
+    /// Whether its helix traces counted the other way and are turned.
+    pub turned: bool,
     /// The flank and the tooth, where the table says it, and what the axes mean.
     pub measurand: MeasurandBody,
 }
 
-/// Reads a table; faults are told at `pointer`.
+/// Reads a table; its faults are at `pointer`, those of the mapping at `/mapping`.
 pub fn table(bytes: &[u8], mapping: Option<&MappingBody>, pointer: &str) -> Result<Table, ReadError> {
     let mapping = mapping.map_or_else(Mapping::default, Mapping::from);
-    table::read(bytes, &mapping).map_err(|error| refusal(&error, pointer))
+    table::read(bytes, &mapping).map_err(|error| refusal_by(&error, &mapping, pointer))
 }
 
 /// The nodes of the only flank of a table.
@@ -68,21 +70,23 @@ pub fn chosen(table: &Table, tooth: Option<&str>, side: Option<Side>, pointer: &
     Ok(of)
 }
 
-fn name_of(set: &NodeSet) -> String {
+/// A flank as messages call it.
+pub fn name_of(set: &NodeSet) -> String {
     let side = set.flank.map_or("flank", |side| if side == Side::Left { "left flank" } else { "right flank" });
     set.tooth.as_ref().map_or_else(|| format!("the {side}"), |tooth| format!("the {side} of tooth {tooth}"))
 }
 
 /// The nodes of one flank of a table.
 pub fn of_set(table: &Table, set: NodeSet, pointer: &str) -> Result<TableNodes, ReadError> {
-    let NodeSet { tooth, flank, missing, nodes, layout, .. } = set;
+    let NodeSet { tooth, flank, missing, nodes, layout, crossings, count: _ } = set;
     let nodes = nodes.map_err(|faults| Faults::by(&faults, |_| pointer.to_owned()))?;
     let tooth = tooth.and_then(|tooth| {
         let tooth: String = tooth.chars().filter(|c| !c.is_control()).take(SHORT).collect();
         ShortText::new(&tooth)
     });
     let measurand = MeasurandBody { flank: flank.map(Into::into), tooth, axes: axes(table, layout) };
-    Ok(TableNodes { nodes, missing, measurand })
+    let turned = crossings.is_some_and(|crossings| crossings.helices_are_turned());
+    Ok(TableNodes { nodes, missing, turned, measurand })
 }
 
 /// What the axes mean, where the columns are those of a flank.
@@ -121,6 +125,11 @@ pub fn is_in_micrometres(table: &Table) -> bool {
 
 /// What is said of a table that cannot be read: one sentence, then the first places.
 pub fn refusal(error: &FileError, pointer: &str) -> ReadError {
+    refusal_by(error, &Mapping::default(), pointer)
+}
+
+/// The same of a table that was read by a mapping.
+pub fn refusal_by(error: &FileError, mapping: &Mapping, pointer: &str) -> ReadError {
     let mut faults = Faults::default();
     match error {
         FileError::Table(fault) => {
@@ -133,12 +142,38 @@ pub fn refusal(error: &FileError, pointer: &str) -> ReadError {
                 );
                 return ReadError::Malformed { detail };
             }
-            faults.push(pointer, reason.to_string());
+            let (at, detail) = match in_mapping(reason, mapping) {
+                Some((at, addition)) => (at, format!("{reason}{addition}")),
+                None => (pointer.to_owned(), reason.to_string()),
+            };
+            faults.push(at, detail);
             places.iter().for_each(|place| faults.push(pointer, place.to_string()));
         }
         other => faults.push(pointer, other.to_string()),
     }
     faults.into()
+}
+
+/// The place in a mapping that is at fault, and what to add to the reason.
+fn in_mapping(reason: &TableReason, mapping: &Mapping) -> Option<(String, &'static str)> {
+    let at = |place: &str| Some((format!("/mapping/{place}"), ""));
+    match reason {
+        TableReason::Mapped { .. } => at("columns"),
+        TableReason::Repeated { column, .. } => at(&format!("columns/{column}/meaning")),
+        TableReason::ForeignUnit { column, .. } => at(&format!("columns/{column}/unit")),
+        TableReason::Incomplete { mapped: true, .. } => at("columns"),
+        TableReason::Layout { .. } => at("layout"),
+        TableReason::Cells { otherwise: Some((separator, decimal)), .. }
+        | TableReason::NotNumbers { otherwise: Some((separator, decimal)), .. } => {
+            if mapping.separator.is_some_and(|given| given != *separator) {
+                // the reason may name the decimal sign alone
+                let addition = if *decimal == Decimal::Comma { " and leave out `separator`" } else { "" };
+                return Some(("/mapping/separator".to_owned(), addition));
+            }
+            mapping.decimal.filter(|given| given != decimal).and_then(|_| at("decimal"))
+        }
+        _ => None,
+    }
 }
 
 /// Whether a cell is one of the words for what is no number, which JSON has not either.

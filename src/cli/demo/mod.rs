@@ -7,7 +7,6 @@ pub mod node_file;
 mod numbers;
 mod report;
 mod story;
-mod traces;
 
 use std::{
     io::{self, Write},

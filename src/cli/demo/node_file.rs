@@ -1,12 +1,13 @@
 //! `demo --nodes FILE`: whatever a caller has at hand, as fit requests.
 //!
 //! - JSON: a fit request, or a `nodes` object alone.
-//! - a table of nodes, as `POST /v1/nodes/read` reads it; an empty height is a missing node. One
-//!   with traces of a gear tester: see `super::traces`.
+//! - a table of nodes, as `POST /v1/nodes/read` reads it; an empty height is a missing node. Of one
+//!   with traces of a gear tester, of each flank the tooth with the most nodes.
 //! - what `POST …/import` takes: curves of a gear tester (.mka), a REXS model with topographies. Of
 //!   each flank the tooth with the most nodes.
 
 use std::{
+    collections::BTreeSet,
     fs, io,
     path::{Path, PathBuf},
     sync::Arc,
@@ -14,7 +15,7 @@ use std::{
 
 use serde_json::{Value, json};
 
-use super::traces;
+use super::numbers::short;
 use crate::api::{
     fits::nodes_text,
     gears::files::{content, read, spec::ImportSpecBody},
@@ -24,7 +25,7 @@ use crate::api::{
 use flankfit_engine::{
     formats::{
         Table,
-        table::{Layout, NodeSet as TableNodes},
+        table::{Crossings, Layout, Meaning, NodeSet as TableNodes},
     },
     gear::Side,
 };
@@ -68,8 +69,6 @@ pub enum NodeFileError {
     NoNodes { path: PathBuf },
     #[error("{}: {faults}", path.display())]
     Nodes { path: PathBuf, faults: String },
-    #[error("{} holds no samples", path.display())]
-    Empty { path: PathBuf },
     #[error("{}: {reason}", path.display())]
     Measured { path: PathBuf, reason: String },
 }
@@ -121,7 +120,7 @@ fn from_json(path: &Path, text: &[u8]) -> Result<NodeSet, NodeFileError> {
     Ok(NodeSet { name: name_of(path), request, units: Units::Callers, report: String::new() })
 }
 
-/// A table, by the reader of the service; of traces the cross grids of each flank.
+/// A table, by the reader of the service; of traces the tooth of each flank with the most nodes.
 fn from_table(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, NodeFileError> {
     let refused = |problem: Problem| {
         let each: Vec<&str> = problem.errors.iter().map(|error| error.detail.as_str()).collect();
@@ -129,26 +128,34 @@ fn from_table(path: &Path, content: &[u8]) -> Result<Vec<NodeSet>, NodeFileError
         NodeFileError::Nodes { path: path.into(), faults }
     };
     let table = nodes::table(content, None, "/nodes").map_err(|error| refused(error.into()))?;
-    if let Some(flanks) = traces::read(&table) {
-        if flanks.is_empty() {
-            return Err(NodeFileError::Empty { path: path.into() });
-        }
-        let sets = flanks.into_iter().map(|flank| NodeSet {
-            name: format!("{}, {}", name_of(path), flank.name),
-            request: request_for(json!({"type": "scattered", "u": flank.u, "v": flank.v, "z": flank.z})),
-            units: Units::FlankDeviation,
-            report: flank.report,
-        });
-        return Ok(sets.collect());
-    }
-    let sets = table.node_sets().map_err(|error| refused(nodes::refusal(&error, "/nodes").into()))?;
+    let mut sets = table.node_sets().map_err(|error| refused(nodes::refusal(&error, "/nodes").into()))?;
     let several = sets.len() > 1;
-    sets.into_iter().map(|set| from_set(path, &table, set, several).map_err(refused)).collect()
+    let mut others = Vec::new();
+    if table.texts(Meaning::Trace).is_some() {
+        let mut flanks = BTreeSet::new();
+        others = sets.extract_if(.., |set| !flanks.insert(set.flank)).collect();
+    }
+    sets.into_iter().map(|set| from_set(path, &table, set, several, &others).map_err(refused)).collect()
 }
 
-/// The nodes of one flank of a table.
-fn from_set(path: &Path, table: &Table, set: TableNodes, several: bool) -> Result<NodeSet, Problem> {
+/// The nodes of one flank of a table; `others` are those of further teeth.
+fn from_set(
+    path: &Path,
+    table: &Table,
+    set: TableNodes,
+    several: bool,
+    others: &[TableNodes],
+) -> Result<NodeSet, Problem> {
     let (count, missing, layout) = (set.count, set.missing, set.layout);
+    let mut report = format!("  {count} nodes used, {missing} missing (no height).\n");
+    if let Some(crossings) = &set.crossings {
+        report.push_str(&at_crossings(crossings));
+    }
+    let others = others.iter().filter(|other| other.flank == set.flank);
+    let others: Vec<&str> = others.filter_map(|other| other.tooth.as_deref()).collect();
+    if !others.is_empty() {
+        report.push_str(&format!("  Not used: teeth {} of this flank, which have fewer nodes.\n", others.join(", ")));
+    }
     let mut name = name_of(path);
     if several {
         let side = set.flank.map_or("flank", |side| if side == Side::Left { "left flank" } else { "right flank" });
@@ -159,12 +166,23 @@ fn from_set(path: &Path, table: &Table, set: TableNodes, several: bool) -> Resul
         serde_json::from_slice(&nodes_text::to_json(Arc::new(read.nodes)).whole()).map_err(Problem::internal)?;
     let units =
         if layout != Layout::Curve && nodes::is_in_micrometres(table) { Units::FlankDeviation } else { Units::Callers };
-    Ok(NodeSet {
-        name,
-        request: request_for(nodes),
-        units,
-        report: format!("  {count} nodes used, {missing} missing (no height).\n"),
-    })
+    Ok(NodeSet { name, request: request_for(nodes), units, report })
+}
+
+/// How well leads and profiles agree, in the unit of the heights.
+fn at_crossings(crossings: &Crossings) -> String {
+    let [as_given, turned] = [crossings.as_given, crossings.turned].map(short);
+    if crossings.helices_are_turned() {
+        format!(
+            "  Leads turned to count material as the profiles do: at the crossings they then agree within {turned} rms \
+             (as in the file: {as_given}).\n"
+        )
+    } else {
+        format!(
+            "  Signs as in the file: at the crossings leads and profiles agree within {as_given} rms (turned: \
+             {turned}).\n"
+        )
+    }
 }
 
 /// Whether content or ending say curves, values or a gear model. CSV is taken for nodes: points on

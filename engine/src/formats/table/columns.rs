@@ -20,6 +20,10 @@ pub(super) enum Roles {
     Points { at: [usize; 3], direction: Option<[usize; 3]> },
 }
 
+/// A grid has at least this share of its crossings in rows of the table: in scattered nodes hardly
+/// two have a u or a v in common.
+pub(super) const LEAST_SHARE: f64 = 0.8;
+
 /// Columns that are a place along the profile.
 const ALONG: [Meaning; 4] = [Meaning::RollLength, Meaning::Diameter, Meaning::RollAngle, Meaning::U];
 
@@ -63,13 +67,15 @@ pub(super) fn of(head: &Head<'_>, mapping: &Mapping) -> Result<(Vec<ColumnSpec>,
             for (column, spec) in given.iter().enumerate() {
                 let repeats = |other: &ColumnSpec| other.meaning == spec.meaning && spec.meaning != Meaning::Ignore;
                 if given[..column].iter().any(repeats) {
-                    return Err(refused(TableReason::Repeated { meaning: spec.meaning }));
+                    return Err(refused(TableReason::Repeated { column, meaning: spec.meaning }));
                 }
                 if let Some(unit) = spec.unit.filter(|unit| !spec.meaning.takes(*unit)) {
-                    return Err(refused(TableReason::ForeignUnit { meaning: spec.meaning, unit }));
+                    return Err(refused(TableReason::ForeignUnit { column, meaning: spec.meaning, unit }));
                 }
             }
-            given.clone()
+            let names = if head.matrix { parts(head).to_vec() } else { head.names.clone().unwrap_or_default() };
+            let names = names.into_iter().chain(std::iter::repeat(String::new()));
+            given.iter().zip(names).map(|(spec, name)| ColumnSpec { name, ..*spec }).collect()
         }
         None if head.matrix => of_matrix(head, &mut notes),
         None => Guess::new(head).columns(mapping.layout, &mut notes),
@@ -92,13 +98,18 @@ fn unit_of(header: &str, meaning: Meaning) -> Option<Unit> {
     Unit::of_header(header).filter(|unit| meaning.takes(*unit))
 }
 
-/// First column, first row and heights of a matrix, by its corner (`u \ v`).
-fn of_matrix(head: &Head<'_>, notes: &mut Vec<TableNote>) -> Vec<ColumnSpec> {
+/// The names in the corner of a matrix: `u \ v`.
+fn parts(head: &Head<'_>) -> [String; 3] {
     let corner = head.names.as_ref().and_then(|names| names.first()).map_or("", |corner| corner);
-    let mut parts = corner.split(['\\', '/', '|']).map(str::trim);
-    let (first, second, third) = (parts.next().unwrap_or(""), parts.next().unwrap_or(""), parts.next().unwrap_or(""));
-    let along = meaning_of(first).filter(|meaning| ALONG.contains(meaning));
-    let across = meaning_of(second).filter(|meaning| *meaning == Meaning::FaceWidth);
+    let mut parts = corner.split(['\\', '/', '|']).map(|part| part.trim().to_owned());
+    [(); 3].map(|()| parts.next().unwrap_or_default())
+}
+
+/// First column, first row and heights of a matrix, by its corner.
+fn of_matrix(head: &Head<'_>, notes: &mut Vec<TableNote>) -> Vec<ColumnSpec> {
+    let names = parts(head);
+    let along = meaning_of(&names[0]).filter(|meaning| ALONG.contains(meaning));
+    let across = meaning_of(&names[1]).filter(|meaning| *meaning == Meaning::FaceWidth);
     let of_flank = along.is_some_and(|along| along != Meaning::U) || across.is_some();
     let meanings = if of_flank {
         let along = along.filter(|along| *along != Meaning::U);
@@ -106,11 +117,11 @@ fn of_matrix(head: &Head<'_>, notes: &mut Vec<TableNote>) -> Vec<ColumnSpec> {
     } else {
         [Meaning::U, Meaning::V, Meaning::Z]
     };
-    if meaning_of(first).is_none() {
+    if meaning_of(&names[0]).is_none() {
         notes.push(TableNote::MeaningAssumed { meanings: meanings.to_vec() });
     }
-    let each = [first, second, third].into_iter().zip(meanings);
-    each.map(|(name, meaning)| ColumnSpec { name: name.to_owned(), meaning, unit: unit_of(name, meaning) }).collect()
+    let each = names.into_iter().zip(meanings);
+    each.map(|(name, meaning)| ColumnSpec { unit: unit_of(&name, meaning), name, meaning }).collect()
 }
 
 /// Columns as far as their meaning is known.
@@ -265,6 +276,6 @@ impl Guess {
             bits.len()
         };
         let (rows, u, v) = (self.sample[u].len(), distinct(u), distinct(v));
-        u >= 2 && v >= 2 && rows >= 4 && 5 * rows >= 4 * u * v
+        u >= 2 && v >= 2 && rows >= 4 && rows as f64 >= LEAST_SHARE * (u * v) as f64
     }
 }

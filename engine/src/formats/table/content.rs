@@ -3,19 +3,20 @@
 use std::collections::BTreeMap;
 
 use super::{
-    Layout, ListedPoint, Meaning, Missing, Table, TableReason, Unit, columns::Roles, reader::Cells, refusal::refused,
+    Crossings, Layout, ListedPoint, Meaning, Missing, Table, TableReason, Unit,
+    columns::{LEAST_SHARE, Roles},
+    reader::Cells,
+    refusal::refused,
+    words::{flank_of, kind_of},
 };
 use crate::{
     estimation::{self, Nodes},
     formats::file_error::FileError,
-    gear::Side,
+    gear::{Kind, Side},
     geometry::space::Vector,
     numerics::cancel,
 };
 
-/// A grid has at least this share of its crossings in rows of the table: in scattered nodes hardly
-/// two have a u or a v in common.
-const LEAST_SHARE: f64 = 0.8;
 /// Most flanks that a table has nodes of: both of a gear with a thousand teeth.
 const MOST_FLANKS: usize = 2000;
 
@@ -34,6 +35,17 @@ pub struct NodeSet {
     pub nodes: Result<Nodes, estimation::Faults>,
     /// How they lie.
     pub layout: Layout,
+    /// How its traces meet, where the table says which of them are profiles and helices and they
+    /// cross. Helix traces that count the other way are turned in `nodes`.
+    pub crossings: Option<Crossings>,
+}
+
+impl Layout {
+    /// How the nodes of a table lie: as those of each of its flanks.
+    pub fn of(sets: &[NodeSet]) -> Self {
+        let mut each = sets.iter().map(|set| set.layout);
+        each.next().filter(|first| each.all(|other| other == *first)).unwrap_or(Layout::Scattered)
+    }
 }
 
 /// Numbers of a surface.
@@ -50,18 +62,14 @@ impl Table {
         self.lines.len()
     }
 
-    /// How its nodes lie; `None` where its columns are not known. A table with several flanks is a
-    /// grid if each of them is one.
+    /// Whether its columns are those of points.
+    pub fn holds_points(&self) -> bool {
+        matches!(self.roles, Ok(Roles::Points { .. }))
+    }
+
+    /// How its nodes lie; `None` where its columns or its flanks are not known.
     pub fn layout(&self) -> Option<Layout> {
-        match self.roles.ok()? {
-            Roles::Points { .. } => Some(Layout::Points),
-            Roles::Curve { .. } => Some(Layout::Curve),
-            Roles::Surface { .. } => {
-                let sets = self.node_sets().ok()?;
-                let grid = !sets.is_empty() && sets.iter().all(|set| set.layout == Layout::Grid);
-                Some(if grid { Layout::Grid } else { Layout::Scattered })
-            }
-        }
+        if self.holds_points() { Some(Layout::Points) } else { Some(Layout::of(&self.node_sets().ok()?)) }
     }
 
     /// The numbers of the column with that meaning; NaN where a cell is empty.
@@ -94,7 +102,7 @@ impl Table {
     fn incomplete(&self, missing: Missing) -> FileError {
         let each = self.columns.iter().zip(1..);
         let names = each.map(|(column, k)| if column.name.is_empty() { k.to_string() } else { column.name.clone() });
-        refused(TableReason::Incomplete { names: names.collect(), missing })
+        refused(TableReason::Incomplete { names: names.collect(), missing, mapped: self.mapped })
     }
 
     /// The points of a list, in mm.
@@ -133,12 +141,17 @@ impl Table {
             return Err(refused(TableReason::OtherContent { found: Layout::Points }));
         }
         let (teeth, flanks) = (self.texts(Meaning::Tooth), self.texts(Meaning::Flank));
-        let mut groups: BTreeMap<(Option<&str>, Option<bool>), Vec<usize>> = BTreeMap::new();
+        let mut groups: BTreeMap<(Option<&str>, Option<Side>), Vec<usize>> = BTreeMap::new();
         for row in 0..self.rows() {
             cancel::every(10, row);
             let tooth = teeth.as_ref().map(|tooth| number_of(tooth(row)));
-            let right = flanks.as_ref().map(|flank| is_right(flank(row))).transpose()?;
-            groups.entry((tooth.filter(|tooth| !tooth.is_empty()), right)).or_default().push(row);
+            let unknown = |found: &str| {
+                let found = found.chars().take(40).collect();
+                refused(TableReason::UnknownFlank { line: self.lines[row], found })
+            };
+            let side =
+                flanks.as_ref().map(|flank| flank_of(flank(row)).ok_or_else(|| unknown(flank(row)))).transpose()?;
+            groups.entry((tooth.filter(|tooth| !tooth.is_empty()), side)).or_default().push(row);
             if groups.len() > MOST_FLANKS {
                 return Err(refused(TableReason::TooManyFlanks { most: MOST_FLANKS }));
             }
@@ -146,34 +159,51 @@ impl Table {
         if groups.is_empty() {
             groups.insert((None, None), Vec::new());
         }
-        let each = groups.into_iter().map(|((tooth, right), rows)| {
-            let (nodes, layout, count) = self.nodes_of(roles, &rows);
+        let each = groups.into_iter().map(|((tooth, flank), rows)| {
+            let crossings = self.crossings(roles, &rows);
+            let (nodes, layout, count) = self.nodes_of(roles, &rows, crossings.as_ref());
             let places = match &nodes {
                 Ok(Nodes::Grid(grid)) => grid.z().len(),
                 _ => rows.len(),
             };
-            NodeSet {
-                tooth: tooth.map(str::to_owned),
-                flank: right.map(|right| if right { Side::Right } else { Side::Left }),
-                count,
-                missing: places - count,
-                nodes,
-                layout,
-            }
+            NodeSet { tooth: tooth.map(str::to_owned), flank, count, missing: places - count, nodes, layout, crossings }
         });
         let mut sets: Vec<NodeSet> = each.collect();
         sets.sort_by_key(|set| std::cmp::Reverse(set.count));
         Ok(sets)
     }
 
-    fn nodes_of(&self, roles: Roles, rows: &[usize]) -> (Result<Nodes, estimation::Faults>, Layout, usize) {
+    /// Whether a row is of a profile or a helix, where the table says it.
+    fn kinds(&self) -> Option<impl Fn(usize) -> Option<Kind> + '_> {
+        let trace = self.texts(Meaning::Trace)?;
+        Some(move |row| kind_of(trace(row)))
+    }
+
+    fn crossings(&self, roles: Roles, rows: &[usize]) -> Option<Crossings> {
+        let (Roles::Surface { along, across, height }, Some(kind)) = (roles, self.kinds()) else { return None };
+        let [along, across, height] = [self.numbers_at(along)?, self.numbers_at(across)?, self.numbers_at(height)?];
+        Crossings::of(rows.iter().filter_map(|row| Some((kind(*row)?, [along[*row], across[*row], height[*row]]))))
+    }
+
+    fn nodes_of(
+        &self,
+        roles: Roles,
+        rows: &[usize],
+        crossings: Option<&Crossings>,
+    ) -> (Result<Nodes, estimation::Faults>, Layout, usize) {
         let take = |column: usize| -> Vec<f64> {
             self.numbers_at(column).map_or(Vec::new(), |numbers| rows.iter().map(|row| numbers[*row]).collect())
         };
         let weight = self.columns.iter().position(|column| column.meaning == Meaning::Weight).map(take);
         match roles {
             Roles::Surface { along, across, height } => {
-                let surface = Surface { u: take(along), v: take(across), z: take(height), weight };
+                let mut z = take(height);
+                let turned = crossings.is_some_and(Crossings::helices_are_turned);
+                if let Some(kind) = self.kinds().filter(|_| turned) {
+                    let helices = z.iter_mut().zip(rows).filter(|(_, row)| kind(**row) == Some(Kind::Helix));
+                    helices.for_each(|(z, _)| *z = 0.0 - *z);
+                }
+                let surface = Surface { u: take(along), v: take(across), z, weight };
                 let count = surface.z.iter().filter(|z| !z.is_nan()).count();
                 let grid = if self.given_layout == Some(Layout::Scattered) { None } else { surface.grid() };
                 match grid {
@@ -202,15 +232,6 @@ fn of_nodes(list: &[f64], heights: &[f64]) -> Vec<f64> {
 fn number_of(tooth: &str) -> &str {
     let digits = tooth.find(|c: char| !c.is_ascii_digit()).unwrap_or(tooth.len());
     if digits > 0 { &tooth[..digits] } else { tooth }
-}
-
-fn is_right(flank: &str) -> Result<bool, FileError> {
-    let word = flank.to_lowercase();
-    match word.split_whitespace().next().unwrap_or_default() {
-        "left" | "l" | "links" | "linke" | "lf" => Ok(false),
-        "right" | "r" | "rechts" | "rechte" | "rf" => Ok(true),
-        _ => Err(refused(TableReason::UnknownFlank { found: flank.chars().take(40).collect() })),
-    }
 }
 
 impl Surface {

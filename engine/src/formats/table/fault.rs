@@ -2,8 +2,11 @@
 
 use std::fmt;
 
-use super::{Decimal, Layout, Meaning, Missing, Separator, Unit};
-use crate::fault::words::{are, counted};
+use super::{Decimal, Layout, Meaning, Missing, Separator, Unit, words::words_of};
+use crate::{
+    fault::words::{are, counted},
+    gear::Side,
+};
 
 /// A table that cannot be read: one reason, and the first places.
 #[derive(Clone, Debug, PartialEq)]
@@ -89,11 +92,15 @@ pub enum TableReason {
     },
     /// Two columns have the same meaning.
     Repeated {
+        /// Number of the second one, from 0.
+        column: usize,
         /// The meaning.
         meaning: Meaning,
     },
     /// A column has a unit that does not belong to its meaning.
     ForeignUnit {
+        /// Number of the column, from 0.
+        column: usize,
         /// The meaning.
         meaning: Meaning,
         /// The unit.
@@ -105,6 +112,8 @@ pub enum TableReason {
         names: Vec<String>,
         /// What is missing.
         missing: Missing,
+        /// Whether a mapping says what the columns are.
+        mapped: bool,
     },
     /// The nodes lie otherwise than the mapping says.
     Layout {
@@ -115,6 +124,8 @@ pub enum TableReason {
     },
     /// A word for a flank that is neither left nor right.
     UnknownFlank {
+        /// Line, from 1.
+        line: usize,
         /// The word.
         found: String,
     },
@@ -140,7 +151,10 @@ fn write_hint(f: &mut fmt::Formatter<'_>, (separator, decimal): (Separator, Deci
     };
     match decimal {
         Decimal::Comma => write!(f, "; with decimal commas {so}: send `decimal: \",\"`"),
-        Decimal::Point => write!(f, "; with {name} between columns {so}: send `separator: \"{value}\"`"),
+        Decimal::Point => write!(
+            f,
+            "; with {name} between columns and decimal points {so}: send `separator: \"{value}\"` and `decimal: \".\"`"
+        ),
     }
 }
 
@@ -183,11 +197,17 @@ impl fmt::Display for TableReason {
                 counted(*given, "column", "columns"),
                 counted(*columns, "column", "columns")
             ),
-            TableReason::Repeated { meaning } => write!(f, "two columns are `{}`", meaning.name()),
-            TableReason::ForeignUnit { meaning, unit } => {
-                write!(f, "`{}` is not in `{}`", meaning.name(), unit.name())
+            TableReason::Repeated { meaning, .. } => {
+                write!(f, "two columns are `{}`; make one of them `ignore`", meaning.name())
             }
-            TableReason::Incomplete { names, missing } => {
+            TableReason::ForeignUnit { meaning, unit, .. } => {
+                let units = Unit::ALL.iter().filter(|(unit, _)| meaning.takes(*unit));
+                let units: Vec<String> = units.map(|(_, name)| format!("`{name}`")).collect();
+                let instead =
+                    if units.is_empty() { "it has no unit".into() } else { format!("send {}", units.join(" or ")) };
+                write!(f, "`{}` is not in `{}`; {instead}", meaning.name(), unit.name())
+            }
+            TableReason::Incomplete { names, missing, .. } => {
                 let names: Vec<String> = names.iter().take(12).map(|name| format!("`{name}`")).collect();
                 write!(
                     f,
@@ -198,8 +218,9 @@ impl fmt::Display for TableReason {
             TableReason::Layout { wanted, found } => {
                 write!(f, "the table holds {}, not {}", what(*found), what(*wanted))
             }
-            TableReason::UnknownFlank { found } => {
-                write!(f, "a flank is left or right (links, rechts, L, R), not `{found}`")
+            TableReason::UnknownFlank { line, found } => {
+                let [left, right] = [Side::Left, Side::Right].map(words_of);
+                write!(f, "line {line}: `{found}` is no flank; a left one is {left}, a right one {right}")
             }
             TableReason::ZeroDirection { line } => {
                 write!(f, "line {line}: i, j, k are all zero, which is no direction")

@@ -15,6 +15,8 @@ use crate::formats::file_error::FileError;
 const SAMPLE: usize = 1000;
 /// Their text, bytes, from the third row on.
 const SAMPLE_BYTES: usize = 1 << 18;
+/// Characters of a name in the header that are kept.
+const LONGEST_NAME: usize = 200;
 
 pub(super) struct Head<'a> {
     pub separator: Separator,
@@ -110,6 +112,10 @@ impl<'a> Head<'a> {
             header: None,
         };
         head.find(&comments, mapping)?;
+        for name in head.names.iter_mut().flatten() {
+            let end = name.char_indices().nth(LONGEST_NAME).map_or(name.len(), |(end, _)| end);
+            name.truncate(end);
+        }
         Ok(head)
     }
 
@@ -133,9 +139,6 @@ impl<'a> Head<'a> {
         self.width = width;
         if mapping.matrix != Some(false) && self.is_matrix(first, &all, mapping.matrix == Some(true)) {
             return Ok(());
-        }
-        if mapping.matrix == Some(true) {
-            return Err(refused(TableReason::NoNumbers));
         }
         self.first_line = self.sample[first].line;
         self.left_out = first;

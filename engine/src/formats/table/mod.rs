@@ -9,6 +9,7 @@
 
 mod columns;
 mod content;
+mod crossings;
 mod dialect;
 mod fault;
 mod head;
@@ -23,10 +24,11 @@ pub(super) use points::field;
 pub(super) use reader::{looks_like_a_table, parse};
 pub use {
     content::NodeSet,
+    crossings::Crossings,
     fault::{TableFault, TableNote, TablePlace, TableReason},
     points::{ListedPoint, write_points},
-    reader::{Table, read},
+    reader::{Table, read, shape},
     rows::MOST_COLUMNS,
-    terms::{ColumnSpec, Decimal, Layout, Mapping, Missing, Separator},
+    terms::{ColumnSpec, Decimal, Layout, Mapping, Missing, Separator, Shape},
     words::{Meaning, Unit},
 };

@@ -6,8 +6,8 @@ use std::{
 };
 
 use super::{
-    ColumnSpec, Decimal, Layout, Mapping, Meaning, Missing, Separator, TableFault, TableNote, TablePlace, TableReason,
-    Unit,
+    ColumnSpec, Decimal, Layout, Mapping, Meaning, Missing, Separator, Shape, TableFault, TableNote, TablePlace,
+    TableReason, Unit,
     columns::{self, Roles},
     head::Head,
     refusal::refused,
@@ -37,6 +37,8 @@ pub struct Table {
     pub(super) roles: Result<Roles, Missing>,
     /// As the mapping has it.
     pub(super) given_layout: Option<Layout>,
+    /// Whether the mapping says what the columns are.
+    pub(super) mapped: bool,
     /// Line of each row, from 1.
     pub(super) lines: Vec<usize>,
     /// The cells, column by column.
@@ -73,6 +75,13 @@ pub fn read(bytes: &[u8], mapping: &Mapping) -> Result<Table, FileError> {
     parse(&decode(bytes)?, mapping)
 }
 
+/// The form of a table; `None` where it cannot be read without a mapping.
+pub fn shape(bytes: &[u8]) -> Option<Shape> {
+    let text = decode(bytes).ok()?;
+    let Head { separator, decimal, matrix, width, names, .. } = Head::of(&text, &Mapping::default()).ok()?;
+    Some(Shape { separator, decimal, columns: if matrix { 3 } else { width }, names: names.unwrap_or_default() })
+}
+
 /// Whether the first lines of a text are like those of a table.
 pub(in crate::formats) fn looks_like_a_table(text: &str) -> bool {
     Head::of(text, &Mapping::default()).is_ok_and(|head| head.looks_like_a_table())
@@ -102,6 +111,7 @@ pub(in crate::formats) fn parse(text: &str, mapping: &Mapping) -> Result<Table, 
         notes,
         roles,
         given_layout: mapping.layout,
+        mapped: mapping.columns.is_some(),
         lines: Vec::new(),
     };
     let faults = if head.matrix { table.fill_matrix(text, &head) } else { table.fill(text, &head) };

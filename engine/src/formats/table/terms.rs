@@ -79,6 +79,20 @@ pub struct Mapping {
     pub layout: Option<Layout>,
 }
 
+/// The form of a table as it is read without a mapping: the same for tables that a program writes
+/// alike.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Shape {
+    /// What separates cells.
+    pub separator: Separator,
+    /// The decimal sign.
+    pub decimal: Decimal,
+    /// How many columns there are: of a matrix three, since its rows are as long as it has v.
+    pub columns: usize,
+    /// The header, or the corner of a matrix; empty without one.
+    pub names: Vec<String>,
+}
+
 /// What columns lack to be nodes or points.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Missing {

@@ -1,4 +1,7 @@
-//! Meanings and units of columns, and the words of headers that name them, in English and German.
+//! Meanings and units of columns, and the words that name them, flanks and traces, in English and
+//! German.
+
+use crate::gear::{Kind, Side};
 
 /// What a column holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -256,6 +259,30 @@ pub(super) fn meaning_of(header: &str) -> Option<Meaning> {
     let whole = WHOLE.iter().find(|(_, names)| names.contains(&name.as_str()));
     let part = || PARTS.iter().find(|(_, parts)| parts.iter().any(|part| name.contains(part)));
     whole.map(|(meaning, _)| *meaning).or_else(|| part().map(|(meaning, _)| *meaning))
+}
+
+/// Words for flanks, in lower case.
+const FLANKS: [(Side, &[&str]); 2] =
+    [(Side::Left, &["left", "l", "links", "linke", "lf"]), (Side::Right, &["right", "r", "rechts", "rechte", "rf"])];
+
+/// The flank that a text begins with.
+pub(super) fn flank_of(text: &str) -> Option<Side> {
+    let word = text.split_whitespace().next()?.to_lowercase();
+    FLANKS.iter().find(|(_, words)| words.contains(&word.as_str())).map(|(side, _)| *side)
+}
+
+/// The words for a flank.
+pub(super) fn words_of(side: Side) -> String {
+    FLANKS.iter().find(|(own, _)| *own == side).map_or(String::new(), |(_, words)| words.join(", "))
+}
+
+/// The kind of a trace.
+pub(super) fn kind_of(text: &str) -> Option<Kind> {
+    match text.to_lowercase().as_str() {
+        "lead" | "helix" | "flankenlinie" => Some(Kind::Helix),
+        "profile" | "profil" => Some(Kind::Profile),
+        _ => None,
+    }
 }
 
 #[cfg(test)]

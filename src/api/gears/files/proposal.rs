@@ -20,8 +20,8 @@ use flankfit_engine::{
     estimation::Nodes,
     fault::words::rounded,
     formats::{
-        Table,
-        table::{Layout, Meaning, Unit},
+        FileError, Table,
+        table::{Layout, Meaning, NodeSet, TableReason, Unit},
     },
 };
 
@@ -142,13 +142,18 @@ pub struct TableRangeBody {
 /// Answers what a table is read as. Processor work.
 pub fn answer(content: &[u8], mapping: Option<&MappingBody>, with_nodes: bool) -> Result<Vec<u8>, Problem> {
     let table = nodes::table(content, mapping, "/file")?;
-    let layout = table.layout();
-    let sets = table.node_sets().unwrap_or_default();
-    let points = if layout == Some(Layout::Points) { table.points().map_or(0, |points| points.len()) } else { 0 };
     let mut warnings: Vec<NoticeBody> = table.notes.iter().map(|note| NoticeBody::new(note.code(), note)).collect();
-    if layout.is_none() {
-        let message = "which columns hold places and heights is not known; say it as `columns`";
-        warnings.push(NoticeBody::new("columns_unknown", &message));
+    let points = if table.holds_points() { table.points().map_or(0, |points| points.len()) } else { 0 };
+    let (layout, sets) = match table.node_sets() {
+        Ok(sets) => (Some(Layout::of(&sets)), sets),
+        Err(_) if table.holds_points() => (Some(Layout::Points), Vec::new()),
+        Err(error) => {
+            warnings.push(unknown(&error));
+            (None, Vec::new())
+        }
+    };
+    for set in sets.iter().filter(|set| set.crossings.is_some_and(|crossings| crossings.helices_are_turned())) {
+        warnings.push(NoticeBody::new("helices_turned", &turned(set)));
     }
     let proposal = ProposalBody {
         separator: table.separator.into(),
@@ -185,6 +190,27 @@ pub fn answer(content: &[u8], mapping: Option<&MappingBody>, with_nodes: bool) -
         text.push(b'}');
     }
     Ok(text)
+}
+
+/// Why it is not known what the nodes of a table are.
+fn unknown(error: &FileError) -> NoticeBody {
+    let reason = if let FileError::Table(fault) = error { Some(&fault.reason) } else { None };
+    match reason {
+        Some(reason @ TableReason::UnknownFlank { .. }) => NoticeBody::new("flank_unknown", reason),
+        Some(reason @ TableReason::TooManyFlanks { .. }) => NoticeBody::new("too_many_flanks", reason),
+        _ => {
+            let message = "which columns hold places and heights is not known; say it as `columns`";
+            NoticeBody::new("columns_unknown", &message)
+        }
+    }
+}
+
+/// Which helix traces are turned, and why.
+fn turned(set: &NodeSet) -> String {
+    format!(
+        "{}: its helix traces count the other way than its profiles, which they cross, and are turned",
+        nodes::name_of(set)
+    )
 }
 
 fn preview(table: &Table) -> PreviewBody {

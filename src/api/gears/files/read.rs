@@ -5,9 +5,14 @@ use super::{
     curves, points,
     spec::ImportSpecBody,
 };
-use crate::api::{gears::requirements::RequirementsBody, problem::Problem, tables::mapping::MappingBody};
+use crate::api::{
+    gears::requirements::RequirementsBody,
+    problem::Problem,
+    tables::{mapping::MappingBody, nodes},
+};
 use flankfit_engine::{
     formats::{
+        FileError,
         gear_file::{self, GearFile},
         table::Mapping,
     },
@@ -22,7 +27,9 @@ pub fn parsed(
     mapping: Option<&MappingBody>,
 ) -> Result<GearFile, Problem> {
     let mapping = mapping.map(Mapping::from);
-    let file = gear_file::read(bytes, name, mapping.as_ref()).map_err(|error| unreadable(&error))?;
+    let refused =
+        |error: FileError| nodes::refusal_by(&error, mapping.as_ref().unwrap_or(&Mapping::default()), "/file");
+    let file = gear_file::read(bytes, name, mapping.as_ref()).map_err(refused)?;
     spec.belongs_to(&file)?;
     Ok(file)
 }

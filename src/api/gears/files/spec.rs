@@ -13,7 +13,7 @@ use crate::api::{
     measurand::side::SideName,
     problem::Problem,
 };
-use flankfit_engine::formats::{gear_file::GearFile, table::Layout};
+use flankfit_engine::formats::gear_file::GearFile;
 
 /// What is said of a file beside it: the part `spec` of the form.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, ToSchema)]
@@ -56,7 +56,7 @@ impl ImportSpecBody {
         let (curves, model, points) = match file {
             GearFile::Curves(_) => (true, false, false),
             GearFile::Model(_) => (false, true, false),
-            GearFile::Table(table) => (false, false, table.layout() == Some(Layout::Points)),
+            GearFile::Table(table) => (false, false, table.holds_points()),
             // refused as a whole
             GearFile::Values(_) => (true, true, true),
         };
